@@ -121,10 +121,10 @@ def distance(a, b, x):
 def starts(a, b):
     """Maps of A by all rotations of the search, with and without a Moebius map."""
     found = []
-    turned = ism.register(a, b, stages=["rotation"])
+    turned = ism.shapes.register(a, b, stages=["rotation"])
     for candidate in turned.candidates:
         x = ism.repair_foldings(a.vertices, a.faces, a.sphere @ candidate.rotation.T)
-        found += [x.sphere, ism.register(x, b, stages=["moebius"]).map.sphere]
+        found += [x.sphere, ism.shapes.register(x, b, stages=["moebius"]).map.sphere]
     return found
 
 
@@ -136,7 +136,7 @@ def pairs(data, count=None):
         names = every[row]
         a, b = map(data.map, names)
         best = min(distance(a, b, x) for x in starts(a, b))
-        onto, seconds = timed(lambda: ism.match(a, b))  # noqa: B023
+        onto, seconds = timed(lambda: ism.shapes.match(a, b))  # noqa: B023
         end = distance(a, b, onto.map.sphere)
         print(f"| {title(names[0])} | {title(names[1])} | {len(a.sphere):,} onto {len(b.sphere):,} | {best:.3f} | "
               f"{end:.4f} | {onto.map.certificate.foldings} | {seconds:.1f} |", flush=True)
@@ -180,8 +180,8 @@ def warps(data):
         truth = nearest(a, b)[0]
         for size in (0.12, 0.25):
             x = ism.repair_foldings(a.vertices, a.faces, warped(a.sphere, size))
-            start = ism.register(x, b, stages=["rotation", "moebius"]).map.sphere
-            onto = ism.match(x, b)
+            start = ism.shapes.register(x, b, stages=["rotation", "moebius"]).map.sphere
+            onto = ism.shapes.match(x, b)
             cells = " | ".join(f"{error(a, p, truth):.4f}"
                                for p in (ism.transfer(b, b.vertices, start), onto.positions))
             print(f"| {title(name.split()[1])} | {len(a.sphere):,} onto {len(b.sphere):,} | {np.degrees(size):.0f} | "
@@ -201,7 +201,7 @@ def landmarks(data):
         order = rng.permutation(np.unique(vertices, return_index=True)[1])
         for k in (5, 10, 20):
             chosen, rest = order[:k], order[k:50]
-            onto, seconds = timed(lambda: ism.match(a, b, landmarks=(chosen, vertices[chosen])))  # noqa: B023
+            onto, seconds = timed(lambda: ism.shapes.match(a, b, landmarks=(chosen, vertices[chosen])))  # noqa: B023
             targets = check_landmarks(len(a.sphere), chosen, b.sphere[vertices[chosen]], 1.0)
             start = ism.transfer(b, b.vertices, match_landmarks(a.sphere, targets, 1e-2))
             cells = " | ".join(f"{error(a, p, truth):.4f}, {error(a, p, truth, rest):.4f}"
@@ -220,7 +220,8 @@ def chance(data):
             met = 0
             for _ in range(4):
                 try:
-                    ism.match(a, b, landmarks=(rng.permutation(len(a.sphere))[:k], rng.permutation(len(b.sphere))[:k]))
+                    chosen = tuple(rng.permutation(len(each.sphere))[:k] for each in (a, b))
+                    ism.shapes.match(a, b, landmarks=chosen)
                     met += 1
                 except ism.MapError:
                     pass
@@ -236,7 +237,8 @@ def registration(data):
 
     for stiffness in (0.5, 0.2, 0.1, 0.05):
         source, target = data.map("~fs:white_right"), data.map("fs:white_left")
-        found = ism.register(source, target, features=(over("sulc_right"), over("sulc_left")), stiffness=stiffness)
+        sulc = over("sulc_right"), over("sulc_left")
+        found = ism.shapes.register(source, target, features=sulc, stiffness=stiffness)
         w, end = vertex_areas(source.vertices, source.faces), found.stages[-1]
         curvature = correlation(over("curv_right"), ism.transfer(target, over("curv_left"), found.map), w)
         print(f"right on left by sulc, stiffness {stiffness}: sulc {end.correlation[0]:.4f}, curvature {curvature:.4f},"
@@ -245,10 +247,10 @@ def registration(data):
         off = []
         for side in ("left", "right"):
             source, target = data.map(f"fs:pial_{side}"), data.map(f"fs:white_{side}")
-            x = ism.register(source, target, stiffness=stiffness).map.sphere
+            x = ism.shapes.register(source, target, stiffness=stiffness).map.sphere
             off.append(np.average(degrees(x, target.sphere), weights=vertex_areas(source.vertices, source.faces)))
         source, target = data.map("~hippocampus_aal_right"), data.map("hippocampus_aal_left")
-        x = ism.register(source, target, stiffness=stiffness).map.sphere
+        x = ism.shapes.register(source, target, stiffness=stiffness).map.sphere
         print(f"stiffness {stiffness}: pial on white, left {off[0]:.3f}, right {off[1]:.3f} degrees; hippocampi "
               f"{distance(source, target, x):.4f}", flush=True)
 
@@ -269,7 +271,7 @@ def functional(data):
         a, b = map(data.map, name.split())
         truth, own = nearest(a, b)
         images, seconds = timed(lambda: found(a, b))  # noqa: B023
-        onto, ours = timed(lambda: ism.match(a, b))  # noqa: B023
+        onto, ours = timed(lambda: ism.shapes.match(a, b))  # noqa: B023
         off = [f"{error(a, b.vertices[p], truth):.4f} ({1 - len(np.unique(p)) / len(p):.0%} of A's vertices share "
                "their image)" for p in images]
         print(f"{name}: functional map {off[0]}, refined {off[1]}, {seconds:.1f} s; nearest vertices "
@@ -279,7 +281,7 @@ def functional(data):
 
 def overlays(data):
     """Time, memory and exactness of the common refinement, by size."""
-    from igl_spheremap.correspondence.overlay import overlay
+    from igl_spheremap.shapes.correspondence.overlay import overlay
 
     print("| vertices of A, B | of the overlay: vertices, faces | Euler characteristic | faces without area | "
           "areas of A, B off by | CPU s | peak of the process, GB |\n|---|---|---|---|---|---|---|")
@@ -303,7 +305,7 @@ def sizes(data):
                 for m in (n, n + n // 10))
         rows = nearest(a, b)[1]
         chosen = np.random.default_rng(0).permutation(np.unique(rows, return_index=True)[1])[:k]
-        onto, seconds = timed(lambda: ism.match(a, b, landmarks=(chosen, rows[chosen]) if k else None))  # noqa: B023
+        onto, seconds = timed(lambda: ism.shapes.match(a, b, landmarks=(chosen, rows[chosen]) if k else None))  # noqa: B023
         print(f"| {len(a.sphere):,}, {len(b.sphere):,} | {k} | {onto.map.certificate.foldings} | {seconds:.1f} | "
               f"{peak_memory() / 1e3:.2f} |", flush=True)
 

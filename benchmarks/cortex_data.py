@@ -12,8 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 
 import igl_spheremap as ism
-from igl_spheremap.shapes.basis import synthesis
-from igl_spheremap.shapes.features import FeatureSurface
+from igl_spheremap.operators.features import FeatureSurface
+from igl_spheremap.shapes.harmonics.basis import synthesis
 from igl_spheremap.sphere.rows import unit_rows
 
 from .common import timed

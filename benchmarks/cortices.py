@@ -95,12 +95,12 @@ def onto(data, bodies, table):
         for side in "LR":
             a, mapped, cortex = data.source(body, side)
             b, labels = data.target(side), data.labels(side)
-            found, seconds = timed(lambda: ism.register(a, b))  # noqa: B023
+            found, seconds = timed(lambda: ism.shapes.register(a, b))  # noqa: B023
             table.add(f"{body} {side}", **figures(found.map.sphere, cortex, b, labels, mapped + seconds))
-            again = ism.register(ism.balanced_spherical_map(cortex.v, cortex.f, balance=BALANCE), b)
+            again = ism.shapes.register(ism.balanced_spherical_map(cortex.v, cortex.f, balance=BALANCE), b)
             if not np.array_equal(found.map.sphere, again.map.sphere):
                 raise SystemExit("the second run gave other numbers")
-            turned, seconds = timed(lambda: ism.register(a, b, stages=["rotation"]))  # noqa: B023
+            turned, seconds = timed(lambda: ism.shapes.register(a, b, stages=["rotation"]))  # noqa: B023
             table.add(f"{body} {side}, rotation", **figures(turned.map.sphere, cortex, b, labels, mapped + seconds))
             table.add(f"{body} {side}, truth", **figures(unit_rows(cortex.of(b.sphere)), cortex, b, labels))
 
@@ -128,7 +128,7 @@ def group(data, bodies, table):
         _, _, cortex = data.source("S1200", side)
         b, labels = data.target(side), data.labels(side)
         a = ism.repair_foldings(cortex.v, cortex.f, cortex.of(data.sphere(GROUP.format(side))))
-        table.add(f"S1200 {side}", **figures(ism.register(a, b).map.sphere, cortex, b, labels))
+        table.add(f"S1200 {side}", **figures(ism.shapes.register(a, b).map.sphere, cortex, b, labels))
 
 
 def back(data, bodies, table):
@@ -137,7 +137,7 @@ def back(data, bodies, table):
         for side in "LR":
             a, _, cortex = data.source(body, side)
             b = data.target(side)
-            there, again = ism.register(a, b).map.sphere, ism.register(b, a).map.sphere
+            there, again = ism.shapes.register(a, b).map.sphere, ism.shapes.register(b, a).map.sphere
             x = unit_rows(ism.transfer(b, again, there))
             inside = cortex.label(data.labels(side)) > 0
             table.add(f"{body} {side}", **apart(ism.transfer(a, cortex.v, x), cortex.v, inside))
@@ -149,7 +149,7 @@ def sides(data, bodies, table):
         for side, other in ("LR", "RL"):
             a, mapped, cortex = data.source(body, side)
             b, labels = data.target(other), data.labels(other)
-            found, seconds = timed(lambda: ism.register(a, b, reflect=True))  # noqa: B023
+            found, seconds = timed(lambda: ism.shapes.register(a, b, reflect=True))  # noqa: B023
             mirror = Cortex(found.map.vertices, found.map.faces, cortex.corners, cortex.weights)
             table.add(f"{body} {side} on {other}", **figures(found.map.sphere, mirror, b, labels, mapped + seconds))
 
@@ -162,7 +162,7 @@ def fine(data, bodies, table):
             b, labels, n = data.target(side), data.labels(side), len(cortex.v)
             v, f = igl.upsample(cortex.v, cortex.f)
             a, mapped = timed(lambda: ism.balanced_spherical_map(v, f, balance=BALANCE))  # noqa: B023
-            found, seconds = timed(lambda: ism.register(a, b))  # noqa: B023
+            found, seconds = timed(lambda: ism.shapes.register(a, b))  # noqa: B023
             found = figures(found.map.sphere[:n], cortex, b, labels, mapped + seconds) \
                 | {"folded": found.map.certificate.foldings}
             table.add(f"{body} {side}, {len(v)} vertices", **found)
@@ -175,7 +175,7 @@ def individuals(data, bodies, table):
             for seed in (1, 2):
                 a, mapped, cortex = data.source(f"{body}+{seed}", side)
                 b, labels = data.target(side), data.labels(side)
-                found, seconds = timed(lambda: ism.register(a, b))  # noqa: B023
+                found, seconds = timed(lambda: ism.shapes.register(a, b))  # noqa: B023
                 table.add(f"{body}+{seed} {side}", **figures(found.map.sphere, cortex, b, labels, mapped + seconds))
 
 
@@ -185,7 +185,7 @@ def rotations(data, bodies, table):
         a, _, cortex = data.source(body, "L")
         b, inside, first = data.target("L"), cortex.label(data.labels("L")) > 0, None
         for k, R in enumerate(Rotation.random(_ROTATIONS, random_state=0).as_matrix(), 1):
-            found = ism.register(ism.sphere_map(a.vertices, a.faces, a.sphere @ R.T), b)
+            found = ism.shapes.register(ism.sphere_map(a.vertices, a.faces, a.sphere @ R.T), b)
             place = ism.transfer(b, b.vertices, found.map.sphere)
             first = place if first is None else first
             table.add(f"{body} L, rotation {k}", **apart(place, first, inside), folded=found.map.certificate.foldings)

@@ -30,8 +30,8 @@ from family import spiral
 from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
-from igl_spheremap.groups.modes import model_figures, principal_modes
 from igl_spheremap.mesh.measure import surface_area
+from igl_spheremap.shapes.groups.modes import model_figures, principal_modes
 
 from .common import parser, timed
 
@@ -44,9 +44,9 @@ class Planted:
 
     def __init__(self):
         result = ism.balanced_spherical_map(*ism.samples.make("bunny", n_vertices=3000), balance=1)
-        c = ism.spherical_harmonics(result, degree=_DEGREE).coefficients
+        c = ism.shapes.spherical_harmonics(result, degree=_DEGREE).coefficients
         ell = np.floor(np.sqrt(np.arange(len(c))))[:, None]
-        self._shape = ism.SphericalHarmonics(c * np.exp(-ell * (ell + 1) / _SMOOTH))
+        self._shape = ism.shapes.SphericalHarmonics(c * np.exp(-ell * (ell + 1) / _SMOOTH))
         p = self._shape.evaluate(ism.samples.sphere(10242)[0])
         self._centre, self._axes = p.mean(axis=0), np.linalg.eigh(np.cov(p.T))[1][:, ::-1]
         self._radius = np.sqrt(((p - self._centre) ** 2).sum(axis=1).mean())
@@ -72,7 +72,7 @@ def harmonics(maps, x):
     """Deviations of the members' points in the frames of their first-order ellipsoids."""
     first, rows = None, []
     for each in maps:
-        aligned = ism.spherical_harmonics(each, degree=15).align(first).harmonics
+        aligned = ism.shapes.spherical_harmonics(each, degree=15).align(first).harmonics
         first = first or aligned
         rows.append(aligned.evaluate(x))
     return np.stack(rows) - np.mean(rows, axis=0)
@@ -93,7 +93,7 @@ def share_found(group, field, draws):
     for draw in range(draws):
         half = np.random.default_rng(draw).permutation(len(group.members)) < len(group.members) // 2
         shapes = group.shapes + half[:, None, None] * field
-        found += ism.permutation_test(group, half, data=shapes, permutations=199, seed=draw + 1).p.min() <= 0.05
+        found += ism.shapes.permutation_test(group, half, data=shapes, permutations=199, seed=draw + 1).p.min() <= 0.05
     return found / draws
 
 
@@ -111,7 +111,7 @@ def cortices(folder):
         if path.name.lower().startswith(("s1200.r", "conte69_32k_r", "rh")):
             v, f = v * [-1, 1, 1], f[:, ::-1]
         maps.append(ism.balanced_spherical_map(v, f, balance=0.85))
-    group = ism.template(maps, target="ico:5", modes=5, balance=0.85)
+    group = ism.shapes.template(maps, target="ico:5", modes=5, balance=0.85)
     radius = np.sqrt(group.areas.sum() / (4 * np.pi))
     print(f"{group}; area of the members {group.areas.sum():.0f} mm2, of the mean "
           f"{surface_area(group.vertices, group.faces):.0f}")
@@ -150,7 +150,8 @@ def sizes(counts, vertices, to):
             with (out / "manifest.jsonl").open() as lines:
                 memory = max(json.loads(line)["row"]["memory"] for line in lines if '"row"' in line)
             manifest, page = ((out / each).stat().st_size / 1e6 for each in ("manifest.jsonl", "index.html"))
-            print(f"| {count} | {len(ism.read_group(out).changes)} | {seconds / count:.2f} | {seconds / 60:.2f} | "
+            rounds = len(ism.shapes.read_group(out).changes)
+            print(f"| {count} | {rounds} | {seconds / count:.2f} | {seconds / 60:.2f} | "
                   f"{memory:.0f} | {after.ru_maxrss / 1024:.0f} | {manifest:.2f} | {page:.2f} |", flush=True)
 
 
@@ -159,7 +160,7 @@ def weights(some, count, vertices, to):
     sources = bodies(count, vertices)[2]
     turn = Rotation.random(random_state=0).as_matrix()
     maps, turned = ([ism.balanced_spherical_map(v @ R, f, balance=1) for v, f in sources] for R in (np.eye(3), turn))
-    group = ism.template(maps, target=to)
+    group = ism.shapes.template(maps, target=to)
     radius = radius_of(group)
     print(f"rounds moved the mean by {', '.join(f'{100 * change:.3f}' for change in group.changes)} percent")
     print("| member | change | its weight times its distance | mean moved, as a surface | at corresponding points |\n"
@@ -169,7 +170,7 @@ def weights(some, count, vertices, to):
         rows += [(k, "left out", maps[:k] + maps[k + 1 :], member.distance / (count - 1)),
                  (k, "twice", [*maps, maps[k]], member.distance / (count + 1))]
     for name, change, others, bound in rows:
-        off, near = apart(group, ism.template(others, target=to).map)
+        off, near = apart(group, ism.shapes.template(others, target=to).map)
         figures = (f"{100 * value / radius:.2f}" for value in (bound, near, off))
         print(f"| {name} | {change} | {' | '.join(figures)} |", flush=True)
 
@@ -208,7 +209,7 @@ def main(words):
     planted, amounts, sources = bodies(args.members, args.vertices)
     maps, mapping = timed(lambda: [ism.balanced_spherical_map(*each, balance=1) for each in sources])
     with ThreadPoolExecutor(1) as here:
-        group, seconds = timed(lambda: ism.template(maps, target=args.to, executor=here))
+        group, seconds = timed(lambda: ism.shapes.template(maps, target=args.to, executor=here))
     print(f"{group}\nmean moved by {', '.join(f'{100 * change:.2f}' for change in group.changes)} percent; left out: "
           f"{dict(group.left_out) or 'none'}\nseconds a member: {mapping / args.members:.2f} for its map, "
           f"{seconds / args.members:.2f} for the rest")

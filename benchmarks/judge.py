@@ -30,13 +30,13 @@ from pathlib import Path
 import numpy as np
 
 import igl_spheremap as ism
-from igl_spheremap.correspondence.surface_map import nearest
 from igl_spheremap.draw import markup
 from igl_spheremap.io.files import read_sphere
 from igl_spheremap.io.plane_map import read_images
 from igl_spheremap.io.scalars import read_scalars
 from igl_spheremap.plane.plane_map import in_space
-from igl_spheremap.shapes.transfer import interpolate
+from igl_spheremap.resampling.transfer import interpolate
+from igl_spheremap.shapes.correspondence.surface_map import nearest
 from igl_spheremap.sphere.rows import row_lengths, unit_rows
 from igl_spheremap.verify.certificate import UNIT_TOLERANCE, Certificate
 from igl_spheremap.verify.distortion import angle_figures, log_figures

@@ -49,7 +49,7 @@ def by_octave(folder, code):
 
 def matched(v, f, w, g):
     """This package's map between surfaces, as positions."""
-    return ism.match((v, f), (w, g)).positions
+    return ism.shapes.match((v, f), (w, g)).positions
 
 
 def nearest_points(v, f, w, g):

@@ -103,8 +103,8 @@ def main(words):
 def compared(path, other, balance):
     """Figures of one pair."""
     (a, began, drawn), (b, _, labels) = mapped(path, balance), mapped(other, balance)
-    found, seconds = timed(lambda: ism.register(a, b))
-    turned = ism.register(a, b, stages=["rotation"])
+    found, seconds = timed(lambda: ism.shapes.register(a, b))
+    turned = ism.shapes.register(a, b, stages=["rotation"])
     areas = vertex_areas(a.vertices, a.faces)
     registered, rotated = (overlap(areas, drawn, ism.transfer(b, labels, each.map, labels=True))
                            for each in (found, turned))

@@ -17,9 +17,9 @@ from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import vertex_areas
-from igl_spheremap.shapes.basis import analysis, gauss_rows, grid_synthesis, legendre, synthesis
-from igl_spheremap.shapes.features import depth_potential
-from igl_spheremap.shapes.rotation import best_rotations, rotate, rotation_angle, turning
+from igl_spheremap.operators.features import depth_potential
+from igl_spheremap.shapes.harmonics.basis import analysis, gauss_rows, grid_synthesis, legendre, synthesis
+from igl_spheremap.shapes.harmonics.rotation import best_rotations, rotate, rotation_angle, turning
 from igl_spheremap.sphere.rows import unit_rows
 
 from .common import parser, timed
@@ -126,17 +126,18 @@ def harmonics(data):
     for name in ("choi_hippocampus", "paper_putamen_10002", "dino", "brain", "white_left"):
         for balance in (0.0, 1.0):
             result = data.map(name, balance)
-            shape, seconds = timed(lambda: ism.spherical_harmonics(result))  # noqa: B023
+            shape, seconds = timed(lambda: ism.shapes.spherical_harmonics(result))  # noqa: B023
             line = f"{name}, balance {balance:g}: {shape.error()[15]:.3f} percent at degree 15, {seconds:.2f} s"
             if name != "paper_putamen_10002":
-                c, exact = ism.spherical_harmonics(result, degree=50).coefficients, exact_coefficients(result, 50)
+                c = ism.shapes.spherical_harmonics(result, degree=50).coefficients
+                exact = exact_coefficients(result, 50)
                 off = np.linalg.norm((c - exact)[1:]) / np.linalg.norm(exact[1:])
                 line += f"; degree 50 off the exact integrals by {off:.1e}"
             print(line, flush=True)
     v, f = ism.samples.make("brain", n_vertices=41_000)
     result = ism.spherical_conformal_map(v, f)
     for degree in (15, 50):
-        seconds = timed(lambda: ism.spherical_harmonics(result, degree=degree))[1]  # noqa: B023
+        seconds = timed(lambda: ism.shapes.spherical_harmonics(result, degree=degree))[1]  # noqa: B023
         print(f"{len(v)} vertices, degree {degree}: {seconds:.2f} s", flush=True)
 
 
@@ -154,7 +155,7 @@ def rotation(data):
         for _ in range(3):
             Q = Rotation.random(random_state=rng).as_matrix()
             turned = ism.sphere_map(copy.vertices, copy.faces, copy.sphere @ Q.T)
-            found = ism.register(turned, target, features=curvature, stages=["rotation"])
+            found = ism.shapes.register(turned, target, features=curvature, stages=["rotation"])
             off.append(rotation_angle(found.rotation @ Q))
         print(f"copy of {name}: {max(off):.3f} degrees", flush=True)
 
@@ -168,8 +169,8 @@ def hemispheres(data):
     """The mirrored right white surface on the left one by sulc; curvature and thickness are not used."""
     source, target = data.map("white_right"), data.map("white_left")
     sulc = data.over_fsaverage("sulc_right"), data.over_fsaverage("sulc_left")
-    ism.register(source, target, features=sulc, stages=["rotation"])
-    result, seconds = timed(lambda: ism.register(source, target, features=sulc))
+    ism.shapes.register(source, target, features=sulc, stages=["rotation"])
+    result, seconds = timed(lambda: ism.shapes.register(source, target, features=sulc))
     for stage in result.stages:
         print(f"{stage.name}: correlation {stage.correlation[0]:.4f}, |log J| {stage.strain:.3f}")
     areas = vertex_areas(source.vertices, source.faces)
@@ -185,7 +186,7 @@ def pial(data):
     for side in ("left", "right"):
         source, target = data.map(f"pial_{side}"), data.map(f"white_{side}")
         areas = vertex_areas(source.vertices, source.faces)
-        result, seconds = timed(lambda: ism.register(source, target))  # noqa: B023
+        result, seconds = timed(lambda: ism.shapes.register(source, target))  # noqa: B023
         before, after = (mean(degrees(x, target.sphere), areas) for x in (source.sphere, result.map.sphere))
         print(f"pial {side}: {before:.2f} -> {after:.3f} degrees, {seconds:.2f} s; {result.map.certificate}")
 
@@ -206,8 +207,8 @@ def warps(data):
             x = ism.repair_foldings(copy.vertices, copy.faces, x).sphere
         source = ism.sphere_map(copy.vertices, copy.faces, x)
         curvature = curvature_of(source), curvature_of(target)
-        rigid = ism.register(source, target, features=curvature, stages=["rotation", "moebius"])
-        result, seconds = timed(lambda: ism.register(source, target, features=curvature))  # noqa: B023
+        rigid = ism.shapes.register(source, target, features=curvature, stages=["rotation", "moebius"])
+        result, seconds = timed(lambda: ism.shapes.register(source, target, features=curvature))  # noqa: B023
         start, middle, end = (mean(degrees(y, truth), areas) for y in (x, rigid.map.sphere, result.map.sphere))
         print(f"warp of {np.degrees(size):.0f} degrees: {start:.1f}, Moebius {middle:.2f}, end {end:.3f} degrees, "
               f"{result.map.certificate}, {seconds:.2f} s", flush=True)

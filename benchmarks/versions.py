@@ -132,7 +132,7 @@ def disk(v: np.ndarray, f: np.ndarray, _: str) -> tuple[float, dict[str, Any]]:
 def matched(v: np.ndarray, f: np.ndarray, _: str) -> tuple[float, dict[str, Any]]:
     """A match of the surface with itself, stretched."""
     maps = [ism.spherical_conformal_map(each, f) for each in (v, v * [1.0, 1.0, 1.2])]
-    result, cpu = timed(lambda: ism.match(*maps))
+    result, cpu = timed(lambda: ism.shapes.match(*maps))
     energy = result.distortion().symmetric_dirichlet
     return cpu, {"foldings": int(not result.map.certificate), "mean": float(np.median(energy))}
 

@@ -41,7 +41,8 @@ from igl_spheremap.apps.viewer.body import follow, look_at
 from igl_spheremap.apps.viewer.carried_view import CarriedView
 from igl_spheremap.apps.viewer.choices import CARRIED_SIZE
 from igl_spheremap.apps.viewer.colouring import checkerboard, colouring
-from igl_spheremap.apps.viewer.compare import Part, PartsView, registration_view
+from igl_spheremap.apps.viewer.compare import Part, PartsView
+from igl_spheremap.apps.viewer.registered_view import registration_view
 from igl_spheremap.draw.palette import LINES, SURFACE
 from igl_spheremap.draw.plot import fit, new_figure, pose
 from igl_spheremap.errors import DisplayError
@@ -125,11 +126,11 @@ def harmonics(path: Path) -> list[str]:
     """A surface, and the sums of its spherical harmonics up to three degrees."""
     mesh, turn = _sample("brain")
     result = ism.spherical_conformal_map(mesh.v, mesh.f)
-    shape = ism.spherical_harmonics(result, degree=50)
+    shape = ism.shapes.spherical_harmonics(result, degree=50)
     error = shape.error()
     row = [Part(f"a surface\n{len(mesh.v):,} vertices", fit(mesh.unit, turn), mesh.f)]
     for degree in (5, 15, 50):
-        part = ism.SphericalHarmonics(shape.coefficients[: (degree + 1) ** 2])
+        part = ism.shapes.SphericalHarmonics(shape.coefficients[: (degree + 1) ** 2])
         caption = f"degree {degree}\n{error[degree]:.2f} percent off"
         row.append(Part(caption, fit(part.evaluate(result.sphere), turn), mesh.f))
     return _draw([row], path, (1400, 400))
@@ -141,13 +142,13 @@ def registration(path: Path) -> list[str]:
     other = ism.spherical_conformal_map(*ism.samples.make("brain", n_vertices=8000))
     quarter = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     source = ism.sphere_map(other.vertices, other.faces, other.sphere @ quarter)
-    registered = ism.register(source, target)
+    registered = ism.shapes.register(source, target)
     return _present(lambda: registration_view(source, target, registered), path, (1200, 440))
 
 
 def correspondence(path: Path) -> list[str]:
     """A dino, a rabbit, and what lies half of the way between them, with the checkerboard that the map carries."""
-    onto = ism.match(*(ism.samples.make(name, n_vertices=3000) for name in ("dino", "bunny")))
+    onto = ism.shapes.match(*(ism.samples.make(name, n_vertices=3000) for name in ("dino", "bunny")))
     return _present(lambda: CarriedView(onto, up="z"), path, CARRIED_SIZE)
 
 

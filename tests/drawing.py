@@ -50,8 +50,8 @@ def drawn(image):
 _PARENT = """
 import json, os, sys
 import hand, igl_spheremap as ism
-from igl_spheremap.apps.viewer import carried_view, compare, player_window, result_view, show
-public = [getattr(ism, name) for name in dir(ism)]
+from igl_spheremap.apps.viewer import carried_view, compare, player_window, registered_view, result_view, show
+public = [getattr(door, name) for door in (ism, ism.shapes) for name in dir(door)]
 for line in sys.stdin:
     folder, environment, code = json.loads(line)
     if child := os.fork():

@@ -23,11 +23,11 @@ import numpy as np
 import scipy.io
 
 import igl_spheremap as ism
-from igl_spheremap.io.coefficients import read_coefficients
 from igl_spheremap.io.files import read_mesh, read_sphere, write_mesh
 from igl_spheremap.io.records import Label
 from igl_spheremap.io.scalars import read_labels, read_scalars, write_scalars
 from igl_spheremap.io.written_map import read_map, read_mark
+from igl_spheremap.shapes.harmonics.files import read_coefficients
 
 #: What may leave a reader.
 ALLOWED = (ism.MeshError, ism.FileError, ism.MapError)
@@ -78,7 +78,7 @@ def write_sound(folder, name):
         several = {} if name == "lh.data" else {"width": v[:, 0]}
         write_scalars(path, {"height": v[:, 2]} | several, surface=(v, f))
     elif "coef" in name:
-        ism.write_coefficients(path, ism.spherical_harmonics(ism.sphere_map(v, f, v), degree=2))
+        ism.shapes.write_coefficients(path, ism.shapes.spherical_harmonics(ism.sphere_map(v, f, v), degree=2))
     elif name == "text.ply":
         rows = lines("{} {} {}\n", v) + lines("3 {} {} {}\n", f)
         path.write_text(f"ply\nformat ascii 1.0\nelement vertex {len(v)}\nproperty float x\nproperty float y\nproperty "

@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 from corpus import ROOT
 from disks import half
+from doors import PUBLIC
 from drawing import missing
 
 import igl_spheremap as ism
@@ -300,24 +301,28 @@ def test_every_format_is_documented():
         assert entry.name == "FreeSurfer" or f"`{entry.suffixes[0]}`" in row
 
 
+#: The pages of both doors.
+REFERENCES = [path.read_text("utf-8") for path in sorted((DOCS / "reference").glob("api*.md"))]
+
+
 def test_every_public_name_is_in_the_reference():
-    text = (DOCS / "reference" / "api.md").read_text("utf-8")
-    listed = set(re.findall(r"^   ([\w.]+)$", text, re.MULTILINE))
-    shapes = {f"samples.{name}" for name in ism.samples.names()}
-    assert (set(ism.__all__) - {"samples"}) | shapes <= listed
+    listed = {f"{door.removeprefix('igl_spheremap').removeprefix('.')}.{name}".removeprefix(".")
+              for text in REFERENCES for door, names in re.findall(r"currentmodule:: (\S+)\n(.*?)```", text, re.DOTALL)
+              for name in re.findall(r"^   ([\w.]+)$", names, re.MULTILINE)}
+    samples = {f"samples.{name}" for name in ism.samples.names()}
+    assert (PUBLIC.keys() - {"samples"}) | samples <= listed
 
 
 def test_every_public_name_has_an_example_that_runs():
     """In its own docstring, or on the reference page."""
-    shown = {name for block in blocks(DOCS / "reference" / "api.md", "python")
-             for name in re.findall(r"\bism\.(\w+)", block.text)}
-    own = {name for name in ism.__all__ if ">>> " in (inspect.getdoc(getattr(ism, name)) or "")}
-    assert set(ism.__all__) - shown - own == set()
+    shown = {name for text in REFERENCES for name in re.findall(r"\bism\.((?:shapes\.)?\w+)", text)}
+    own = {name for name, public in PUBLIC.items() if ">>> " in (inspect.getdoc(public) or "")}
+    assert PUBLIC.keys() - shown - own == set()
 
 
 def test_summaries_are_whole_sentences():
     """Sphinx cuts a summary at the first full stop before a space, such as that of an abbreviation."""
-    public = [getattr(ism, name) for name in ism.__all__]
+    public = PUBLIC.values()
     members = [value for one in public if inspect.isclass(one) for value in vars(one).values()]
     for one in (*public, *members):
         first = re.split(r"(?<=\.)\s", (inspect.getdoc(one) or "").partition("\n\n")[0])[0]
@@ -336,7 +341,7 @@ def described(doc: str) -> list[tuple[str, str, str]]:
 
 
 def test_positions_and_numbers_say_their_unit():
-    public = [getattr(ism, name) for name in ism.__all__ if name != "samples"]
+    public = [one for name, one in PUBLIC.items() if name != "samples"]
     members = [value for one in public if inspect.isclass(one) for value in vars(one).values() if callable(value)]
     rows = [(one.__qualname__, *row) for one in (*public, *members) for row in described(inspect.getdoc(one) or "")]
     numbers = [row for row in rows if row[2].startswith("float") or (row[1] == "v" and "array_like" in row[2])]

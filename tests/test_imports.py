@@ -11,23 +11,26 @@ from pathlib import Path
 import pytest
 
 import igl_spheremap
+from igl_spheremap.apps.cli.parser import COMMANDS
 
 ROOT = Path(igl_spheremap.__file__).parent
 ARCHITECTURE = ROOT.parent / "docs" / "architecture.md"
-FRONT = {"__init__.py", "__main__.py", "_version.py", "errors.py", "pyvista.py"}
+FRONT = {"__init__.py", "__main__.py", "_version.py", "errors.py", "lazy.py", "pyvista.py"}
+DOORS = {"": ROOT / "__init__.py", "shapes": ROOT / "shapes" / "__init__.py"}
 
 
 def modules_at(name):
     """The file that a dotted name below the package stands for."""
     base = ROOT.joinpath(*name)
-    return {p for p in (base.with_suffix(".py"), base / "__init__.py") if p.is_file() and p != ROOT / "__init__.py"}
+    found = {base.with_suffix(".py"), base / "__init__.py"} if name else set()
+    return {path for path in found if path.is_file()}
 
 
 @cache
 def imported(path):
     """Files of the package that a file imports by any statement, wherever it stands, type checking included."""
     found = set()
-    package = path.relative_to(ROOT).parent.parts
+    package = path.relative_to(ROOT).parent.parts if ROOT in path.parents else ()
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Import):
             names = [alias.name.split(".") for alias in node.names]
@@ -52,31 +55,32 @@ def files():
 
 
 def room(path):
-    """The room of a file; empty for the package's root."""
-    parts = path.relative_to(ROOT).parts
-    return parts[0] if len(parts) > 1 else ""
+    """The room of a file: a folder, or one within `shapes`; of the two doors the folder that they open."""
+    parts = path.relative_to(ROOT).parent.parts
+    return "/".join(parts[: 2 if parts[:1] == ("shapes",) else 1])
 
 
 def rooms():
     """The rooms in the order of the table."""
     if not ARCHITECTURE.exists():
         pytest.skip("the docs are not installed with the package")
-    return re.findall(r"^\| `(\w+)/` \|", ARCHITECTURE.read_text("utf-8"), re.MULTILINE)
+    return re.findall(r"^\| `([\w/]+)/` \|", ARCHITECTURE.read_text("utf-8"), re.MULTILINE)
 
 
 def test_the_table_lists_the_rooms_and_the_root_holds_the_front_door():
-    assert sorted(rooms()) == sorted({room(path) for path in files()} - {""})
+    assert sorted(rooms()) == sorted({room(path) for path in files()} - DOORS.keys())
     assert {path.name for path in ROOT.glob("*.py")} == FRONT
+    assert [*ROOT.glob("shapes/*.py")] == [DOORS["shapes"]]
 
 
 def test_imports_run_towards_the_top_of_the_table():
     order = ["", *rooms()]
     for path in files():
-        if path.parent == ROOT and path.name in ("__init__.py", "__main__.py", "pyvista.py"):
+        if path in DOORS.values() or path in (ROOT / "__main__.py", ROOT / "pyvista.py"):
             continue  # the front doors collect everything
         for other in imported(path):
+            assert other not in DOORS.values(), f"{path} imports a front door"
             assert order.index(room(other)) <= order.index(room(path)), f"{path} imports {other}"
-            assert other != ROOT / "__init__.py", f"{path} imports the front door"
 
 
 def test_no_file_imports_what_imports_it():
@@ -93,7 +97,7 @@ def test_no_file_imports_what_imports_it():
         done.add(path)
 
     for path in files():
-        if path != ROOT / "__init__.py":
+        if path not in DOORS.values():
             visit(path)
     assert len(done) > 20
 
@@ -101,12 +105,33 @@ def test_no_file_imports_what_imports_it():
 def test_witnesses_import_no_solver():
     allowed = {"mesh", "sphere", "verify", ""}
     for path in (ROOT / "verify").glob("*.py"):
-        reached, todo = set(), [path]
-        while todo:
-            for other in imported(todo.pop()) - reached:
-                reached.add(other)
-                todo.append(other)
-        assert {room(p) for p in reached} <= allowed
+        assert {room(p) for p in reached(path)} <= allowed
+
+
+def reached(path):
+    """Files that a file imports, and those that they import."""
+    found, todo = set(), [path]
+    while todo:
+        other = imported(todo.pop()) - found
+        found |= other
+        todo += other
+    return found
+
+
+#: Commands that map one surface, or many one by one, or use a map.
+OF_THE_MAP = ("map", "check", "repair", "disk", "flatten", "view", "play", "export", "transfer", "resample", "batch")
+
+
+def test_the_first_door_needs_nothing_of_the_second():
+    """Nor do its commands, the demos and reports: who maps one surface may take `shapes/` away."""
+    apps, demos = ROOT / "apps", sorted((ARCHITECTURE.parents[1] / "demos").glob("*.py"))
+    commands = {apps / "cli" / "commands" / f"{row.module}.py" for row in COMMANDS if row.name in OF_THE_MAP}
+    others = (DOORS[""], ROOT / "__main__.py", apps, ROOT / "shapes")
+    first = [path for path in files() if not {path, *path.parents} & {*others}]
+    assert len(demos) == 6
+    for path in [*first, *commands, *demos, apps / "report.py"]:
+        assert not [other for other in reached(path) if room(other).startswith("shapes")], path
+    assert not [path for path in demos if "shapes" in path.read_text("utf-8")]
 
 
 def test_every_form_of_import_is_seen():
@@ -117,17 +142,18 @@ def test_every_form_of_import_is_seen():
     assert ROOT / "samples" / "__init__.py" in imported(ROOT / "__init__.pyi")  # from . import samples
 
 
-def test_each_public_name_is_listed_once_for_readers_type_checkers_and_the_front_door():
-    stub = ast.parse((ROOT / "__init__.pyi").read_text("utf-8")).body
+@pytest.mark.parametrize("door", [igl_spheremap, igl_spheremap.shapes], ids=lambda door: door.__name__)
+def test_each_public_name_is_listed_once_for_readers_type_checkers_and_the_front_door(door):
+    stub = ast.parse(Path(door.__file__).with_suffix(".pyi").read_text("utf-8")).body
     imports = [node for node in stub if isinstance(node, ast.ImportFrom)]
     assert all(node.level == len(node.names) == 1 and node.names[0].name == node.names[0].asname for node in imports)
     names = [node.names[0].name for node in imports]
-    assert sorted(names) == sorted(set(names)) == igl_spheremap.__all__ == dir(igl_spheremap)
+    assert sorted(names) == sorted(set(names)) == door.__all__ == dir(door)
     for node in imports:
-        public = getattr(igl_spheremap, node.names[0].name)
-        assert getattr(public, "__module__", f"{ROOT.name}.{node.module}") == f"{ROOT.name}.{node.module}"
+        public = getattr(door, node.names[0].name)
+        assert getattr(public, "__module__", f"{door.__name__}.{node.module}") == f"{door.__name__}.{node.module}"
     with pytest.raises(AttributeError, match="no_such_name"):
-        igl_spheremap.no_such_name  # noqa: B018
+        door.no_such_name  # noqa: B018
 
 
 def test_the_core_needs_no_extra():
@@ -136,7 +162,8 @@ def test_the_core_needs_no_extra():
     Not in the list are the solvers: scipy.optimize itself looks for scikit-sparse, and cvxopt, where it is installed,
     is imported with what factorises, so that no process's first map waits for it.
     """
-    code = ("import sys, igl_spheremap as ism; [getattr(ism, name) for name in dir(ism)];"
+    code = ("import sys, igl_spheremap as ism\n"
+            "[getattr(door, name) for door in (ism, ism.shapes) for name in dir(door)]\n"
             "print(' '.join(sorted({m.split('.')[0] for m in sys.modules})))")
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert not {"polyscope", "matplotlib", "nibabel", "trimesh"} & set(loaded)

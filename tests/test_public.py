@@ -10,13 +10,14 @@ from typing import get_args, get_type_hints
 import numpy as np
 import pytest
 from corpus import ROOT
+from doors import PUBLIC
 
 import igl_spheremap as ism
 from igl_spheremap.maps.sphere_map import SphereMap
 
-REFERENCE = (ROOT / "docs" / "reference" / "api.md").read_text("utf-8")
+REFERENCE = "".join(path.read_text("utf-8") for path in (ROOT / "docs" / "reference").glob("api*.md"))
 V, F = ism.samples.make("spheroid", n_vertices=300)
-CLASSES = [one for name in ism.__all__ if inspect.isclass(one := getattr(ism, name))]
+CLASSES = [one for one in PUBLIC.values() if inspect.isclass(one)]
 
 
 def own(hint):
@@ -29,7 +30,7 @@ def own(hint):
 
 def hints(name):
     """The types of a function's result, or of all that an instance of a class holds and its methods return."""
-    public = getattr(ism, name)
+    public = PUBLIC[name]
     if inspect.isfunction(public):
         return [get_type_hints(public, localns={"SphereMap": SphereMap})["return"]]
     if not inspect.isclass(public):
@@ -40,10 +41,11 @@ def hints(name):
     return [*results, *get_type_hints(public).values()]
 
 
-@pytest.mark.parametrize("name", ism.__all__)
+@pytest.mark.parametrize("name", PUBLIC)
 def test_records_that_come_from_public_names_are_public_or_in_the_reference(name):
-    documented = {getattr(import_module(f"igl_spheremap.{module}"), record)
-                  for module, record in re.findall(r"^   ([\w.]+)\.([A-Z]\w+)$", REFERENCE, re.MULTILINE)}
+    documented = {getattr(import_module(f"{door}.{module}"), record)
+                  for door, listed in re.findall(r"currentmodule:: (\S+)\n(.*?)```", REFERENCE, re.DOTALL)
+                  for module, record in re.findall(r"^   ([\w.]+)\.([A-Z]\w+)$", listed, re.MULTILINE)}
     assert {one for hint in hints(name) for one in own(hint)} <= {*CLASSES, *documented}
 
 
@@ -53,8 +55,7 @@ LEFT_OUT = {"f", "values", "target", "template"}
 
 def functions():
     """Public functions and methods by their names, and classes whose instances users make of data."""
-    for name in ism.__all__:
-        public = getattr(ism, name)
+    for name, public in PUBLIC.items():
         if inspect.isfunction(public):
             yield name, public
         elif inspect.isclass(public):
@@ -80,7 +81,8 @@ def test_records_print_in_one_line(tmp_path):
     iterates, recording = [], ism.Recording(F)
     result = ism.spherical_conformal_map(V, F, listener=iterates.append)
     ism.spherical_conformal_map(V, F, listener=recording)
-    registered, shape = ism.register(result, result, stages=("rotation",)), ism.spherical_harmonics(result, degree=2)
+    registered = ism.shapes.register(result, result, stages=("rotation",))
+    shape = ism.shapes.spherical_harmonics(result, degree=2)
     locator = ism.SphereLocator(result.sphere, F)
     ism.write_mesh(tmp_path / "a.ply", V, F)
     records = [

@@ -10,12 +10,12 @@ from igl_spheremap.draw.plot import draw_surfaces
 
 v, f = ism.samples.make("brain", n_vertices=8000)
 result = ism.spherical_conformal_map(v, f)
-shape = ism.spherical_harmonics(result, degree=30)
+shape = ism.shapes.spherical_harmonics(result, degree=30)
 error = shape.error()
 
 views = [(f"{len(v):,} vertices", v, f, None)]
 for degree in (3, 10, 30):
-    part = ism.SphericalHarmonics(shape.coefficients[: (degree + 1) ** 2])
+    part = ism.shapes.SphericalHarmonics(shape.coefficients[: (degree + 1) ** 2])
     views.append((f"degree {degree}: {error[degree]:.2f} percent off", part.evaluate(result.sphere), f, None))
 
 figure = draw_surfaces(*views, up="z")

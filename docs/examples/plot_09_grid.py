@@ -12,8 +12,8 @@ from igl_spheremap.draw.plot import new_figure
 
 v, f = ism.samples.make("bunny", n_vertices=5000)
 result = ism.balanced_spherical_map(v, f, balance=0.75)  # room for the ears
-image = ism.to_grid(result, rows=128)
-back = ism.from_grid(image, result)
+image = ism.shapes.to_grid(result, rows=128)
+back = ism.shapes.from_grid(image, result)
 size = np.ptp(v, axis=0).max()
 print(f"read back at the vertices, off by {np.linalg.norm(back - v, axis=1).mean() / size:.2%} of the body's length")
 

@@ -12,7 +12,7 @@ import igl_spheremap as ism
 from igl_spheremap.draw.plot import draw_surfaces, fit
 
 a, b = (ism.samples.make(name, n_vertices=1200) for name in ("dino", "bunny"))
-onto = ism.match(a, b)
+onto = ism.shapes.match(a, b)
 assert onto.map.certificate.folding_free
 
 # %%

@@ -21,7 +21,7 @@ for k in range(4):
     v[:, :2] *= 1 + 0.1 * width * np.exp(-v[:, 2:] ** 2)
     sources.append((v, f))
 
-group = ism.template(sources, target="ico:3", modes=2)
+group = ism.shapes.template(sources, target="ico:3", modes=2)
 print(group)
 
 # %%

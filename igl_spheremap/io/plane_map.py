@@ -15,7 +15,7 @@ from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles
 from ..mesh.disk import check_disk
 from ..mesh.objects import MeshLike, vertices_and_faces
 from ..plane.plane_map import PlaneMap, UnitSquare, given_map
-from ..shapes.texture import checker_image, plane_atlas
+from ..resampling.texture import checker_image, plane_atlas
 from ..verify.certificate import Certificate
 from . import npz
 from .files import read_mesh, write_mesh

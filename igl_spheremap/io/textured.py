@@ -17,7 +17,7 @@ from ..draw.markup import png
 from ..errors import FileError, MeshError, import_optional
 from ..mesh.arrays import FloatArray, check_triangles, own_unit
 from ..mesh.check import check_indices, check_positions
-from ..shapes.texture import Atlas
+from ..resampling.texture import Atlas
 from .formats import PathLike, format_of
 from .gltf import joined, parts, standing
 from .obj import read, texture
@@ -92,7 +92,7 @@ def read_textured(path: PathLike) -> TexturedMesh:
     >>> import tempfile
     >>> import igl_spheremap as ism
     >>> from igl_spheremap.io.textured import read_textured, write_textured
-    >>> from igl_spheremap.shapes.texture import checker_image, texture_atlas
+    >>> from igl_spheremap.resampling.texture import checker_image, texture_atlas
     >>> x, f = ism.samples.sphere(42)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_textured(f"{folder}/ball.obj", x, f, texture_atlas(x, f, cut=False), checker_image(64))

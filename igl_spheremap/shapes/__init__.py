@@ -1,4 +1,6 @@
-"""Uses of a map: transfer, grids, textures, harmonics, features."""
+"""What is known of several surfaces, or of one in a basis: matches, registrations, groups, harmonics."""
 
-#: Degrees that are expanded at most: time grows by their cube, 1,000 takes minutes; (L + 1)^2 is a million.
-LARGEST_DEGREE = 1000
+from ..lazy import attach
+
+__getattr__, __dir__, __all__ = attach(__name__, __path__[0])
+del attach

@@ -9,11 +9,11 @@ import pytest
 from disks import half
 
 import igl_spheremap as ism
-from igl_spheremap.correspondence.surface_map import SurfaceMap
 from igl_spheremap.draw.plot import pose
-from igl_spheremap.groups.group import Group, Member
-from igl_spheremap.groups.series import Series
-from igl_spheremap.shapes.locate import Location
+from igl_spheremap.resampling.locate import Location
+from igl_spheremap.shapes.correspondence.surface_map import SurfaceMap
+from igl_spheremap.shapes.groups.group import Group, Member
+from igl_spheremap.shapes.groups.series import Series
 
 images = pytest.importorskip("PIL.Image", reason="Pillow is not installed")
 V, F = ism.samples.sphere(642)
@@ -85,8 +85,8 @@ def series():
 @pytest.mark.parametrize(("make", "bodies"), [
     (lambda: ism.flatten(*half(V, F)[:2]), 2),
     (lambda: ism.resample(BALL, "ico:2"), 2),
-    (lambda: ism.spherical_harmonics(BALL, degree=4), 3),
-    (lambda: ism.spherical_harmonics(BALL, V[:, :2], degree=4), 1),
+    (lambda: ism.shapes.spherical_harmonics(BALL, degree=4), 3),
+    (lambda: ism.shapes.spherical_harmonics(BALL, V[:, :2], degree=4), 1),
     (lambda: SurfaceMap(BALL, BALL, np.array([0]), Location(np.array([0]), np.array([[1.0, 0, 0]]))), 2),
     (group, 3),
     (series, 2),

@@ -12,7 +12,7 @@ import pytest
 from igl_spheremap import FileError, MeshError, check_mesh, repair_mesh, samples, spherical_conformal_map
 from igl_spheremap.io.files import read_mesh, write_mesh
 from igl_spheremap.io.textured import write_textured
-from igl_spheremap.shapes.texture import checker_image, texture_atlas
+from igl_spheremap.resampling.texture import checker_image, texture_atlas
 
 pytest.importorskip("trimesh")
 

@@ -15,7 +15,7 @@ import igl_spheremap as ism
 from igl_spheremap import FileError, MeshError
 from igl_spheremap.io.files import read_mesh
 from igl_spheremap.io.textured import read_picture, read_textured, write_picture, write_textured
-from igl_spheremap.shapes.texture import checker_image, texture_atlas
+from igl_spheremap.resampling.texture import checker_image, texture_atlas
 
 pytest.importorskip("trimesh")
 image = pytest.importorskip("PIL.Image")

@@ -41,7 +41,7 @@ def checks(monkeypatch):
     lambda: ism.repair_foldings(V, F, X),
     lambda: ism.sphere_map(V, F, X),
     lambda: ism.SphereMapper(V, F).map(),
-    lambda: ism.register(RESULT, RESULT, stages=("rotation",), reflect=True),
+    lambda: ism.shapes.register(RESULT, RESULT, stages=("rotation",), reflect=True),
 ])
 def test_a_mesh_is_checked_and_normalised_once(call, checks):
     call()
@@ -54,10 +54,10 @@ def test_a_mesh_is_checked_and_normalised_once(call, checks):
     lambda: RESULT.log_area_ratios(),
     lambda: RESULT._repr_html_(),
     lambda: RESULT.rebalance(0.6),
-    lambda: ism.register(RESULT, RESULT, stages=("rotation", "moebius")),
+    lambda: ism.shapes.register(RESULT, RESULT, stages=("rotation", "moebius")),
     lambda: ism.transfer(RESULT, V, RESULT),
-    lambda: ism.spherical_harmonics(RESULT, degree=3),
-    lambda: ism.to_grid(RESULT, rows=4),
+    lambda: ism.shapes.spherical_harmonics(RESULT, degree=3),
+    lambda: ism.shapes.to_grid(RESULT, rows=4),
     lambda: ism.resample(RESULT, RESULT),
 ])
 def test_a_map_is_not_checked_again(call, checks):

@@ -181,11 +181,11 @@ def test_a_balance_is_a_number_from_0_to_1(balance, error):
 def test_options_of_what_takes_maps_are_refused_too():
     result = ism.spherical_conformal_map(V, F)
     for call, message in (
-        (lambda: ism.register(result, result, stiffness="soft"), "stiffness is 'soft'; give a number"),
-        (lambda: ism.register(result, result, listener=3), "listener is 3"),
-        (lambda: ism.spherical_harmonics(result, degree=2.5), "degree is 2.5; give a whole number"),
-        (lambda: ism.spherical_harmonics(result, oversampling="4"), "oversampling is '4'; give a number"),
-        (lambda: ism.to_grid(result, rows=True), "rows is True; give a whole number"),
+        (lambda: ism.shapes.register(result, result, stiffness="soft"), "stiffness is 'soft'; give a number"),
+        (lambda: ism.shapes.register(result, result, listener=3), "listener is 3"),
+        (lambda: ism.shapes.spherical_harmonics(result, degree=2.5), "degree is 2.5; give a whole number"),
+        (lambda: ism.shapes.spherical_harmonics(result, oversampling="4"), "oversampling is '4'; give a number"),
+        (lambda: ism.shapes.to_grid(result, rows=True), "rows is True; give a whole number"),
         (lambda: ism.map_many([], "", listener=3), "listener is 3"),
     ):
         with pytest.raises(TypeError, match=message):

@@ -38,7 +38,7 @@ def test_maps_of_one_surface_have_the_same_attributes(results):
 
 def test_all_results_have_those_of_their_run(results):
     sphere = results["SphereMap"]
-    between = [ism.register(sphere, sphere, stages=["rotation"]), ism.match(sphere, sphere)]
+    between = [ism.shapes.register(sphere, sphere, stages=["rotation"]), ism.shapes.match(sphere, sphere)]
     for result in (*results.values(), *between):
         assert isinstance(result, Result)
         for name in ("energy", "status", "iterations", "seconds", "timings", "method", "settings", "history", "rounds",
@@ -78,6 +78,6 @@ def test_what_was_unrolled_stays_as_it_is():
 
 def test_what_has_no_balance_of_its_own_says_so(results):
     sphere = results["SphereMap"]
-    for result in (results["PlaneMap"], ism.register(sphere, sphere, stages=["rotation"])):
+    for result in (results["PlaneMap"], ism.shapes.register(sphere, sphere, stages=["rotation"])):
         with pytest.raises(TypeError, match=r"can't be rebalanced; make another one, from maps of balance 0\.5"):
             result.rebalance(0.5)

@@ -26,7 +26,7 @@ from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import BoolArray, FloatArray, IntArray, check_directions
 from ...mesh.check import check_faces, check_mesh
 from ...mesh.clean import repair_mesh
-from ...shapes.transfer import regular_mesh
+from ...resampling.transfer import regular_mesh
 from ...sphere.rows import row_lengths
 from ..viewer.choices import guess_up
 from .arguments import repair_options

@@ -17,10 +17,10 @@ from typing import Any, NoReturn
 
 from ... import samples
 from ..._version import __version__
-from ...correspondence import STIFFNESS, USUAL
-from ...groups import FARTHEST
 from ...io.formats import CONVENTIONS, FORMATS
-from ...shapes import LARGEST_DEGREE
+from ...shapes.correspondence import STIFFNESS, USUAL
+from ...shapes.groups import FARTHEST
+from ...shapes.harmonics import LARGEST_DEGREE
 from ..reproduce.items import ALL, COPIES, ITEMS
 from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, PLAYER_SIZE, SHOWN
 from . import arguments as shared
@@ -164,7 +164,7 @@ COMMANDS = (
         argument("--image", "FILE", "the picture of a texture; default: a checkerboard"),
         *shared.OUTPUT,
     )),
-    Command("harmonics", "transfer", (
+    Command("harmonics", "harmonics", (
         *shared.pair("SURFACE"),
         *shared.target("coefficients: .coef as SPHARM-PDM writes them, .csv with aics-shparam's names, or .npz; of "
                        "many surfaces, SPHERE being such as spheres/{stem}.ply, one .tsv, .csv or .npz table"),
@@ -181,7 +181,7 @@ COMMANDS = (
         argument("--table", "FILE", "write error and power by degree, separated by tabs"),
         *shared.OUTPUT,
     )),
-    Command("grid", "transfer", (
+    Command("grid", "harmonics", (
         *shared.pair("SURFACE"),
         *shared.target("a picture (.png), or the numbers (.npz, array `grid`, or .npy)"),
         shared.DATA,

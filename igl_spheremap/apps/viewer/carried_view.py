@@ -8,11 +8,11 @@ from functools import partial
 
 import numpy as np
 
-from ...correspondence.surface_map import SurfaceMap
 from ...draw.palette import LINES, SURFACE, round_up, sizes
 from ...draw.plot import fit, pose
 from ...mesh.measure import vertex_areas
-from ...shapes.transfer import interpolate
+from ...resampling.transfer import interpolate
+from ...shapes.correspondence.surface_map import SurfaceMap
 from ...sphere.moebius import best_rotation
 from ...sphere.rows import unit_rows
 from .app import ColouredApp, panel, paragraph, subject_combo

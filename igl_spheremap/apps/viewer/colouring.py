@@ -13,7 +13,7 @@ from ...draw import palette
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from ...mesh.measure import face_areas
-from ...shapes.features import FeatureSurface
+from ...operators.features import FeatureSurface
 from ...sphere.rows import INFINITE, to_chart
 from ...start.star_map import finite_conformal_factor
 from ...verify.distortion import angle_differences, log_area_ratios

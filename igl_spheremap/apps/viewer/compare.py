@@ -1,4 +1,4 @@
-"""Surfaces side by side: any parts in rows, both spheres of a registration, and one surface by several methods."""
+"""Surfaces side by side: any parts in rows, and one surface by several methods."""
 
 from __future__ import annotations
 
@@ -10,15 +10,12 @@ from functools import partial
 
 import numpy as np
 
-from ...correspondence.registration import Registration
-from ...draw.palette import INK, LINES, SURFACE, Colour, sequential
+from ...draw.palette import INK, LINES, SURFACE, Colour
 from ...draw.plot import angle_histogram, fit, pose
-from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from ...mesh.disk import Disk
 from ...plane.plane_map import in_space
-from ...shapes.features import FeatureSurface
 from ...sphere.rows import unit_rows
 from ...verify.certificate import Certificate
 from ...verify.distortion import angle_differences
@@ -31,10 +28,6 @@ from .grid import Grid, Inset, draw_legend, text_width
 from .result_view import count_foldings, edge_width
 from .window import imgui, implot, is_offscreen, ps
 
-#: In standard deviations: the ends of the colours of a feature.
-_REACH = 2.0
-#: Width of the depth potential that shows folds and limbs alike.
-_FOLDS = 0.12
 #: Degrees at the end of the colours and of the histograms of methods: the same for all, to be compared.
 _DEGREES = 20.0
 #: Ends of the colours of each subject, the same for all maps, to be compared; u and area ratios are logarithms.
@@ -155,30 +148,6 @@ def show_parts(
 ) -> None:  # fmt: skip
     """Open a window with parts in rows, or write a picture of them or a video in which they turn or go by steps."""
     present(lambda: PartsView(rows, steps, first), target, size=size)
-
-
-def registration_view(
-    source: SphereMap, target: SphereMap, result: Registration, features: tuple[FloatArray, FloatArray] | None = None,
-    name: str = "depth",
-) -> PartsView:  # fmt: skip
-    """The target's sphere, and the source's before and after, coloured by the first feature or by depth."""
-    surfaces = [FeatureSurface(one.mesh) for one in (source, target)]
-    if features is None:
-        own, other = (s.standardize(s.potential(_FOLDS)[:, None])[:, 0] for s in surfaces)
-    else:
-        own, other = (s.standardize(each[:, 0]) for s, each in zip(surfaces, features, strict=True))
-    ramp = sequential(f"{name}, in standard deviations", -_REACH, _REACH)
-    first, last = (f"correlation {result.stages[k].correlation.mean():.3f}" for k in (0, -1))
-    shown = (
-        (f"the target's sphere\n{len(target.vertices):,} vertices", target, other, ramp),
-        (f"the source's sphere, before\n{len(source.vertices):,} vertices, {first}", source, own, None),
-        (f"the source's sphere, after\n{result.map.certificate.foldings:,} folded faces, {last}", result.map, own,
-         None),
-    )
-    return PartsView([[
-        Part(caption, one.sphere, one.faces, ramp.colours(values[one.faces].mean(axis=1)), legend=legend)
-        for caption, one, values, legend in shown
-    ]])  # fmt: skip
 
 
 def plane_view(name: str, disk: Disk, p: FloatArray, up: str) -> PartsView:

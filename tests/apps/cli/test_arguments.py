@@ -28,12 +28,13 @@ def test_numbers_out_of_range_are_one_line(words, problem, capsys):
 
 @pytest.mark.parametrize(("command", "function", "parameters"), [
     ("flatten", ism.flatten, {"balance": "balance"}),
-    ("match", ism.match, {"feature_weight": "feature_weight", "position_weight": "position_weight"}),
-    ("register", ism.register, {"stiffness": "stiffness"}),
-    ("template", ism.template, {name: name for name in ("modes", "balance", "farthest", "retries")} | {"to": "target"}),
-    ("template", ism.permutation_test, {"permutations": "permutations"}),
-    ("harmonics", ism.spherical_harmonics, {"degree": "degree"}),
-    ("grid", ism.to_grid, {"kind": "kind", "rows": "rows"}),
+    ("match", ism.shapes.match, {"feature_weight": "feature_weight", "position_weight": "position_weight"}),
+    ("register", ism.shapes.register, {"stiffness": "stiffness"}),
+    ("template", ism.shapes.template,
+     {name: name for name in ("modes", "balance", "farthest", "retries")} | {"to": "target"}),
+    ("template", ism.shapes.permutation_test, {"permutations": "permutations"}),
+    ("harmonics", ism.shapes.spherical_harmonics, {"degree": "degree"}),
+    ("grid", ism.shapes.to_grid, {"kind": "kind", "rows": "rows"}),
     ("resample", ism.resample, {"to": "target"}),
     ("batch", ism.map_many, {"retries": "retries", "balance": "balance"}),
 ])

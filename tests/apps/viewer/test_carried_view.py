@@ -8,11 +8,11 @@ pytestmark = needs_drawing
 _VIEW = """
 from igl_spheremap.apps.viewer.carried_view import CarriedView
 from igl_spheremap.draw.palette import LINES
-from igl_spheremap.shapes.locate import Location
+from igl_spheremap.resampling.locate import Location
 app.open_for(Pictures('unused.png', size=(1200, 500)))
 a, b = (ism.balanced_spherical_map(*ism.samples.make(name, n_vertices=400), balance=1) for name in ('pear', 'dumbbell'))
 front = np.argsort(-a.vertices[:, 1])[[40]]
-onto = ism.SurfaceMap(a, b, front, Location(np.array([0]), np.eye(3)[:1]))
+onto = ism.shapes.SurfaceMap(a, b, front, Location(np.array([0]), np.eye(3)[:1]))
 view = CarriedView(onto)
 ps.set_user_callback(lambda: app.draw_app(view))
 """

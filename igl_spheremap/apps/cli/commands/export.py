@@ -15,7 +15,7 @@ from ....io.textured import TexturedMesh, read_picture, read_textured, write_tex
 from ....mesh.arrays import FloatArray, own_unit
 from ....mesh.check import check_mesh
 from ....plane.plane_map import UnitSquare
-from ....shapes.texture import SIDE, Atlas, Projection, bake, checker_image, plane_atlas, texture_atlas
+from ....resampling.texture import SIDE, Atlas, Projection, bake, checker_image, plane_atlas, texture_atlas
 from ....verify.distortion import vertex_maps
 from ...viewer.choices import Z_UP, guess_up
 from ...viewer.colouring import square_colours

@@ -5,18 +5,18 @@ from pathlib import Path
 
 import numpy as np
 
-from ....correspondence.matching import match
-from ....correspondence.surface_map import SurfaceMap
 from ....io.files import write_mesh
 from ....io.formats import format_of
 from ....io.npz import read_arrays
 from ....io.scalars import read_landmarks
-from ....io.surface_maps import write_surface_map
 from ....io.written_map import read_map
 from ....maps.balanced import balanced_spherical_map
 from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import IntArray
 from ....result.findings import certificate_numbers
+from ....shapes.correspondence.files import write_surface_map
+from ....shapes.correspondence.matching import match
+from ....shapes.correspondence.surface_map import SurfaceMap
 from ...viewer.app import open_for, run_app
 from ...viewer.carried_view import CarriedView
 from ...viewer.choices import Pictures

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....correspondence import STAGES
-from ....correspondence.registration import WIDTHS, Registration, reflected, register
 from ....io.written_map import write_checked
 from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray
 from ....result.findings import certificate_numbers
+from ....shapes.correspondence import STAGES
+from ....shapes.correspondence.registration import WIDTHS, Registration, reflected, register
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import REGISTRATION_SIZE, Pictures
-from ...viewer.compare import registration_view
+from ...viewer.registered_view import registration_view
 from ..exits import Exit, UsageError
 from ..inputs import InputMesh, load_pair, read_data, read_pair, read_source
 from ..output import Findings, check_outputs, write_target

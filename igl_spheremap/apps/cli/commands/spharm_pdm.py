@@ -10,8 +10,8 @@ from ....maps.options import Auto
 from ....populations.mapping import SphereMapping
 from ....populations.page import Sheet, map_sheet
 from ....populations.run_many import run_many
-from ....populations.spharm_pdm import ShapeExpansion, shape_jobs
 from ....populations.table import Row
+from ....shapes.harmonics.spharm_pdm import ShapeExpansion, shape_jobs
 from ..exits import Exit, UsageError
 from .batch import check_files, list_sources, run_files
 

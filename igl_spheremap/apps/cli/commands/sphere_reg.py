@@ -7,14 +7,14 @@ from typing import Any
 from ....errors import MeshError
 from ....populations.page import Sheet
 from ....populations.run_many import run_many
-from ....populations.sphere_registration import (
+from ....populations.table import RegistrationRow
+from ....shapes.cortices.sphere_registration import (
     SphereRegistration,
     describe_datasets,
     hemisphere_jobs,
     registration_manifest,
     registration_sheet,
 )
-from ....populations.table import RegistrationRow
 from ..exits import Exit, UsageError
 from .batch import check_files, list_sources, run_files
 

@@ -11,17 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from ....errors import FileError, MapError, MeshError, import_optional, one_line, without_name
-from ....groups.design import read_design, write_test
-from ....groups.features import FeatureFiles
-from ....groups.files import ARCHIVE, file_names, member_row, read_group, write_group
-from ....groups.film import write_mode_film, write_series_film
-from ....groups.group import Group, too_far
-from ....groups.page import write_group_page, write_series_page
-from ....groups.permutation import LEVEL, indicators, permutation_test
-from ....groups.series import series
-from ....groups.series_files import ARCHIVE as SERIES
-from ....groups.series_files import write_series
-from ....groups.template import template
 from ....io.files import read_mesh
 from ....io.replacing import REPLACE, make_folder
 from ....io.tables import read_cells, write_cells
@@ -30,6 +19,17 @@ from ....maps.balanced import balanced_spherical_map
 from ....populations.executors import connect
 from ....populations.map_many import filled
 from ....populations.ratings import FAIL, read_ratings
+from ....shapes.groups.design import read_design, write_test
+from ....shapes.groups.features import FeatureFiles
+from ....shapes.groups.files import ARCHIVE, file_names, member_row, read_group, write_group
+from ....shapes.groups.film import write_mode_film, write_series_film
+from ....shapes.groups.group import Group, too_far
+from ....shapes.groups.page import write_group_page, write_series_page
+from ....shapes.groups.permutation import LEVEL, indicators, permutation_test
+from ....shapes.groups.series import series
+from ....shapes.groups.series_files import ARCHIVE as SERIES
+from ....shapes.groups.series_files import write_series
+from ....shapes.groups.template import template
 from ..arguments import refuse_flags
 from ..exits import Exit, UsageError
 from ..inputs import expand

@@ -15,7 +15,7 @@ from igl_spheremap.io.files import read_mesh, write_mesh
 from igl_spheremap.io.textured import write_textured
 from igl_spheremap.io.written_map import write_sphere
 from igl_spheremap.mesh.check import check_faces
-from igl_spheremap.shapes.texture import plane_atlas
+from igl_spheremap.resampling.texture import plane_atlas
 
 
 @pytest.fixture

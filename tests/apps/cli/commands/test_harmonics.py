@@ -25,8 +25,8 @@ def test_harmonics_writes_what_the_api_gives(sphere, tmp_path):
     out, surface, table = (str(tmp_path / name) for name in ("a.coef", "a.ply", "a.tsv"))
     words = ["harmonics", SOURCE, sphere, out, "--degree", "6", "--surface", surface, "--to", "ico:2", "--table", table]
     assert main([*words, "--quiet"]) == 0
-    shape = ism.spherical_harmonics(ism.sphere_map(V, F, read_mesh(sphere).v), degree=6)
-    assert np.allclose(ism.read_coefficients(out).coefficients, shape.coefficients, atol=1e-14)
+    shape = ism.shapes.spherical_harmonics(ism.sphere_map(V, F, read_mesh(sphere).v), degree=6)
+    assert np.allclose(ism.shapes.read_coefficients(out).coefficients, shape.coefficients, atol=1e-14)
     assert np.allclose(read_mesh(surface).v, shape.surface("ico:2")[0], atol=1e-14)
     assert main([*words, "--quiet", "--force", "--to", sphere]) == 0
     assert np.allclose(read_mesh(surface).v, shape.evaluate(read_mesh(sphere).v), atol=1e-14)
@@ -38,7 +38,7 @@ def test_alignment_and_templates(sphere, tmp_path):
     first, second = str(tmp_path / "a.npz"), str(tmp_path / "b.coef")
     assert main(["harmonics", SOURCE, sphere, first, "--align", "-q"]) == 0
     assert main(["harmonics", SOURCE, sphere, second, "--align", "--template", first, "-q"]) == 0
-    a, b = ism.read_coefficients(first), ism.read_coefficients(second)
+    a, b = ism.shapes.read_coefficients(first), ism.shapes.read_coefficients(second)
     assert np.allclose(a.coefficients, b.coefficients, atol=1e-12)
     assert np.allclose(a.coefficients[0], 0)
 
@@ -48,10 +48,11 @@ def test_data_by_name(sphere, tmp_path):
     write_scalars(data, {"height": V[:, 2], "width": V[:, 0]})
     assert main(["harmonics", SOURCE, sphere, out, "--data", f"{data}:height", "-q"]) == 0
     given = ism.sphere_map(V, F, read_mesh(sphere).v)
-    assert np.allclose(ism.read_coefficients(out).coefficients, ism.spherical_harmonics(given, V[:, 2]).coefficients)
+    shape = ism.shapes.spherical_harmonics(given, V[:, 2])
+    assert np.allclose(ism.shapes.read_coefficients(out).coefficients, shape.coefficients)
     assert main(["grid", SOURCE, sphere, out, "--data", str(data), "--rows", "8", "-f", "-q"]) == 0
     with np.load(out) as archive:
-        assert np.array_equal(archive["grid"], ism.to_grid(given, V[:, [2, 0]], rows=8))
+        assert np.array_equal(archive["grid"], ism.shapes.to_grid(given, V[:, [2, 0]], rows=8))
 
 
 def test_pictures(sphere, tmp_path):

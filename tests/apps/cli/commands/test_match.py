@@ -42,7 +42,7 @@ def test_the_overlay_lies_on_both(matched):
 
 def test_an_archive_holds_the_whole_map_and_its_map_is_not_made_again(matched, tmp_path, monkeypatch):
     whole, again = str(matched / "whole.npz"), str(tmp_path / "again.ply")
-    onto = ism.read_surface_map(whole)
+    onto = ism.shapes.read_surface_map(whole)
     assert len(onto.positions) == len(onto.map.vertices)
     made = []
     monkeypatch.setattr("igl_spheremap.apps.cli.commands.match.balanced_spherical_map",
@@ -70,7 +70,7 @@ def test_lists_that_do_not_fit_are_named(lists, words, landmarks, tmp_path, caps
 def test_landmarks_are_met_and_those_that_contradict_each_other_are_named(landmarks, tmp_path, capsys):
     whole = str(tmp_path / "whole.npz")
     assert main(["match", A, A, whole, *landmarks("a.vts", "a.vts"), "-q"]) == 0
-    assert ism.read_surface_map(whole).landmark_errors.max() == 0
+    assert ism.shapes.read_surface_map(whole).landmark_errors.max() == 0
     face = ism.samples.make("pear", n_vertices=100)[1][0]
     for name, vertices in (("face.vts", face), ("reversed.vts", face[::-1])):
         (tmp_path / name).write_text("".join(f"{vertex}\n" for vertex in vertices))
@@ -88,7 +88,7 @@ def test_curves_are_lists_of_any_lengths(landmarks, tmp_path, capsys):
         (tmp_path / name).write_text("".join(f"{vertex}\n" for vertex in vertices))
     whole, lists = str(tmp_path / "whole.npz"), [str(tmp_path / name) for name in ("ridge.vts", "other.vts")]
     assert main(["match", A, B, whole, "--curve", *lists, "-q"]) == 0
-    onto = ism.read_surface_map(whole)
+    onto = ism.shapes.read_surface_map(whole)
     assert np.array_equal(onto.landmarks, f[0, :2])
     assert onto.landmark_errors.max() < 1e-12
     assert main(["match", A, B, whole, "-f", "--curve", lists[0], str(tmp_path / "missing.vts")]) != 0

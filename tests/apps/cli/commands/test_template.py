@@ -49,7 +49,7 @@ def rows(path):
 
 
 def test_the_folder_holds_the_group_in_several_formats(group, folder):
-    found = ism.read_group(group)
+    found = ism.shapes.read_group(group)
     assert found.balance == 0.9
     assert repr(found).startswith("Group(3 members, 3 left out, 42 vertices, 2 modes")
     assert np.allclose(ism.read_mesh(group / "mean.ply").v, found.vertices)
@@ -90,7 +90,8 @@ def test_what_is_added_changes_no_other_file(group, folder, capsys):
     table = rows(group / "added.tsv")
     assert [row["status"] for row in table] == ["added", "left out", "added"]
     assert len([*(group / "added").glob("body3*.npz")]) == 2
-    placed = ism.read_group(group).place(ism.balanced_spherical_map(ism.read_mesh(folder / "body3.ply"), balance=0.9))
+    third = ism.balanced_spherical_map(ism.read_mesh(folder / "body3.ply"), balance=0.9)
+    placed = ism.shapes.read_group(group).place(third)
     assert float(table[0]["mode_1"]) == placed.scores[0]
     assert ism.read_map(group / "added" / "body3.npz").certificate.folding_free
 
@@ -103,7 +104,7 @@ def test_a_table_of_variables_is_tested(group, tmp_path, capsys):
     assert "age" in said
     assert "written" in said
     (row,) = rows(group / "tests.tsv")
-    found = ism.permutation_test(ism.read_group(group), [1, 2.5, 3], permutations=19)
+    found = ism.shapes.permutation_test(ism.shapes.read_group(group), [1, 2.5, 3], permutations=19)
     assert float(row["smallest_p"]) == found.p.min()
     with np.load(group / "test_age.npz") as arrays:
         assert (arrays["statistic"] == found.statistic).all()
@@ -160,4 +161,4 @@ def test_what_is_wrong_is_said_in_a_line(group, folder, capsys, words, status, s
 def test_what_holds_no_group_is_refused(folder):
     ism.write_mesh(folder / "mesh.npz", *ism.samples.sphere(42))
     with pytest.raises(ism.MeshError, match="no group"):
-        ism.read_group(folder / "mesh.npz")
+        ism.shapes.read_group(folder / "mesh.npz")

@@ -14,7 +14,7 @@ from igl_spheremap.apps.cli import main
 from igl_spheremap.io.files import write_mesh
 from igl_spheremap.io.records import Label
 from igl_spheremap.io.scalars import read_scalars, write_scalars
-from igl_spheremap.shapes.transfer import regular_mesh
+from igl_spheremap.resampling.transfer import regular_mesh
 
 
 @pytest.fixture

@@ -1,0 +1,157 @@
+"""`harmonics` and `grid`: a mapped surface, or data over it, in a basis and on latitudes and longitudes."""
+
+from argparse import Namespace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....draw.palette import colours
+from ....errors import FileError, MapError, MeshError, one_line, without_name
+from ....io.files import write_mesh
+from ....io.npz import write_arrays
+from ....io.replacing import replacing
+from ....io.tables import SEPARATORS
+from ....io.textured import write_picture
+from ....mesh.arrays import FloatArray
+from ....mesh.timings import counted
+from ....populations.map_many import filled
+from ....shapes.groups.coefficients import coefficient_table, in_common_frame, write_coefficient_table
+from ....shapes.harmonics.files import read_coefficients, write_coefficients
+from ....shapes.harmonics.grid import to_grid
+from ....shapes.harmonics.harmonics import spherical_harmonics
+from ..exits import Exit, UsageError
+from ..inputs import expand, load_pair, read_data, read_target_sphere
+from ..output import LISTED, Findings, check_outputs
+
+
+def run_grid(args: Namespace) -> None:
+    """Sample a mapped surface, or data over it, on latitudes and longitudes.
+
+    igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss --rows 64
+    igl-spheremap grid bunny.ply bunny_sphere.ply bunny_mwss.npz --kind equiangular --rows 65 --columns 128
+    igl-spheremap grid lh.pial lh.sphere.conformal lh_sulc.png --data lh.sulc
+    """
+    target: str = args.target
+    if not target.lower().endswith((".png", ".npz", ".npy")):
+        raise UsageError(f"OUT is a .png, .npz or .npy file, not {target}")
+    if args.kind == "equiangular" and args.rows < 2:
+        raise UsageError("--kind equiangular has both poles: give --rows 2 or more")
+    check_outputs(args)
+    pair = load_pair(args)
+    source = pair.source
+    values = source.v if args.data is None else read_data(args.data, source)
+    args.progress.stage(f"sampling {source.name}")
+    grid = to_grid(pair.map(), values, kind=args.kind, rows=args.rows, columns=args.columns)
+    if target.lower().endswith(".png"):
+        write_picture(target, _picture(grid), force=args.force)
+    else:
+        with replacing(target, args.force) as partial:
+            if target.lower().endswith(".npz"):
+                write_arrays(partial, {"grid": grid, "kind": args.kind})
+            else:
+                with partial.open("wb") as file:
+                    np.save(file, grid)
+    found = Findings(source=source.name, sphere=pair.name, target=target, kind=args.kind, shape=grid.shape)
+    found.add("written", f"{target}: {args.kind}, {grid.shape[0]} x {grid.shape[1]}")
+    found.report(args)
+
+
+def _picture(grid: FloatArray) -> NDArray[np.uint8]:
+    """One column by the colour scale, three as red, green and blue on a common scale."""
+    columns = grid.shape[2]
+    if columns == 1:
+        shades = colours(grid.ravel())
+        return np.stack([shades[name] for name in ("red", "green", "blue")], axis=1).reshape(*grid.shape[:2], 3)
+    if columns != 3:
+        raise UsageError(f"a picture shows one or three columns, not {columns}: choose one by --data FILE:NAME")
+    low = grid.min(axis=(0, 1))
+    return np.round((grid - low) * (255 / (np.ptp(grid, axis=(0, 1)).max() or 1.0))).astype(np.uint8)
+
+
+def run_harmonics(args: Namespace) -> Exit:
+    """Expand mapped surfaces, or data over one, in spherical harmonics.
+
+    igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --degree 15 --table errors.tsv
+    igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --align --surface reconstructed.ply
+    igl-spheremap harmonics "subjects/*.ply" spheres/{stem}.ply coefficients.tsv --align --modes 5
+    """
+    if "{" in args.sphere:
+        return _harmonics_of_all(args)
+    if args.modes:
+        raise UsageError("--modes goes with many surfaces: give SPHERE as a pattern, such as spheres/{stem}.ply")
+    check_outputs(args)
+    mesh = read_target_sphere(args.to) if args.surface else None
+    pair = load_pair(args)
+    source = pair.source
+    values = None if args.data is None else read_data(args.data, source)
+    args.progress.stage(f"expanding {source.name}")
+    harmonics = spherical_harmonics(pair.map(), values, degree=args.degree)
+    found = Findings(target=args.target)
+    found.add("source", f"{source.name}: {len(source.v)} vertices, sphere {pair.name}",
+              source=source.name, sphere=pair.name)
+    if args.align:
+        aligned = harmonics.align(read_coefficients(args.template) if args.template else None)
+        harmonics = aligned.harmonics
+        axes, skew = (", ".join(f"{number:.3g}" for number in each) for each in (aligned.axes, aligned.skew))
+        found.add("axes", f"half axes {axes} along x, y, z; skewness {skew}", axes=aligned.axes, skew=aligned.skew)
+    for note in harmonics.notes:
+        found.add("note", note)
+    found.figures["notes"] = harmonics.notes
+    args.progress.stage("measuring the error of each degree")
+    error, power = harmonics.error(), harmonics.power()
+    found.add("error", f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}",
+              error_percent=error, degree=args.degree, power=power)
+    surface = harmonics.surface(mesh) if mesh else None
+    args.progress.stage(f"writing {args.target}")
+    write_coefficients(args.target, harmonics, force=args.force)
+    if surface:
+        write_mesh(args.surface, *surface, force=args.force)
+    if args.table:
+        _write_table(args, error, power)
+    found.add("written", ", ".join(filter(None, (args.target, args.surface, args.table))))
+    found.report(args)
+    return Exit.OK
+
+
+def _harmonics_of_all(args: Namespace) -> Exit:
+    """One table of all surfaces that can be expanded."""
+    for name in ("data", "template", "surface", "table"):
+        if getattr(args, name):
+            raise UsageError(f"--{name} goes with one surface")
+    if not args.target.lower().endswith((*SEPARATORS, ".npz")):
+        raise UsageError(f"OUT of many surfaces is a .tsv, .csv or .npz file, not {args.target}")
+    names = expand([args.source])
+    try:
+        spheres = [filled(args.sphere, name, "SPHERE ") for name in names]
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    check_outputs(args)
+    found, shapes, reasons = Findings(target=args.target), {}, {}
+    for name, sphere in counted("surfaces", list(zip(names, spheres, strict=True))):
+        try:
+            pair = load_pair(Namespace(**{**vars(args), "source": name, "sphere": sphere}))
+            shapes[name] = spherical_harmonics(pair.map(), degree=args.degree)
+        except (MeshError, FileError, MapError) as error:
+            reasons[name] = without_name(one_line(error), name)
+    if not shapes:
+        raise MeshError(f"none of {len(names)} surfaces can be expanded; {names[0]}: {reasons[names[0]]}")
+    args.progress.stage("aligning" if args.align else "writing")
+    rows = in_common_frame(list(shapes.values())) if args.align else list(shapes.values())
+    table = coefficient_table(list(shapes), rows, args.modes)
+    write_coefficient_table(args.target, table, force=args.force)
+    found.add("surfaces", f"{len(shapes)} of {len(names)}", surfaces=list(shapes), left_out=reasons)
+    for name, reason in list(reasons.items())[:LISTED]:
+        found.add("left out", f"{name}: {reason}")
+    if table.modes is not None:
+        shares = ", ".join(f"{100 * share:.3g}" for share in table.compactness)
+        found.add("modes", f"hold {shares} percent of the variance", variances=table.modes.variances,
+                  compactness=table.compactness)
+    found.add("written", f"{args.target}: degree {args.degree}, a row for each surface")
+    found.report(args)
+    return Exit.FAILED if reasons else Exit.OK
+
+
+def _write_table(args: Namespace, error: FloatArray, power: FloatArray) -> None:
+    lines = [f"{ell}\t{e:.6g}\t{p:.9g}\n" for ell, (e, p) in enumerate(zip(error, power, strict=True))]
+    with replacing(args.table, args.force) as partial:
+        partial.write_text("degree\terror_percent\tpower\n" + "".join(lines))

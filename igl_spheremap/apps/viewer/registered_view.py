@@ -1,0 +1,39 @@
+"""A registration: the target's sphere, and the source's before and after."""
+
+from __future__ import annotations
+
+from ...draw.palette import sequential
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray
+from ...operators.features import FeatureSurface
+from ...shapes.correspondence.registration import Registration
+from .compare import Part, PartsView
+
+#: In standard deviations: the ends of the colours of a feature.
+_REACH = 2.0
+#: Width of the depth potential that shows folds and limbs alike.
+_FOLDS = 0.12
+
+
+def registration_view(
+    source: SphereMap, target: SphereMap, result: Registration, features: tuple[FloatArray, FloatArray] | None = None,
+    name: str = "depth",
+) -> PartsView:  # fmt: skip
+    """The target's sphere, and the source's before and after, coloured by the first feature or by depth."""
+    surfaces = [FeatureSurface(one.mesh) for one in (source, target)]
+    if features is None:
+        own, other = (s.standardize(s.potential(_FOLDS)[:, None])[:, 0] for s in surfaces)
+    else:
+        own, other = (s.standardize(each[:, 0]) for s, each in zip(surfaces, features, strict=True))
+    ramp = sequential(f"{name}, in standard deviations", -_REACH, _REACH)
+    first, last = (f"correlation {result.stages[k].correlation.mean():.3f}" for k in (0, -1))
+    shown = (
+        (f"the target's sphere\n{len(target.vertices):,} vertices", target, other, ramp),
+        (f"the source's sphere, before\n{len(source.vertices):,} vertices, {first}", source, own, None),
+        (f"the source's sphere, after\n{result.map.certificate.foldings:,} folded faces, {last}", result.map, own,
+         None),
+    )
+    return PartsView([[
+        Part(caption, one.sphere, one.faces, ramp.colours(values[one.faces].mean(axis=1)), legend=legend)
+        for caption, one, values, legend in shown
+    ]])  # fmt: skip

@@ -1,0 +1,303 @@
+"""The faces of an overlay: convex cells cut into triangles, and cells thinner than rounding taken out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import dist
+
+import numpy as np
+
+from ...mesh.arrays import BoolArray, FloatArray, IntArray
+from ...mesh.edges import marked, touching
+from ...sphere.rows import row_crosses, row_dots, unit_rows
+from .walk import Segments, Triangulation
+
+#: Distances, in units of the largest coordinate, that come out of the rounding of points and of their images.
+_ROUNDING = 8 * np.finfo(float).eps
+#: Sides up to this length are collapsed: where edges that nearly coincide cross, rounding moves their crossing so far.
+SHORT = 32 * _ROUNDING
+#: Twice the area of a face over the square of its longest side: below, the sign depends on the order of operations.
+_FLAT = 4 * np.finfo(float).eps
+#: Rounds of moves at most; they end when no face is flat any more.
+_ROUNDS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """The sides of cells, counter-clockwise; a cell is the intersection of a face of A and one of B.
+
+    Attributes
+    ----------
+    cell, start, end : (k,) int64 arrays
+        The cell and the nodes of each side, in the order of cells and starts.
+    """
+
+    cell: IntArray
+    start: IntArray
+    end: IntArray
+
+    @classmethod
+    def of(cls, A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: Segments) -> Sides:
+        """All segments from both of their sides; cells have the number of A's face times B's faces, plus B's face."""
+        own = ~cut_b.along  # the others are segments of A, too
+        g, h, p, q = A.forward[cut_a.edge], B.forward[cut_b.edge[own]], cut_a.half, cut_b.half[own]
+        back = np.where(cut_a.along, B.twin[p], p)
+        face_a, face_b = np.concatenate((g, A.twin[g], q, q)) // 3, np.concatenate((p, back, h, B.twin[h])) // 3
+        start = np.concatenate((cut_a.start, cut_a.end, cut_b.start[own], cut_b.end[own]))
+        end = np.concatenate((cut_a.end, cut_a.start, cut_b.end[own], cut_b.start[own]))
+        return cls(face_a * len(B.f) + face_b, start, end)._sorted()
+
+    def _sorted(self) -> Sides:
+        order = np.lexsort((self.start, self.cell))
+        return Sides(self.cell[order], self.start[order], self.end[order])
+
+    def triangles(self, x: FloatArray) -> tuple[IntArray, IntArray]:
+        """Triangles that make up the cells, (m, 3), and the cell of each; `x` are the nodes' positions."""
+        fresh = np.append(True, self.cell[1:] != self.cell[:-1])
+        number = np.cumsum(fresh) - 1
+        following = np.searchsorted(number * len(x) + self.start, number * len(x) + self.end)
+        # A fan around the largest angle has no triangle that is as flat.
+        ahead = x[self.end] - x[self.start]
+        behind = np.empty_like(ahead)
+        behind[following] = -ahead
+        cosine = row_dots(ahead, behind) / np.sqrt(_squares(ahead) * _squares(behind))
+        side = np.lexsort((cosine, number))[fresh]
+        cell, centre, side = self.cell[fresh], self.start[side], following[side]
+        found, owners = [], []
+        while len(side):
+            fan = self.end[side] != centre
+            cell, centre, side = cell[fan], centre[fan], side[fan]
+            found.append(np.stack((centre, self.start[side], self.end[side]), axis=1))
+            owners.append(cell)
+            side = following[side]
+        return np.concatenate(found), np.concatenate(owners)
+
+
+class Coincidences:
+    """A refinement in floating point, in which what lies within rounding of each other is merged.
+
+    The refinement comes from exact signs, but its nodes are rounded, so that a face between nodes, or between a node
+    and an edge, that float64 can't tell apart may come out flat or negative. Such a face is taken out by the collapse
+    of a side as short as rounding, or by the flip of its longest side where that hands over no area but rounding. Both
+    keep a triangulated sphere: a collapse if its ends have two common neighbours, a flip if its new side is not there
+    yet. Each leaves fewer such faces.
+
+    Attributes
+    ----------
+    faces : (m, 3) int64 array
+        The faces, of which `left` are left.
+    owners : (2, m) int64 array
+        The face of A and of B that each is a part of.
+    on : pair of (k, 3) float64 arrays
+        The nodes on A and on B, in each one's own unit.
+    node : (k,) int64 array
+        The node that each has become.
+    """
+
+    def __init__(self, faces: IntArray, owners: IntArray, on: tuple[FloatArray, FloatArray],
+                 surfaces: tuple[FloatArray, FloatArray], vertices: tuple[IntArray, IntArray]) -> None:
+        self.faces, self.owners, self.on = faces, owners, on
+        self.left, self.node = np.ones(len(faces), dtype=bool), np.arange(len(on[0]))
+        self._normals = tuple(_normals(surface) for surface in surfaces)
+        self._vertex = tuple(marked(rows, len(self.node)) for rows in vertices)
+
+    def merge(self) -> int:
+        """Take out what faces a collapse or a flip takes out; how many are left that are not positive."""
+        rows = np.flatnonzero(self.left)
+        flat = rows[self._flat(rows)].tolist()
+        if not flat:
+            return 0
+        inner = marked(self.faces[touching(self.faces, marked(self.faces[flat], len(self.node))) & self.left],
+                       len(self.node))
+        near = np.flatnonzero(touching(self.faces, inner) & self.left)
+        # Few faces at a time are looked at: lists of numbers are faster than arrays then.
+        self._whole = set(np.flatnonzero(inner).tolist())  # nodes whose faces are all in `_at`
+        self._corners = dict(zip(near.tolist(), self.faces[near].tolist(), strict=True))
+        self._owner = dict(zip(near.tolist(), self.owners[:, near].T.tolist(), strict=True))
+        self._at: dict[int, set[int]] = {}
+        for i, corners in self._corners.items():
+            for v in corners:
+                self._at.setdefault(v, set()).add(i)
+        self._bad = set(flat)
+        while any([self._collapse(i) or self._flip(i) for i in flat if i in self._bad]):
+            pass
+        kept = list(self._corners)
+        self.left[near] = False
+        self.left[kept] = True
+        self.faces[kept], self.owners[:, kept] = list(self._corners.values()), np.transpose(list(self._owner.values()))
+        return len(self._bad)
+
+    def _flat(self, rows: IntArray) -> BoolArray:
+        """Which faces are not positive beyond rounding on a surface whose face there is not flat itself, or have a side
+        as short as rounding on both."""
+        faces, flat, square = self.faces[rows], np.zeros(len(rows), dtype=bool), np.zeros((3, len(rows)))
+        for p, normals, owner in zip(self.on, self._normals, self.owners[:, rows], strict=True):
+            a, b, c = p[faces].transpose(1, 0, 2)
+            normal, own = normals[owner], np.stack([_squares(side) for side in (b - a, c - b, a - c)])
+            flat |= ~(row_dots(row_crosses(b - a, c - a), normal) > _FLAT * own.max(axis=0)) & normal.any(axis=1)
+            square = np.maximum(square, own)
+        return flat | (square.min(axis=0) <= _ROUNDING**2)
+
+    def _is_flat(self, corners: list[int], owners: list[int]) -> bool:
+        """What `_flat` says, of one face."""
+        sides = [0.0, 0.0, 0.0]
+        for p, normals, owner in zip(self.on, self._normals, owners, strict=True):
+            (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (p[v].tolist() for v in corners)
+            nx, ny, nz = normals[owner].tolist()
+            bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+            own = [bx * bx + by * by + bz * bz, (cx - bx) ** 2 + (cy - by) ** 2 + (cz - bz) ** 2,
+                   cx * cx + cy * cy + cz * cz]
+            twice = (by * cz - bz * cy) * nx + (bz * cx - bx * cz) * ny + (bx * cy - by * cx) * nz
+            if not twice > _FLAT * max(own) and (nx or ny or nz):
+                return True
+            sides = list(map(max, sides, own))
+        return bool(min(sides) <= _ROUNDING**2)
+
+    def _neighbours(self, v: int) -> set[int]:
+        return {w for i in self._at[v] for w in self._corners[i]} - {v}
+
+    def _distance(self, v: int, w: int) -> float:
+        """Of two nodes, the larger one of both surfaces."""
+        return max(dist(p[v].tolist(), p[w].tolist()) for p in self.on)
+
+    def _collapse(self, i: int) -> bool:
+        """Collapse the shortest side of a face if it is as short as rounding; whether it did."""
+        a, b, c = self._corners[i]
+        length, v, w = min((self._distance(v, w), v, w) for v, w in ((a, b), (b, c), (c, a)))
+        first, second = ([fixed[u] for fixed in self._vertex] for u in (v, w))
+        if length > SHORT or (first[0] and second[0]) or (first[1] and second[1]):
+            return False
+        if any(first) and any(second):
+            return self._onto(v, w) if second[0] else self._onto(w, v)  # the vertex of A stays
+        return (not any(second) and self._onto(w, v)) or (not any(first) and self._onto(v, w))
+
+    def _onto(self, out: int, into: int) -> bool:
+        """Collapse the edge between two nodes onto one of them, if that leaves fewer flat faces."""
+        if not {out, into} <= self._whole or len(self._neighbours(out) & self._neighbours(into)) != 2:
+            return False
+        around = self._at[out] | self._at[into]
+        gone = self._at[out] & self._at[into]
+        old = [p[into].copy() for p in self.on]
+        for p, fixed in zip(self.on, self._vertex, strict=True):
+            if fixed[out]:
+                p[into] = p[out]
+        corners = {i: [into if v == out else v for v in self._corners[i]] for i in around - gone}
+        bad = {i for i, each in corners.items() if self._is_flat(each, self._owner[i])}
+        if len(bad) >= len(self._bad & around):
+            for p, place in zip(self.on, old, strict=True):
+                p[into] = place
+            return False
+        for fixed in self._vertex:
+            fixed[into] |= fixed[out]
+        for i in gone:
+            for v in self._corners.pop(i):
+                self._at[v].discard(i)
+            del self._owner[i]
+        self._corners |= corners
+        self._at[into] |= self._at.pop(out)
+        self._bad = self._bad - around | bad
+        self.node[out] = into
+        return True
+
+    def _flip(self, i: int) -> bool:
+        """Flip the longest side of a face that is as thin as rounding; whether it did."""
+        if i not in self._bad:
+            return False
+        a, b, c = self._corners[i]
+        _, v, p, q = max((self._distance(p, q), v, p, q) for v, p, q in ((a, b, c), (b, c, a), (c, a, b)))
+        if not {v, p, q} <= self._whole:
+            return False
+        (j,) = self._at[p] & self._at[q] - {i}
+        (u,) = set(self._corners[j]) - {p, q}
+        if u == v or u in self._neighbours(v):
+            return False
+        for x, own, other in zip(self.on, self._owner[i], self._owner[j], strict=True):
+            height = np.linalg.norm(np.cross(x[p] - x[v], x[q] - x[v])) / (dist(x[p], x[q]) or 1.0)
+            if own != other and height > SHORT:
+                return False
+        corners = {i: [v, p, u], j: [v, u, q]}
+        bad = {k for k, each in corners.items() if self._is_flat(each, self._owner[j])}
+        if len(bad) >= len(self._bad & {i, j}):
+            return False
+        self._corners |= corners
+        self._owner[i] = self._owner[j]
+        self._at[q].discard(i)
+        self._at[p].discard(j)
+        self._at[v].add(j)
+        self._at[u].add(i)
+        self._bad = self._bad - {i, j} | bad
+        return True
+
+
+def nudge(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray, fixed: IntArray) -> None:
+    """Move nodes on a surface by some rounding errors, in place, so that faces are positive that rounding made flat.
+
+    `surface` are the corners (m, 3, 3) of the surface's faces, `owners` those that faces are parts of. Each one that
+    is not positive asks for the least moves of its corners that give it a height above rounding; where several move a
+    node, their moves are averaged. Faces whose sides are as short as rounding stay as they are.
+    """
+    height = _ROUNDING / 4 * np.abs(p).max()
+    movable = np.ones(len(p), dtype=bool)
+    movable[fixed] = False
+    normals = _normals(surface)
+    rows = np.arange(len(faces))
+    for _ in range(_ROUNDS):
+        f, normal = faces[rows], normals[owners[rows]]
+        sides = np.stack([p[f[:, k - 1]] - p[f[:, k - 2]] for k in range(3)])
+        twice = row_dots(row_crosses(sides[1], sides[2]), normal)
+        longest = np.sqrt(_squares(sides).max(axis=0))
+        bad = (twice <= 0) & (longest > 4 * height) & normal.any(axis=1)
+        f, normal, sides, longest = f[bad], normal[bad], sides[:, bad], longest[bad]
+        free = movable[f.T]
+        share = (2 * height * longest - twice[bad]) / np.maximum((_squares(sides) * free).sum(axis=0), height**2)
+        share = np.minimum(share, 4 * height / longest)  # where only a corner far from the others may move
+        moves = np.zeros_like(p)
+        for k in range(3):
+            np.add.at(moves, f[:, k], (share * free[k])[:, None] * row_crosses(normal, sides[k]))
+        count = np.bincount(f.ravel(), minlength=len(p))
+        moved = np.flatnonzero(count)
+        p[moved] += moves[moved] / count[moved, None]
+        rows = np.flatnonzero((count > 0)[faces].any(axis=1))
+        if not len(rows):
+            break
+
+
+def join_places(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray, fixed: IntArray) -> int:
+    """Give nodes at the ends of sides as short as rounding one place on a surface, in place, where faces are negative.
+
+    A limb of the other surface may lie in a speck of this one: its faces are apart there, and have no area here.
+    Returns the number of faces without area.
+    """
+    normals, held = _normals(surface)[owners], marked(fixed, len(p))
+    place, groups, some = np.arange(len(p)), dict[int, list[int]](), True
+    while some:
+        corners = p[faces]
+        twice = row_dots(row_crosses(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), normals)
+        negative = faces[twice < 0]
+        ends = np.stack((negative, np.roll(negative, -1, axis=1)), axis=2)
+        square = _squares(p[ends[..., 0]] - p[ends[..., 1]])
+        square[held[place[ends]].all(axis=2)] = np.inf
+        side = square.argmin(axis=1)
+        short = ends[np.arange(len(ends)), side][square.min(axis=1, initial=np.inf) <= SHORT**2]
+        some = False
+        for pair in short.tolist():
+            first, second = place[pair].tolist()
+            if first != second and not (held[first] and held[second]):
+                kept, gone = (first, second) if held[first] else (second, first)
+                members = groups.pop(gone, [gone])
+                groups.setdefault(kept, [kept]).extend(members)
+                place[members], p[members], some = kept, p[kept], True
+    return int((twice <= 0).sum())
+
+
+def _normals(surface: FloatArray) -> FloatArray:
+    """Unit normals of faces (m, 3, 3); zero where rounding decides them."""
+    a, b, c = surface.transpose(1, 0, 2)
+    normals = row_crosses(b - a, c - a)
+    longest = np.sqrt(np.max([_squares(side) for side in (b - a, c - b, a - c)], axis=0))
+    normals[np.sqrt(_squares(normals)) <= _ROUNDING / 4 * np.abs(surface).max() * longest] = 0
+    return unit_rows(normals)
+
+
+def _squares(d: FloatArray) -> FloatArray:
+    return np.einsum("...i,...i->...", d, d)

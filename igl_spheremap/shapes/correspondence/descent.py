@@ -1,0 +1,221 @@
+"""Maps to the sphere of least strain from one surface to another: from coarse levels to fine ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from ...mesh.arrays import FloatArray
+from ...mesh.timings import counted, log_share
+from ...newton.faces import FaceProblem, VertexTerm
+from ...newton.loop import LineSearch, newton
+from ...sphere.moebius import best_rotation
+from ...sphere.rows import inner, row_dots, weighted_sum
+from ...untangle.local_repair import unfolded
+from ..harmonics.rotation import RotationCandidate
+from .features import FeaturePair
+from .fits import Misfit, fit_moebius
+from .flow import meet
+from .levels import Level
+from .strain import ComposedStrain, Lift, log_strain
+
+#: A stage ends where two steps in turn gain less than this share of their energy each: after one, landmarks far from
+#: each other were left unmet more often.
+_GAIN = 2e-3
+#: Weight of a soft landmark's squared chord: it leaves distances of some .01.
+_SOFT = 10.0
+
+
+class Stage(NamedTuple):
+    """What is lowered on a level.
+
+    Attributes
+    ----------
+    size : int, optional
+        Points of the level; the surfaces' own meshes without one.
+    share : float
+        Of the surfaces' metrics beside the spheres': at 0 rotations are minima, at 1 the spheres have no part.
+    widths : tuple of float
+        What features are smoothed by, radians of a sphere of the surface's area.
+    weight : float
+        Of the features' squared differences, summed over all columns, beside the strain.
+    guard : float
+        Weight of the strain of the source's sphere, which alone knows which side of a face is up.
+    steps : int
+        Newton steps at most.
+    """
+
+    size: int | None
+    share: float
+    widths: tuple[float, ...]
+    weight: float
+    guard: float
+    steps: int
+
+
+#: Takes the stage, the level, an iterate on it, and its energy.
+Report = Callable[[Stage, Level, FloatArray, float], None]
+
+
+class Descent:
+    """Maps of the source to the target's sphere, lowered in strain between the surfaces, and what is to agree beside.
+
+    Parameters
+    ----------
+    source, target : Level
+        The surfaces on their own meshes.
+    stages : sequence of Stage
+        From coarse levels to fine ones.
+    pair : FeaturePair
+        Their features.
+    goals : (k, 3) float64 array
+        Points of the target's sphere that the source's landmarks are to meet.
+    position_weight : float
+        Weight of the squared distances between the surfaces' points, after a similarity.
+    soft : bool
+        Whether landmarks are drawn to their goals instead of being held there.
+    """
+
+    def __init__(self, source: Level, target: Level, stages: Sequence[Stage], pair: FeaturePair, goals: FloatArray, *,
+                 position_weight: float = 0.0, soft: bool = False) -> None:
+        self._source, self._target, self._goals, self._soft = source, target, goals, soft
+        self._pair, self._position_weight = pair, position_weight
+        self._plan = [(size, list(each)) for size, each in groupby(stages, key=lambda stage: stage.size)]
+        self._levels: dict[int | None, tuple[Level, Level]] = {None: (source, target)}
+
+    def start(self, width: float, moebius: bool,
+              least: float = 0.0) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
+        """A rotation of the source's sphere by features of one width, and all that were tried, the one taken first.
+
+        `moebius` adds the Moebius map that these features ask for. The rotation is taken that leads, on the coarsest
+        level, to the least product of energy and distance of positions, which both vanish for similar surfaces. Energy
+        alone is local: a body may be laid on another with its limbs exchanged, and be strained less. Only rotations are
+        tried that correlate by the share `least` of the best one.
+        """
+        candidates = self._pair.rotations(width)
+        starts = [self._turned(each, width if moebius else None) for each in candidates
+                  if each.correlation >= least * candidates[0].correlation]
+        best = int(np.argmin([self._outlook(start) for start in counted("starts", starts)])) if starts[1:] else 0
+        return starts[best], (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
+
+    def _turned(self, candidate: RotationCandidate, width: float | None) -> FloatArray:
+        """The source's sphere after a rotation, and a Moebius map by features of that width."""
+        found = [unfolded(self._source.mesh, self._source.x @ candidate.rotation.T)]  # rounding may fold slivers
+
+        def keep(y: FloatArray, _: float) -> None:
+            found[0] = y
+
+        if width is not None:
+            fit_moebius(found[0], self._source.f, self._pair.weights, self._pair.source([width]),
+                        self._pair.target([width]), keep)
+        return found[0]
+
+    def _outlook(self, start: FloatArray) -> float:
+        """Energy times distance of positions that a start leads to on the coarsest level."""
+        size, stages = self._plan[0]
+        source, target = self._level(size)
+        source, y = self.lowered(source, target, self._source.carried(start, source), stages)
+        terms = self._terms(source, target, y, stages[-1])
+        energy = log_strain(source, target, y) + sum(term.value(y) for term in terms)
+        return energy * _distance(source, target, y)
+
+    def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
+        """The map that a start on the source's own mesh leads to, and its level, which is refined near landmarks."""
+        work = [(stage, (size or len(self._source.x)) * stage.steps) for size, stages in self._plan for stage in stages]
+        total, ahead, now, step = sum(cost for _, cost in work), 0, 0, 0
+
+        def take(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
+            nonlocal ahead, now, step
+            while work[now][0] is not stage:
+                ahead, now, step = ahead + work[now][1], now + 1, 0
+            step += 1
+            log_share("steps", ahead + work[now][1] * step // (stage.steps + 1), total)
+            report(stage, level, y, energy)
+
+        log_share("steps", 0, total)
+        level, y = self._source, start
+        for size, stages in self._plan:
+            source, target = self._level(size)
+            level, y = self.lowered(source, target, level.carried(y, source), stages, take)
+        log_share("steps", total, total)
+        return level, y
+
+    def _level(self, size: int | None) -> tuple[Level, Level]:
+        """Both surfaces at a resolution."""
+        if size not in self._levels:
+            assert size is not None
+            self._levels[size] = self._source.coarser(size), self._target.coarser(size)
+        return self._levels[size]
+
+    def lowered(self, source: Level, target: Level, y: FloatArray, stages: Sequence[Stage],
+                report: Report | None = None) -> tuple[Level, FloatArray]:
+        """A map of a level with less strain, landmarks held at their goals, and the level, refined if they need it.
+
+        If landmarks can't be brought to their goals, the map is the one that came nearest.
+        """
+        held = None
+        if len(self._goals) and not self._soft:
+            source, y = meet(source, y, self._goals)
+            if not (y[source.landmarks] == self._goals).all():
+                return source, y
+            held = np.zeros(len(y), dtype=bool)
+            held[source.landmarks] = True
+        for stage in stages:
+            strain = ComposedStrain(source, target, stage.share, stage.guard)
+            problem = FaceProblem(strain, self._terms(source, target, y, stage), held=held)
+            value, small = problem.value(y), 0
+            for k, trial in enumerate(newton(problem, LineSearch(source.system), y), 1):
+                y, gain, value = trial.x, value - trial.value, trial.value
+                if report is not None:
+                    report(stage, source, y, value)
+                small = small + 1 if gain < _GAIN * (value + gain) else 0
+                if small == 2 or k == stage.steps:
+                    break
+        return source, y
+
+    def _terms(self, source: Level, target: Level, y: FloatArray, stage: Stage) -> list[VertexTerm]:
+        """What is to agree beside low strain."""
+        terms: list[VertexTerm] = []
+        areas = 4 * np.pi * source.mesh.A
+        if stage.weight:
+            values = self._pair.source(stage.widths)
+            if source.own is not None:
+                values = source.own.at(source.x, values)
+            terms.append(Misfit(stage.weight * areas, values, self._pair.target(stage.widths)))
+        if self._soft:
+            weights, rows = np.zeros(len(y)), np.zeros_like(y)
+            weights[source.landmarks], rows[source.landmarks] = _SOFT, self._goals
+            terms.append(Misfit(weights, rows, _position))
+        if self._position_weight:
+            places = Lift(target.cached_locator, target.unit).values(y)
+            scale = 4 * np.pi  # positions of a surface of area 4 pi, as strains are
+            aligned = similar(places, source.unit, source.mesh.A, target.unit)
+            there = Lift(target.cached_locator, aligned)
+            terms.append(Misfit(self._position_weight * areas * scale, source.unit, there))
+        return terms
+
+
+def _position(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points of the sphere themselves, and their gradients."""
+    return y, np.broadcast_to(np.eye(3), (len(y), 3, 3))
+
+
+def _distance(source: Level, target: Level, y: FloatArray) -> float:
+    """Root mean square distance of the source's points from their places on the target, after a similarity."""
+    there = Lift(target.cached_locator, target.unit).values(y)
+    off = similar(there, source.unit, source.mesh.A, there) - source.unit
+    return float(np.sqrt(source.mesh.A @ row_dots(off, off)))
+
+
+def similar(p: FloatArray, q: FloatArray, weights: FloatArray, points: FloatArray) -> FloatArray:
+    """Points after the similarity that brings rows p nearest to rows q, in weighted squares (Procrustes)."""
+    weights = weights / weights.sum()
+    centre, goal = weighted_sum(weights, p), weighted_sum(weights, q)
+    P, Q = p - centre, q - goal
+    R = best_rotation(P, Q, weights)
+    W = weights[:, None]
+    scale = inner(W * (P @ R), Q) / inner(W * P, P)
+    return np.asarray(scale * (points - centre) @ R + goal)

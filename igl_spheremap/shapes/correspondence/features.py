@@ -1,0 +1,113 @@
+"""Features of two mapped surfaces: smoothed on the surfaces themselves, and compared on the sphere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from ...mesh.arrays import FloatArray, check_values, own_unit
+from ...operators.features import FeatureSurface, check_varies
+from ...sphere.rows import row_crosses, row_lengths, weighted_sum
+from ..harmonics.basis import expand
+from ..harmonics.rotation import RotationCandidate, best_rotations
+from .levels import CachedLocator, Level
+from .strain import Lift
+
+_BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined by Newton's method
+_OVERSAMPLING = 2.0  # finer grids change no registration
+
+
+class VertexFunction:
+    """Values (n, k) over a surface as a smooth function on its sphere: values and gradients are linear in faces."""
+
+    def __init__(self, locator: CachedLocator, values: FloatArray) -> None:
+        x, f = locator.x, locator.f
+        a, b, c = (x[f[:, k]] for k in range(3))
+        normal = row_crosses(b - a, c - a)
+        area = row_lengths(normal)  # twice the face's
+        unit = normal / np.where(area > 0, area, 1.0)[:, None]
+        # The area times the gradient within a face, averaged at vertices by area.
+        rises = values[f[:, 1:]] - values[f[:, :1]]
+        slopes = np.einsum("mks,msd->mkd", rises.transpose(0, 2, 1),
+                           np.stack((row_crosses(unit, a - c), row_crosses(unit, b - a)), axis=1))
+        around = sp.csr_array((np.ones(f.size), (f.ravel(), np.repeat(np.arange(len(f)), 3))), shape=(len(x), len(f)))
+        whole = around @ area
+        mean = (around @ slopes.reshape(len(f), -1)) / np.where(whole > 0, whole, 1.0)[:, None]
+        mean = mean.reshape(len(x), -1, 3)
+        mean -= np.einsum("nkd,nd->nk", mean, x)[:, :, None] * x[:, None]
+        self._columns = values.shape[1]
+        self._lift = Lift(locator, np.concatenate((values, mean.reshape(len(x), -1)), axis=1))
+
+    def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (n, k) at points of the sphere, and gradients (n, k, 3)."""
+        values, gradients = np.split(self._lift.values(y), [self._columns], axis=1)
+        return values, gradients.reshape(len(y), self._columns, 3)
+
+
+class FeaturePair:
+    """Features of two surfaces, by the width that they are smoothed by: columns of mean 0 and variance 1.
+
+    Parameters
+    ----------
+    source, target : Level
+        The surfaces on their own meshes.
+    given : (the source's values, the target's values), optional
+        Data over their vertices; the depth potential of that width without them.
+    widths : sequence of float
+        Those in use.
+    """
+
+    def __init__(self, source: Level, target: Level, given: tuple[ArrayLike, ArrayLike] | None,
+                 widths: Sequence[float]) -> None:
+        self._levels = source, target
+        self._surfaces = FeatureSurface(source.mesh), FeatureSurface(target.mesh)
+        surfaces = self._surfaces
+        self.weights = surfaces[0].areas / surfaces[0].areas.sum()
+        checked = None if given is None else _checked(given, (len(source.x), len(target.x)))
+        self._by_width: dict[float, list[FloatArray]] = {
+            width: [s.standardize(s.potential(width)[:, None] if checked is None else s.diffuse(checked[k], width))
+                    for k, s in enumerate(surfaces)] for width in widths}
+        self._raw = [np.concatenate([pair[k] for pair in self._by_width.values()], axis=1) if checked is None
+                     else s.standardize(checked[k]) for k, s in enumerate(surfaces)]
+
+    def smoothed(self, width: float) -> list[Level]:
+        """Both surfaces with the metric that they have when they are smoothed by that width."""
+        return [replace(level, metric=surface.diffuse(surface.v, width))
+                for level, surface in zip(self._levels, self._surfaces, strict=True)]
+
+    def source(self, widths: Sequence[float]) -> FloatArray:
+        """The source's features, at its own vertices."""
+        return np.concatenate([self._by_width[width][0] for width in widths], axis=1)
+
+    def target(self, widths: Sequence[float]) -> VertexFunction:
+        """The target's features."""
+        values = np.concatenate([self._by_width[width][1] for width in widths], axis=1)
+        return VertexFunction(self._levels[1].cached_locator, values)
+
+    def rotations(self, width: float) -> list[RotationCandidate]:
+        """Rotations of the source's sphere for which the features of one width agree best, the best first."""
+        source, target = (expand(level.locator, values, _BAND, _OVERSAMPLING)
+                         for level, values in zip(self._levels, self._by_width[width], strict=True))
+        return best_rotations(target, source, _BAND)
+
+    def correlation(self, x: FloatArray) -> FloatArray:
+        """Correlation of each feature, as given or by width, over the source's area, if the source's sphere is x."""
+        target = self._levels[1].at(x, self._raw[1])
+        centred = target - weighted_sum(self.weights, target)
+        return weighted_sum(self.weights, centred * self._raw[0]) / np.sqrt(weighted_sum(self.weights, centred**2))
+
+
+def _checked(given: tuple[ArrayLike, ArrayLike], sizes: tuple[int, int]) -> list[FloatArray]:
+    """Rows for all vertices, finite and not constant, the same number of columns of either, each in its own unit."""
+    names = "features of the source", "features of the target"
+    checked = [check_values(each, n, name) for each, n, name in zip(given, sizes, names, strict=True)]
+    for each, name in zip(checked, names, strict=True):
+        check_varies(each, name)
+    k, other = (each.shape[1] for each in checked)
+    if k != other:
+        raise ValueError(f"{names[0]} have {k} columns but {names[1]} {other}; give the same ones of both")
+    return [np.stack([own_unit(column)[0] for column in each.T], axis=1) for each in checked]

@@ -1,0 +1,95 @@
+"""Fits of one surface's features to another's: by a Moebius map, and as a term of second-order steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...mesh.arrays import HALF_DIGITS, FloatArray, IntArray
+from ...sphere.moebius import moebius
+from ...verify.signs import folded_faces
+
+#: Values (n, k) and gradients (n, k, 3) at points of the sphere.
+Target = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+#: Takes each iterate and its cost.
+Report = Callable[[FloatArray, float], None]
+
+#: Penalty on the square of the boost, beside features of unit variance: boosts that these leave open stay short.
+_RIDGE = 1e-3
+#: A fit by Moebius maps ends at a gain of this share, or after this number of steps: unlike surfaces gain little each.
+_SMALLEST_MOEBIUS_GAIN, _MOEBIUS_STEPS = 1e-7, 30
+
+
+def fit_moebius(
+    x: FloatArray, f: IntArray, weights: FloatArray, features: FloatArray, target: Target, report: Report
+) -> None:
+    """Lower the weighted square of features - target(m(x)) over Moebius maps m.
+
+    The features (n, k) have unit variance, the weights sum 1. A step that folds a face is shortened: the map moves
+    vertices, not edges, and slivers can flip.
+    """
+    from scipy.optimize import least_squares  # takes .2 s, which registrations by rotation don't need
+
+    root = np.sqrt(weights)[:, None]
+    last: tuple[FloatArray, FloatArray, FloatArray]
+
+    def residuals(t: FloatArray) -> FloatArray:
+        nonlocal last
+        y = _moved(x, t) if t.any() else x  # rounding may fold slivers
+        values, gradients = target(y)
+        last = y, root * (features - values), gradients  # shapes (8)
+        if folded_faces(y, f).any():
+            return np.full(features.size + 3, np.inf)
+        return np.append(last[1], np.sqrt(_RIDGE) * t[3:])
+
+    def jacobian(t: FloatArray) -> FloatArray:
+        """Derivatives at a map that was accepted, which is reported."""
+        y, off, gradients = last  # of the map that was accepted, the last one tried
+        if t.any():
+            report(y, float((off * off).sum()))
+        J = np.zeros((features.size + 3, 6))
+        for k, h in enumerate(HALF_DIGITS * np.eye(6)):
+            J[:-3, k] = -(root * np.einsum("nki,ni->nk", gradients, (_moved(x, t + h) - y) / HALF_DIGITS)).ravel()
+        J[-3:, 3:] = np.sqrt(_RIDGE) * np.eye(3)
+        return J
+
+    least_squares(residuals, np.zeros(6), jacobian, ftol=_SMALLEST_MOEBIUS_GAIN, max_nfev=_MOEBIUS_STEPS + 1)
+
+
+def _moved(x: FloatArray, t: FloatArray) -> FloatArray:
+    """x boosted by the last three entries, then rotated by the first three."""
+    length = float(np.linalg.norm(t[3:]))
+    centre = -t[3:] * (np.tanh(length / 2) / length if length else 0.5)
+    return moebius(x, centre) @ Rotation.from_rotvec(t[:3]).as_matrix().T
+
+
+class Misfit:
+    """Half the weighted sum of squares of features - target(x), with the Hessian of Gauss and Newton.
+
+    Features are any values at the vertices; `target` gives the values (n, k) and gradients (n, k, 3) to compare with.
+    """
+
+    def __init__(self, weights: FloatArray, features: FloatArray, target: Target) -> None:
+        self._weights, self._features, self._target = weights, features, target
+        self._last: tuple[FloatArray, FloatArray, FloatArray] | None = None
+
+    def value(self, x: FloatArray) -> float:
+        """Half the weighted sum of squares."""
+        off = self._off(x)[0]
+        return float(np.einsum("n,nk,nk->", self._weights, off, off)) / 2
+
+    def derivatives(self, x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gradient (2, n) and vertices' blocks (2, 2, n) along the axes."""
+        off, gradients = self._off(x)
+        slopes = np.einsum("nkd,adn->akn", gradients, axes)
+        return (-np.einsum("n,akn,nk->an", self._weights, slopes, off),
+                np.einsum("n,akn,bkn->abn", self._weights, slopes, slopes))
+
+    def _off(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Differences (n, k) and gradients (n, k, 3) at a map, kept for the next call."""
+        if self._last is None or self._last[0] is not x:
+            values, gradients = self._target(x)
+            self._last = x, self._features - values, gradients
+        return self._last[1:]

@@ -1,0 +1,189 @@
+"""Landmarks and curves of two surfaces: vertices of the first, and the places of the second that belong to them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...errors import MeshError
+from ...maps.given_sphere import certified
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import HALF_DIGITS, FloatArray, IntArray, check_values, plain_array
+from ...mesh.check import check_mesh
+from ...resampling.locate import Location, at_vertices, joined, take_points
+from ...resampling.transfer import interpolate
+from ...sphere.rows import row_crosses, row_dots, row_lengths, unit_rows
+from ...untangle.local_repair import unfolded
+from .surface_map import checked_location, nearest
+
+#: Vertices, or places by face and weights.
+Points = ArrayLike | Location
+_ENDS = "the source", "the target"
+
+
+@dataclass(frozen=True, eq=False)
+class LandmarkPairs:
+    """Points of the source and of the target that belong together.
+
+    Attributes
+    ----------
+    surface : SphereMap
+        The source, with a vertex at each of its points; those that it had come first.
+    places : Location
+        Where the vertices that were added lie on the source's own faces.
+    vertices : (k,) int64 array
+        Points of the source.
+    goals : Location
+        Points of the target.
+    names : list of str
+        What the points were given as.
+    """
+
+    surface: SphereMap
+    places: Location
+    vertices: IntArray
+    goals: Location
+    names: list[str]
+
+    @classmethod
+    def of(cls, landmarks: tuple[Points, Points] | None, curves: Iterable[tuple[Points, Points]], source: SphereMap,
+           target: SphereMap) -> LandmarkPairs:
+        """The points checked; a MeshError that names the one that is wrong."""
+        pairs, names = [(Location(np.empty(0, dtype=np.int64), np.empty((0, 3))),) * 2], list[str]()
+        if landmarks is not None:
+            points, goals = (_points(each, result, "landmark", name) for each, result, name in zip(
+                _pair(landmarks, "landmarks"), (source, target), _ENDS, strict=True))
+            if len(points.face) != len(goals.face):
+                raise MeshError(f"{len(points.face)} landmarks of the source have {len(goals.face)} points of the "
+                                "target; give one for each")
+            pairs.append((points, goals))
+            names += [f"landmark {k}" for k in range(len(points.face))]
+        for number, curve in enumerate(curves):
+            first, second = (_points(each, result, "point", f"curve {number} of {name}") for each, result, name in zip(
+                _pair(curve, f"curve {number}"), (source, target), _ENDS, strict=True))
+            pairs.append((first, _at_the_same_length(first, second, source, target, number)))
+            names += [f"point {k} of curve {number}" for k in range(len(first.face))]
+        points, goals = (joined(*each) for each in zip(*pairs, strict=True))
+        surface, places, vertices = with_vertices(source, points)
+        there = interpolate(target.sphere, target.faces, goals)
+        on_target = np.unique(there, axis=0, return_inverse=True)[1].reshape(-1)
+        kept = np.sort(np.unique(np.stack((vertices, on_target), axis=1), axis=0, return_index=True)[1])
+        for numbers, name in ((vertices[kept], _ENDS[0]), (on_target[kept], _ENDS[1])):
+            order = np.argsort(numbers, kind="stable")
+            equal = np.flatnonzero(np.diff(numbers[order]) == 0)
+            if len(equal):
+                i, j = (names[k] for k in kept[order[equal[0] : equal[0] + 2]])
+                raise MeshError(f"{i} and {j} are one point of {name}; give each its own, and divide curves where they "
+                                "meet")
+        return cls(surface, places, vertices[kept], take_points(goals, kept), [names[k] for k in kept])
+
+    def carried(self, values: ArrayLike, source: SphereMap) -> FloatArray:
+        """Features of the source's own vertices at those of `surface`."""
+        values = check_values(values, len(source.sphere), "features of the source")
+        return np.concatenate((values, interpolate(values, source.faces, self.places)))
+
+
+def _pair(given: object, name: str) -> tuple[Points, Points]:
+    if not isinstance(given, Sequence) or len(given) != 2:
+        raise MeshError(f"no pair for {name}; give (points of the source, points of the target)")
+    return given[0], given[1]
+
+
+def _points(values: Points, result: SphereMap, one: str, name: str) -> Location:
+    """Vertices, or faces and weights, as places."""
+    if isinstance(values, Location):
+        return checked_location(values, result.faces, name)
+    index, n = plain_array(values, f"{one}s of {name}"), len(result.sphere)
+    if index.ndim != 1 or not len(index) or index.dtype.kind not in "iu":
+        raise MeshError(f"{one}s of {name} are not a list of vertex indices; give one whole number each, at least "
+                        "one, or a Location")
+    bad = np.flatnonzero((index < 0) | (index >= n))
+    if len(bad):
+        raise MeshError(f"{one} {bad[0]} of {name} is vertex {index[bad[0]]}; give a vertex from 0 to {n - 1}")
+    return take_points(at_vertices(result.faces), index.astype(np.int64))
+
+
+def _at_the_same_length(first: Location, second: Location, source: SphereMap, target: SphereMap,
+                        number: int) -> Location:
+    """The points of the target's curve at the shares of its length that the points of the source's have."""
+    shares, ends = [], []
+    for points, result, name in ((first, source, _ENDS[0]), (second, target, _ENDS[1])):
+        p = interpolate(result.vertices, result.faces, points)
+        length = np.append(0.0, np.cumsum(row_lengths(np.diff(p, axis=0))))
+        if length[-1] == 0:
+            raise MeshError(f"curve {number} of {name} has no length; give two points or more")
+        shares.append(length / length[-1])
+        ends.append(p)
+    places = np.stack([np.interp(shares[0], shares[1], column) for column in ends[1].T], axis=1)
+    goals = nearest(target, places, _ENDS[1])
+    tips = [0, -1]
+    goals.face[tips], goals.weights[tips] = second.face[tips], second.weights[tips]
+    return goals
+
+
+def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Location, IntArray]:
+    """A map whose mesh has vertices at given points, the places of those that were added, and the vertices.
+
+    Faces are divided at points within them, and two of them at points of their common side. Points that are nearer to a
+    side or a corner than 1e-8 of the face lie there.
+    """
+    f = np.column_stack((result.faces, np.arange(len(result.faces))))  # the last column: of which face it is a part
+    n = len(result.sphere)
+    vertices = np.empty(len(points.face), dtype=np.int64)
+    corners, weights = list[IntArray](), list[FloatArray]()  # of each vertex that is added, in its face
+    for k, (face, w) in enumerate(zip(*points, strict=True)):
+        w = np.where(w < HALF_DIGITS, 0.0, w)
+        own = result.faces[face]
+        parts = np.flatnonzero(f[:, 3] == face)
+        height = _heights(w / w.sum(), np.array([_weights(f[part, :3], own, n, corners, weights) for part in parts]))
+        best = height.min(axis=1).argmax()
+        part, near = parts[best], np.flatnonzero(height[best] < HALF_DIGITS)
+        if len(near) > 1:
+            vertices[k] = f[part, height[best].argmax()]
+            continue
+        vertices[k] = new = n + len(corners)
+        corners.append(own)
+        weights.append(w / w.sum())
+        if len(near):
+            i, j = np.delete(f[part, :3], near[0])
+            around = np.flatnonzero((f[:, :3] == i).any(axis=1) & (f[:, :3] == j).any(axis=1))
+            ahead, behind = f[around].copy(), f[around]
+            ahead[:, :3][ahead[:, :3] == i] = new
+            behind[:, :3][behind[:, :3] == j] = new
+            f[around] = ahead
+            f = np.concatenate((f, behind))
+        else:
+            star = np.repeat(f[part][None], 3, axis=0)
+            star[np.arange(3), np.arange(3)] = new
+            f[part] = star[0]
+            f = np.concatenate((f, star[1:]))
+    if not corners:
+        return result, take_points(points, slice(0, 0)), vertices
+    first = np.array([np.flatnonzero(vertices == n + k)[0] for k in range(len(corners))])
+    places = Location(points.face[first], np.array(weights))
+    v, x = (np.concatenate((p, interpolate(p, result.faces, places))) for p in (result.vertices, result.sphere))
+    caps = result.mesh.caps
+    mesh = check_mesh(v, f[:, :3], caps=None if caps is None else caps[f[:, 3]])
+    found = certified(mesh, unfolded(mesh, unit_rows(x)))
+    return replace(found, run=result.run), places, vertices
+
+
+def _weights(part: IntArray, own: IntArray, n: int, corners: list[IntArray], weights: list[FloatArray]) -> FloatArray:
+    """Barycentric weights (3, 3) of the corners of a part of a face, by the corners of the face."""
+    rows = [(own == u).astype(float) if u < n else ((corners[u - n] == own[:, None]) * weights[u - n]).sum(axis=1)
+            for u in part]
+    return np.array(rows)
+
+
+def _heights(w: FloatArray, parts: FloatArray) -> FloatArray:
+    """How far a point lies from the three sides (k, 3) of triangles, inwards, all by barycentric weights."""
+    columns = []
+    for i in range(3):
+        p, q = parts[:, i - 2], parts[:, i - 1]
+        side = q - p
+        twice = row_crosses(p - w, side).sum(axis=1)  # of triangles in the plane of sum 1
+        columns.append(twice / np.sqrt(row_dots(side, side)))
+    return np.stack(columns, axis=1)

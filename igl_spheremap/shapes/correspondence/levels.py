@@ -1,0 +1,177 @@
+"""A surface at a resolution: its own mesh, or points spread evenly over its sphere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from ...errors import MeshError
+from ...maps.given_sphere import certified
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import BoolArray, FloatArray, IntArray
+from ...mesh.check import Mesh, check_mesh
+from ...newton.system import VertexSystem
+from ...resampling.locate import Location, SphereLocator, locator_of
+from ...resampling.transfer import weighted
+from ...samples import sphere as regular_sphere
+from ...sphere.rows import row_dets, row_lengths, unit_rows
+from ...untangle.local_repair import unfolded
+from ...verify.certificate import UNIT_TOLERANCE
+from ...verify.signs import folded_faces
+
+
+class CachedLocator:
+    """A locator that keeps where the points of the last map lie: all terms of a problem ask for the same ones."""
+
+    def __init__(self, locator: SphereLocator) -> None:
+        self._locator, self.x, self.f = locator, locator.x, locator.f
+        self._last: tuple[FloatArray, Location] | None = None
+
+    def locate(self, y: FloatArray) -> Location:
+        """Where points lie; the caller does not change them in place."""
+        if self._last is None or self._last[0] is not y:
+            self._last = y, self._locator.locate(y)
+        return self._last[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """A surface at a resolution.
+
+    Attributes
+    ----------
+    map : SphereMap
+        The surface and its map to the sphere, free of foldings.
+    metric : (n, 3) float64 array
+        Positions whose lengths are strained, of any scale: those of the surface, or smoothed ones.
+    landmarks : (k,) int64 array
+        Vertices that are to meet given points.
+    own : Level, optional
+        The surface's own mesh, if that is another one.
+    """
+
+    map: SphereMap
+    metric: FloatArray
+    landmarks: IntArray
+    own: Level | None = None
+
+    @classmethod
+    def of(cls, result: SphereMap, name: str, landmarks: IntArray | None = None) -> Level:
+        """A surface's own mesh; a MeshError that names it if the surface is its own map."""
+        length = row_lengths(result.vertices)
+        if np.ptp(length) < UNIT_TOLERANCE * length.mean() and np.allclose(
+                result.vertices / length[:, None], result.sphere, rtol=0, atol=UNIT_TOLERANCE):
+            raise MeshError(f"{name} is a sphere, the map itself: strain is measured on surfaces; give the one that "
+                            "was mapped")
+        return cls(result, result.mesh.unit, np.empty(0, dtype=np.int64) if landmarks is None else landmarks)
+
+    def coarser(self, size: int) -> Level:
+        """About `size` points spread evenly over the sphere, beside the landmarks, and their Delaunay triangulation.
+
+        Of points and landmarks nearer than half the spacing only landmarks are kept.
+        """
+        x, kept = regular_sphere(size)[0], self.x[self.landmarks]
+        for landmark in kept:
+            x = x[np.linalg.norm(x - landmark, axis=1) > np.sqrt(np.pi / size)]
+        x = np.concatenate((kept, x))
+        v = self.at(x, self.mesh.v)
+        return Level(certified(check_mesh(v, hull_faces(x)), x), self.at(x, self.metric), np.arange(len(kept)), self)
+
+    @property
+    def mesh(self) -> Mesh:
+        """The surface."""
+        return self.map.mesh
+
+    @property
+    def x(self) -> FloatArray:
+        """Images of the vertices."""
+        return self.map.sphere
+
+    @property
+    def unit(self) -> FloatArray:
+        """Positions of unit area."""
+        return self.mesh.unit
+
+    @property
+    def f(self) -> IntArray:
+        """Faces."""
+        return self.mesh.f
+
+    @property
+    def locator(self) -> SphereLocator:
+        """Finds points of the sphere."""
+        return locator_of(self.map)
+
+    @cached_property
+    def cached_locator(self) -> CachedLocator:
+        """Finds the points of the map that all terms of a problem ask for."""
+        return CachedLocator(self.locator)
+
+    @cached_property
+    def system(self) -> VertexSystem:
+        """Newton's equations."""
+        return VertexSystem(self.f, len(self.x))
+
+    def at(self, x: FloatArray, values: FloatArray) -> FloatArray:
+        """Values at points of the sphere, from those at the vertices."""
+        face, weights = self.locator.locate(x)
+        return weighted(values, self.f[face], weights, labels=False)
+
+    def carried(self, y: FloatArray, other: Level) -> FloatArray:
+        """A map of another level that is like the map y of this one, free of foldings."""
+        face, weights = self._own_places if other is self.own else self.locator.locate(other.x)
+        return unfolded(other.mesh, unit_rows(weighted(y, self.f[face], weights, labels=False)))
+
+    @cached_property
+    def _own_places(self) -> Location:
+        """Where the vertices of the surface's own mesh lie."""
+        assert self.own is not None
+        return self.locator.locate(self.own.x)
+
+    def split(self, y: FloatArray, marked: BoolArray) -> tuple[Level, FloatArray]:
+        """The level with edges of marked faces bisected, and its map that is like the map y; new vertices come last."""
+        edges = np.stack([row_lengths(y[self.f[:, k - 2]] - y[self.f[:, k - 1]]) for k in range(3)], axis=1)
+        f, ends, parts = bisected(self.f, edges * marked[:, None], len(y))
+        v, metric, x, z = (np.concatenate((p, p[ends].mean(axis=1)))
+                           for p in (self.mesh.v, self.metric, self.x, y))
+        x[len(y) :], z[len(y) :] = unit_rows(x[len(y) :]), unit_rows(z[len(y) :])
+        if folded_faces(x, f).any() or folded_faces(z, f).any():  # slivers, by rounding
+            return self, y
+        caps = None if self.mesh.caps is None else self.mesh.caps[parts]
+        return Level(certified(check_mesh(v, f, caps=caps), x), metric, self.landmarks, self.own or self), z
+
+
+def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Faces with edges bisected, the ends (k, 2) of these edges, and the face of which each face is a part.
+
+    `length` (m, 3) are the lengths of the edges opposite the corners, 0 for edges that may not be bisected. An edge is
+    bisected if it is the longest of both its faces; the midpoints are vertices n, n + 1, ...
+    """
+    face = np.arange(len(f))
+    corner = length.argmax(axis=1)
+    i, j = f[face, corner - 2], f[face, corner - 1]  # counter-clockwise
+    key = np.where(length.max(axis=1) > 0, np.minimum(i, j) * n + np.maximum(i, j), -1 - face)
+    _, first, pair, count = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
+    pair = pair.reshape(-1)
+    number = np.cumsum(count == 2) - 1
+    cut = np.flatnonzero(count[pair] == 2)
+    k, middle = f[cut, corner[cut]], n + number[pair[cut]]
+    whole = np.delete(face, cut)
+    ends = np.stack((i[first[count == 2]], j[first[count == 2]]), axis=1)
+    halves = np.stack((k, i[cut], middle), axis=1), np.stack((k, middle, j[cut]), axis=1)
+    return np.concatenate((f[whole], *halves)), ends, np.concatenate((whole, cut, cut))
+
+
+def hull_faces(x: FloatArray) -> IntArray:
+    """Faces of the convex hull of points of the sphere, oriented outwards: their Delaunay triangulation.
+
+    >>> hull_faces(np.vstack((np.eye(3), -np.eye(3)))).shape
+    (8, 3)
+    """
+    f = ConvexHull(x).simplices.astype(np.int64)
+    inward = row_dets(x[f[:, 0]], x[f[:, 1]], x[f[:, 2]]) < 0
+    f[inward] = f[inward][:, ::-1]
+    return f

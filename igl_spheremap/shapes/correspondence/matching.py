@@ -1,0 +1,218 @@
+"""Low-distortion maps between two surfaces, with landmarks met."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...errors import MapError, Remedy, check_number, own_errstate
+from ...maps.balanced import balanced_spherical_map
+from ...maps.given_sphere import certified
+from ...maps.sphere_map import SphereMap
+from ...maps.variational import check_landmarks, match_landmarks
+from ...mesh.arrays import FloatArray, listed_words
+from ...mesh.objects import MeshLike
+from ...mesh.timings import timed
+from ...operators.features import FeatureSurface
+from ...resampling.transfer import interpolate
+from ...result.run import History, Iterate, Listener
+from ...sphere.rows import unit_rows
+from ...untangle.local_repair import unfolded
+from ..harmonics.rotation import RotationCandidate
+from .descent import Descent, Stage
+from .features import FeaturePair
+from .landmarks import LandmarkPairs, Points
+from .levels import Level
+from .registration import reflected
+from .surface_map import SurfaceMap
+
+#: From ENOUGH landmarks on, they determine the Moebius map at the start; STIFFNESS is the weight of its squared boost
+#: beside their mean squared distance.
+_ENOUGH, _STIFFNESS = 3, 1e-2
+#: Weight of curvature and depth on the way: strain alone pairs the folds of cortices wrongly (docs/correspondence.md).
+_GUIDE = 0.4
+#: Points of the coarse levels, of which none is finer than the source. The first is fast enough for every start; from
+#: there to 10,000 and more vertices at once faces in limbs are strained too much to come back.
+_SIZES = (642, 2562)
+#: Shares of the surfaces' metrics, beside the spheres', in turn; each with radians that features are smoothed by.
+_SHARES = {0.25: 0.5, 0.5: 0.3, 0.75: 0.2, 0.9: 0.12, 0.97: 0.07, 1.0: 0.04}
+#: Weights of the sphere's strain, and Newton steps at most: on the way, and at the end, where a larger weight keeps the
+#: map off its minimum. Set by hand, small beside 1, the weight of the strain between the surfaces.
+_GUARD, _LAST_GUARD = 0.05, 0.01
+_STEPS, _LAST_STEPS = 5, 30
+#: What features are smoothed by for rotations and Moebius maps.
+_WIDTH = 0.05
+#: Landmarks that miss their goals and are named in the error, at most.
+_NAMED = 5
+
+
+@own_errstate
+@timed()
+def match(
+    source: SphereMap | MeshLike,
+    target: SphereMap | MeshLike,
+    *,
+    landmarks: tuple[Points, Points] | None = None,
+    features: tuple[ArrayLike, ArrayLike] | None = None,
+    curves: Iterable[tuple[Points, Points]] = (),
+    feature_weight: float = 0.4,
+    position_weight: float = 0.0,
+    soft: bool = False,
+    reflect: bool = False,
+    listener: Listener | None = None,
+) -> SurfaceMap:
+    """Map one closed genus-0 surface onto another: bijectively, with low distortion, landmarks met.
+
+    The map goes through the sphere, and what is minimised is the strain of the source's faces as they lie on the
+    target: angles and areas alike, docs/correspondence.md. Every iterate is free of foldings, by exact signs.
+
+    Parameters
+    ----------
+    source, target : SphereMap, (v, f) or another mesh object
+        The surfaces with their maps, best area-preserving ones; meshes are mapped at balance 1.
+    landmarks : (points of the source, points of the target), optional
+        Points that belong together, the same number of either: (k,) vertex indices, or a `Location`. They are met bit
+        for bit on the sphere; three and more of them decide how the surfaces face each other. The source's faces are
+        divided where its points are not vertices.
+    features : (the source's values, the target's values), optional
+        Data over the vertices of each, (n,) or (n, k) with the same k, that are to agree. They are smoothed on the
+        surfaces and compared at unit variance. Without them curvature and depth choose starts and guide the descent,
+        except in its last steps on each mesh.
+    curves : iterable of (curve of the source, curve of the target), optional
+        Curves that belong together, such as ridges and sulci: points as for landmarks, each next to the one before it,
+        two or more; the numbers may differ. Each point of the source's curve is a landmark, whose place on
+        the target's curve is at the same share of its length; between them the one curve lies as near to the other as
+        points are apart.
+    feature_weight : float
+        Weight of the features' squared differences beside the strain, both summed over an area of 4 pi; .4 by default.
+    position_weight : float
+        Weight of the squared distances between points of both after a similarity, likewise; 0 by default, 1 lowers them
+        a little.
+    soft : bool
+        Draw landmarks together instead of meeting them, where they may contradict each other.
+    reflect : bool
+        Mirror the source and its map (x to -x), and reverse its faces: for left and right sides of a body.
+    listener : callable, optional
+        Called with an `Iterate` after every step on the source's own mesh; may raise StopIteration to stop with the
+        current map.
+
+    Returns
+    -------
+    SurfaceMap
+        The source's map in the frame of the target's, certified, and what follows from it.
+
+    Raises
+    ------
+    MeshError
+        If a mesh, a landmark, a curve or a feature is invalid.
+    FoldingsRemain
+        If a given map is not certified folding-free.
+    MapError
+        If landmarks can't be met; the message names those that are furthest from their points.
+    ValueError
+        If a weight is negative.
+    TypeError
+        If a weight is not a number, or the listener can't be called.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> a, b = (ism.samples.make("pear", n_vertices=n) for n in (300, 420))
+    >>> onto = ism.shapes.match(a, b, landmarks=([0, 100, 200], [0, 140, 280]))
+    >>> onto.map.certificate.folding_free, bool(onto.landmark_errors.max() < 1e-12)
+    (True, True)
+    """
+    history = History(listener)
+    for weight, name in ((feature_weight, "feature_weight"), (position_weight, "position_weight")):
+        check_number(weight, name)
+    pairs = (each if isinstance(each, SphereMap) else balanced_spherical_map(each, balance=1.0)
+             for each in (source, target))
+    source, target = (each if each.certificate.folding_free else certified(each.mesh, each.sphere) for each in pairs)
+    given = LandmarkPairs.of(landmarks, curves, source, target)
+    if features is not None:
+        features = given.carried(features[0], source), features[1]
+    divided = reflected(given.surface) if reflect else given.surface
+    own, goals = Level.of(divided, "the source", given.vertices), _directions(target, given)
+    descent = _descent(own, Level.of(target, "the target"), features, feature_weight, goals, position_weight, soft)
+    start, candidates = _start(own, descent, goals)
+    level, x = _lowered(own, descent, start, history)
+    result = certified(level.mesh, x)
+    result = replace(result, run=history.complete(result.run, "match"))
+    if not soft:
+        _check_met(result, given, goals)
+    onto = SurfaceMap(result, target, given.vertices, given.goals, candidates)
+    return replace(onto, notes=tuple(_remarks(onto, len(source.sphere), len(divided.sphere))))
+
+
+def _directions(target: SphereMap, given: LandmarkPairs) -> FloatArray:
+    """Where on the target's sphere landmarks are to lie."""
+    return unit_rows(interpolate(target.sphere, target.faces, given.goals))
+
+
+def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike] | None, weight: float,
+             goals: FloatArray, position_weight: float, soft: bool) -> Descent:
+    """What is lowered: from coarse levels to fine ones, with ever less of the spheres' strain."""
+    guide = last = weight
+    if features is None:
+        features = FeatureSurface(source.mesh).curvature_and_depth, FeatureSurface(target.mesh).curvature_and_depth
+        guide, last = _GUIDE, 0.0
+    pair = FeaturePair(source, target, features, [_WIDTH, *_SHARES.values()])
+    sizes = *(size for size in _SIZES if size <= len(source.x)), None
+    plan = [Stage(size, share, (width,), guide, _GUARD, _STEPS) if share < 1
+            else Stage(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS)
+            for size in sizes for share, width in _SHARES.items()]
+    return Descent(source, target, plan, pair, goals, position_weight=position_weight, soft=soft)
+
+
+def _start(source: Level, descent: Descent, goals: FloatArray) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
+    """A map of the source's sphere by its landmarks, if they are enough, or by features; and the rotations tried."""
+    if len(goals) < _ENOUGH:
+        return descent.start(_WIDTH, moebius=True)
+    held = check_landmarks(len(source.x), source.landmarks, goals, 1.0)
+    return match_landmarks(source.x, held, _STIFFNESS), ()
+
+
+def _lowered(source: Level, descent: Descent, start: FloatArray, history: History) -> tuple[Level, FloatArray]:
+    """The map that the descent leads to, or had come to when a listener stopped it, and the level that it is on."""
+    found = source, unfolded(source.mesh, start)
+
+    def report(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
+        nonlocal found
+        if stage.size is None:
+            found = level, y
+            history(Iterate("match", 0, len(history.steps), y, energy))
+
+    with suppress(StopIteration):  # of a listener
+        found = descent.run(found[1], report)
+    return found
+
+
+def _check_met(result: SphereMap, given: LandmarkPairs, goals: FloatArray) -> None:
+    """Raise a MapError that names the landmarks that are furthest from their goals, if any is not at its own."""
+    apart = np.degrees(2 * np.arcsin(np.linalg.norm(result.sphere[given.vertices] - goals, axis=1) / 2))
+    if not apart.any():
+        return
+    worst = np.argsort(-apart)[:_NAMED]
+    worst = worst[apart[worst] > 0]
+    names = listed_words([given.names[k] for k in worst], _NAMED)
+    raise MapError(f"{np.count_nonzero(apart)} of {len(goals)} landmarks can't be met by these triangles without a "
+                   f"fold; furthest off, by {apart.max():.3g} degrees, is {names}: correct it, or give "
+                   f"{Remedy(options={'soft': True})}",
+                   result)
+
+
+def _remarks(onto: SurfaceMap, given: int, divided: int) -> Iterator[str]:
+    """Which vertices were added to those that were given, and where float64 resolves a surface roughly."""
+    if divided > given:
+        yield f"faces of the source are divided at landmarks: {divided - given} vertices come after its own"
+    if needed := len(onto.map.sphere) - divided:
+        yield f"faces of the source are split where landmarks could not be met else: {needed} vertices come last"
+    ends = "the source", "the target"
+    for count, one, other in zip(onto.unresolved, ends, ends[::-1], strict=True):
+        if count:
+            yield (f"{count} faces of {one} are smaller on {other} than float64 resolves, and what lies in them is "
+                   "known roughly: give maps at balance 1")

@@ -1,0 +1,200 @@
+"""The common refinement of two surfaces that are mapped to one sphere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...errors import own_errstate
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import HALF_DIGITS, FloatArray, IntArray, own_unit
+from ...mesh.edges import marked
+from ...resampling.locate import Location, at_vertices, joined, take_points
+from ...resampling.transfer import interpolate
+from ...sphere.rows import row_crosses, row_dots, unit_rows
+from ...verify.signs import orientation_signs
+from .cells import SHORT, Coincidences, Sides, join_places, nudge
+from .walk import Segments, Triangulation, places, walk
+
+#: Rounds of merging and moving at most; two do nearly always.
+_ROUNDS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Overlay:
+    """A mesh whose faces each lie in one face of the source and in one of the target.
+
+    Attributes
+    ----------
+    faces : (m, 3) int64 array
+        Vertex indices. The first vertices are those of the source; then come those of the target that lie at none
+        of these, then the crossings of edges.
+    on_source, on_target : (k, 3) float64 arrays
+        Where the vertices lie on each surface.
+    source_location, target_location : Location
+        The same as faces of each with barycentric weights, for whatever else is known at their vertices.
+    source_face, target_face : (m,) int64 arrays
+        The face of the source and of the target that each face is a part of.
+    target_vertex : (n_target,) int64 array
+        Which vertices are those of the target.
+    merged : int
+        Vertices that float64 could not tell from others, which took their places.
+    unresolved : (int, int)
+        Faces without area on the source, and on the target: parts of limbs of the other that float64 does not resolve.
+    """
+
+    faces: IntArray
+    on_source: FloatArray
+    on_target: FloatArray
+    source_location: Location
+    target_location: Location
+    source_face: IntArray
+    target_face: IntArray
+    target_vertex: IntArray
+    merged: int = 0
+    unresolved: tuple[int, int] = (0, 0)
+
+    def __repr__(self) -> str:
+        return f"Overlay({len(self.on_source)} vertices, {len(self.faces)} faces)"
+
+
+@own_errstate
+def overlay(source: SphereMap, target: SphereMap) -> Overlay:
+    """Refine two triangulations of the sphere, of a source A and a target B, until they are one.
+
+    Every edge of one mesh is followed through the faces of the other by exact signs. The faces of the result are the
+    nonempty intersections of a face of A and a face of B, polygons of three to six sides, cut into triangles. Vertices
+    of A at a vertex or on an edge of B and edges along each other are found exactly and give no faces without area.
+    What float64 can't tell apart is merged on purpose, and counted: vertices of B within some 6e-14 of vertices of A,
+    as those of a map that was turned there and back, lie where these do; edges up to that length on both surfaces are
+    collapsed, and faces of such a height flipped away, where they would be flat or negative. Every step keeps a
+    triangulated sphere and hands over areas of that order at most. Other nodes are moved by some 1e-15 of the size. So
+    the result is a closed oriented sphere whose faces are positive on A and on B. Where a whole
+    limb of one surface, shrunk by a conformal map, lies in a speck of one face of the other, its faces have no area on
+    that one, and are counted, too: they have a side up to 1e-15 of the size there.
+
+    Parameters
+    ----------
+    source, target : SphereMap
+        Two surfaces and their maps, in one frame.
+
+    Returns
+    -------
+    Overlay
+        A mesh with positions on both surfaces: on each of its faces the map between them is linear.
+
+    Raises
+    ------
+    FoldingsRemain
+        If a map is not certified folding-free.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> from igl_spheremap.shapes.correspondence.overlay import overlay
+    >>> a, b = (ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=300)) for name in ("spheroid", "pear"))
+    >>> common = overlay(a, b)
+    >>> len(common.faces) == 2 * len(common.on_source) - 4
+    True
+    """
+    A, B = Triangulation(source.mesh, source.sphere), Triangulation(target.mesh, _snapped(target, source.sphere))
+    of_a, of_b = places(A.x, B), places(B.x, A)
+    alone = of_b.vertex < 0
+    own = np.arange(len(A.x))
+    other = np.where(alone, len(own) + np.cumsum(alone) - 1, of_b.vertex)
+    first = len(own) + int(alone.sum())
+    cut_a, cut_b = walk(A, B, of_a, own, other, first), walk(B, A, of_b, other, own, first)
+    half_a, half_b = A.forward[cut_a.crossed[:, 0]], cut_a.crossed[:, 1]
+    crossed = _crossings(A, half_a, B, half_b)
+    source_location = joined(at_vertices(A.f), take_points(of_b.location, alone), crossed[0])
+    target_location = joined(of_a.location, take_points(at_vertices(B.f), alone), crossed[1])
+    crossings = interpolate(A.x, A.f, take_points(source_location, slice(first, None)))
+    x = np.concatenate((A.x, B.x[alone], unit_rows(crossings)))
+    (own_a, unit_a), (own_b, unit_b) = own_unit(source.vertices), own_unit(target.vertices)
+    on_source, on_target = interpolate(own_a, A.f, source_location), interpolate(own_b, B.f, target_location)
+    sides = Sides.of(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first))
+    faces, cell = sides.triangles(x)
+    merged = Coincidences(faces, np.stack((cell // len(B.f), cell % len(B.f))), (on_source, on_target),
+                          (own_a[A.f], own_b[B.f]), (own, other))
+    for _ in range(_ROUNDS):
+        if not merged.merge():
+            break
+        kept = merged.faces[merged.left]
+        for positions, surface, owner, fixed in ((on_source, own_a[A.f], merged.owners[0], own),
+                                                 (on_target, own_b[B.f], merged.owners[1], other)):
+            nudge(positions, kept, surface, owner[merged.left], merged.node[fixed])
+    kept = merged.faces[merged.left]
+    source_face, target_face = merged.owners[:, merged.left]
+    unresolved = (join_places(on_source, kept, own_a[A.f], source_face, merged.node[own]),
+                  join_places(on_target, kept, own_b[B.f], target_face, merged.node[other]))
+    target_vertex = merged.node[other]
+    target_location.face[target_vertex], target_location.weights[target_vertex] = at_vertices(B.f)
+    used, corners = np.unique(kept, return_inverse=True)
+    on_source, on_target = np.ldexp(on_source[used], unit_a), np.ldexp(on_target[used], unit_b)
+    return Overlay(corners.reshape(-1, 3), on_source, on_target, take_points(source_location, used),
+                   take_points(target_location, used), source_face, target_face,
+                   np.searchsorted(used, target_vertex), len(x) - len(used), unresolved)
+
+
+def _snapped(b: SphereMap, x: FloatArray) -> FloatArray:
+    """The sphere of a map whose vertices lie exactly where other points are that are as near as rounding.
+
+    Their edges then coincide exactly, too. A vertex keeps its place if its faces would fold otherwise.
+    """
+    y, own = b.sphere.copy(), np.arange(len(b.sphere))
+    distance, nearest = cKDTree(x).query(y, distance_upper_bound=SHORT)
+    near = np.flatnonzero(distance < np.inf)
+    back = cKDTree(y).query(x[nearest[near]])[1]
+    near = near[back == own[near]]
+    while len(near):
+        y[near] = x[nearest[near]]
+        folded = marked(b.faces[orientation_signs(unit_rows(y), b.faces) <= 0], len(y))
+        if not folded[near].any():
+            break
+        y[folded] = b.sphere[folded]
+        near = near[~folded[near]]
+    return y
+
+
+def _same_crossings(cut_a: Segments, cut_b: Segments, A: Triangulation, B: Triangulation, first: int) -> Segments:
+    """The segments of B with the numbers that crossings have in those of A."""
+    key = cut_a.crossed[:, 0] * len(B.forward) + B.edge[cut_a.crossed[:, 1]]
+    order = np.argsort(key)
+    again = A.edge[cut_b.crossed[:, 1]] * len(B.forward) + cut_b.crossed[:, 0]
+    number = np.arange(first + len(key))
+    number[first:] += order[np.searchsorted(key, again, sorter=order)] - np.arange(len(key))
+    return replace(cut_b, start=number[cut_b.start], end=number[cut_b.end])
+
+
+def _crossings(A: Triangulation, half_a: IntArray, B: Triangulation, half_b: IntArray) -> tuple[Location, Location]:
+    """Points where half-edges of A cross half-edges of B, as points of both."""
+    a, b, c, d = A.x[A.start[half_a]], A.x[A.end[half_a]], B.x[B.start[half_b]], B.x[B.end[half_b]]
+    on_a, on_b = _crossed(a, b, c, d), _crossed(c, d, a, b)
+    along, across = b - a, d - c
+    sine = row_crosses(along, across)
+    flat = row_dots(sine, sine) < HALF_DIGITS**2 * row_dots(along, along) * row_dots(across, across)
+    # Where they are as good as parallel, their distances are rounding: any point that both have will do.
+    a, along, c, across = a[flat], along[flat], c[flat], across[flat]
+    ends = [row_dots(p - a, along) / row_dots(along, along) for p in (c, d[flat])]
+    low, high = np.clip(np.sort(ends, axis=0), 0, 1)
+    on_a[flat] = np.clip(on_a[flat], low, high)
+    point = a + on_a[flat, None] * along
+    on_b[flat] = np.clip(row_dots(point - c, across) / row_dots(across, across), 0, 1)
+    return _on_sides(half_a, on_a), _on_sides(half_b, on_b)
+
+
+def _crossed(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
+    """The weight of `b` where edges a-b are crossed by edges c-d."""
+    normal = row_crosses(c, d - c)
+    start, end = (np.abs(row_dots(normal, p - c)) for p in (a, b))
+    total = start + end
+    return np.divide(start, total, out=np.full(len(a), 0.5), where=total > 0)
+
+
+def _on_sides(half: IntArray, end: FloatArray) -> Location:
+    """Points of half-edges by the weights of their ends."""
+    weights, rows = np.zeros((len(half), 3)), np.arange(len(half))
+    weights[rows, (half + 1) % 3], weights[rows, (half + 2) % 3] = 1 - end, end
+    return Location(half // 3, weights)

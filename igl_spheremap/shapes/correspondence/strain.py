@@ -1,0 +1,142 @@
+"""The strain of a map from one surface to another, as an energy of maps to the other one's sphere."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...balance.energy import BalancedEnergy
+from ...balance.flat_faces import FaceImages, FlatFaces
+from ...mesh.arrays import FloatArray, IntArray
+from ...newton.system import PAIRS
+from ...resampling.transfer import weighted
+from ...sphere.rows import row_crosses, row_dots
+from .levels import CachedLocator, Level
+
+#: Angles and areas count alike, by MIPS and J + 1/J.
+_WEIGHT, _POWER = 0.5, 1
+
+
+class Lift:
+    """Values over a surface, linear in its faces, as functions on its sphere."""
+
+    def __init__(self, locator: CachedLocator, values: FloatArray) -> None:
+        self._locator, self._values = locator, values
+
+    def values(self, y: FloatArray) -> FloatArray:
+        """Values (n, d) at points of the sphere."""
+        face, weights = self._locator.locate(y)
+        return weighted(self._values, self._locator.f[face], weights, labels=False)
+
+    def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (n, d) at points of the sphere, and gradients (n, d, 3) within the faces that hold them."""
+        face, weights = self._locator.locate(y)
+        corners = self._locator.f[face]
+        values = weighted(self._values, corners, weights, labels=False)
+        # With a' = det(y, b, c) / det(a, b, c) and so on for b and c, weights are these over their sum. Differences
+        # from y keep digits in faces of any size.
+        a, b, c = (self._locator.x[corners[:, k]] - y for k in range(3))
+        normal = row_crosses(b - a, c - a)
+        total = row_dots(normal, y)  # det(a, b, c) times the sum of the a'
+        changes = np.stack([row_crosses(y, q - p) + row_crosses(p, q) for p, q in ((b, c), (c, a), (a, b))], axis=1)
+        changes /= total[:, None, None]
+        return values, np.einsum("nkd,nkj->ndj", self._values[corners] - values[:, None], changes)
+
+
+class SpaceStrain(BalancedEnergy):
+    """The balanced energy of triangles in a space of any dimension, `x` the positions (n, d) of their corners."""
+
+    def images(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FaceImages:
+        """Images of the given faces, each in its plane."""
+        if isinstance(faces, slice):
+            return self.source.images(x, spanned=True).some(faces)
+        return FaceImages.spanned(self.source, x, faces)
+
+    def derivatives(self, x: FloatArray, axes: FloatArray, convex: bool = True) -> tuple[FloatArray, FloatArray]:
+        """Gradient (k, n) as vertices move along axes (k, d, n), and the Hessian's blocks.
+
+        To those within the plane come moves across it, which stretch a face by their squares.
+        """
+        gradient, blocks = super().derivatives(x, axes, convex)
+        images = self.images(x)
+        (left, right), s = images.frame(), np.stack((images.s1, images.s2))
+        q, p = (self.weight * slope for slope in (self.slopes(s[0] / s[1])[0], self.slopes(s[0] * s[1])[0]))
+        tension = self.area * np.maximum(np.stack((p + q, p - q)), 0.0) / s**2
+        moves = axes.take(self.source.corners, axis=2)
+        for direction in left:
+            moves = moves - np.einsum("acim,cm->aim", moves, direction)[:, None] * direction[:, None]
+        for k, (i, j) in enumerate(PAIRS):
+            share = (tension * right[:, i] * right[:, j]).sum(axis=0)
+            blocks[k] += share * np.einsum("acm,bcm->abm", moves[:, :, i], moves[:, :, j])
+        return gradient, blocks
+
+
+def sphere_strain(level: Level) -> BalancedEnergy:
+    """The strain of maps of a level's sphere to itself."""
+    return BalancedEnergy(FlatFaces.of(level.x, level.f), _WEIGHT, _POWER, np.zeros(len(level.f)))
+
+
+class ComposedStrain:
+    """Strain of the source's faces on the target, and a share of that of its sphere, which alone knows which side of a
+    face is up.
+
+    Metrics of sphere and surface are blended on either side.
+
+    Parameters
+    ----------
+    source, target : Level
+        The surfaces.
+    share : float
+        Of the surfaces' metrics: at 0 rotations are minima, at 1 the spheres have no part.
+    guard : float
+        Weight of the sphere's own strain.
+    """
+
+    def __init__(self, source: Level, target: Level, share: float, guard: float) -> None:
+        self.f, self._guard = source.f, guard
+        faces = FlatFaces.of(_blended(source, share), source.f)
+        self._strain = SpaceStrain(faces, _WEIGHT, _POWER, np.zeros(len(source.f)))
+        self._sphere = sphere_strain(source)
+        self._lift = Lift(target.cached_locator, _scaled(_blended(target, share), target.f))
+
+    @property
+    def area(self) -> FloatArray:
+        """Areas of the source's faces, 4 pi together."""
+        return self._strain.area
+
+    def by_face(self, y: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
+        """Energies of the given faces; infinite where one is folded."""
+        if isinstance(faces, slice):
+            everywhere = self._lift.values(y)
+        else:
+            used = np.unique(self.f[faces])
+            there = self._lift.values(y[used])
+            everywhere = np.zeros((len(y), there.shape[1]))
+            everywhere[used] = there
+        return self._strain.by_face(everywhere, faces) + self._guard * self._sphere.by_face(y, faces)
+
+    def derivatives(self, y: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gradient (2, n) and positive semidefinite blocks (6, 2, 2, m) along the vertices' axes (2, 3, n)."""
+        there, gradients = self._lift(y)
+        gradient, blocks = self._strain.derivatives(there, np.einsum("ndj,ajn->adn", gradients, axes))
+        own = self._sphere.derivatives(y, axes)
+        return gradient + self._guard * own[0], blocks + self._guard * own[1]
+
+
+def log_strain(source: Level, target: Level, y: FloatArray) -> float:
+    """Sum of squared logarithms of stretches from source to target: single faces of high strain count little there."""
+    strain = SpaceStrain(FlatFaces.of(source.metric, source.f), _WEIGHT, 0, np.zeros(len(source.f)))
+    lift = Lift(target.cached_locator, _scaled(target.metric, target.f))
+    return float(strain.by_face(lift.values(y)).sum())
+
+
+def _blended(level: Level, share: float) -> FloatArray:
+    """Positions whose squared lengths are the weighted mean of the sphere's and the surface's."""
+    v = _scaled(level.metric, level.f)
+    return v if share == 1 else np.concatenate((np.sqrt(1 - share) * level.x, np.sqrt(share) * v), axis=1)
+
+
+def _scaled(p: FloatArray, f: IntArray) -> FloatArray:
+    """Positions of any dimension whose faces have the area 4 pi together."""
+    a, b = (p[f[:, k]] - p[f[:, 0]] for k in (1, 2))
+    doubled = np.sqrt(np.maximum(row_dots(a, a) * row_dots(b, b) - row_dots(a, b) ** 2, 0))
+    return np.asarray(p * np.sqrt(8 * np.pi / doubled.sum()))

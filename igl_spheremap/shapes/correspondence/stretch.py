@@ -1,0 +1,89 @@
+"""How a piecewise linear map between two surfaces stretches its faces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...mesh.arrays import BoolArray, FloatArray, IntArray, own_unit
+from ...mesh.measure import face_areas, weighted_quantile
+from ...sphere.rows import row_dots
+
+#: Figures name the share of the area whose measures are above this: faces that are as good as lost.
+_LOST = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class Distortion:
+    """How far a map between surfaces of equal area is from an isometry, face by face of its overlay.
+
+    With the singular values s1 >= s2 of the linear map of a face, after both surfaces were scaled to the same area, all
+    three measures are the same for the map and its inverse. They are infinite where one of the areas is zero.
+
+    Attributes
+    ----------
+    symmetric_dirichlet : (m,) float64 array
+        s1^2 + s2^2 + 1/s1^2 + 1/s2^2; 4 for an isometry.
+    area_ratio : (m,) float64 array
+        The larger one of s1 s2 and its inverse; 1 where areas are kept.
+    angle_ratio : (m,) float64 array
+        s1 / s2; 1 where angles are kept.
+    source_areas, target_areas : (m,) float64 arrays
+        The share of each face in the area of the source and of the target; 0 for those in caps.
+    """
+
+    symmetric_dirichlet: FloatArray
+    area_ratio: FloatArray
+    angle_ratio: FloatArray
+    source_areas: FloatArray
+    target_areas: FloatArray
+
+    def __repr__(self) -> str:
+        a, b = (self.figures[over]["symmetric_dirichlet"] for over in ("over_source", "over_target"))
+        return (f"Distortion(symmetric Dirichlet energy, 4 for an isometry: median {a['median']:.3g} over the source, "
+                f"{b['median']:.3g} over the target; 95% below {a['p95']:.3g} and {b['p95']:.3g})")
+
+    @classmethod
+    def of(
+        cls, on_source: FloatArray, on_target: FloatArray, f: IntArray, caps: BoolArray | None = None
+    ) -> Distortion:
+        """Of a mesh with positions on both surfaces, of which caps do not count."""
+        on_source, on_target = own_unit(on_source)[0], own_unit(on_target)[0]
+        whole = face_areas(on_source, f), face_areas(on_target, f)
+        areas = whole if caps is None else tuple(np.where(caps, 0.0, area) for area in whole)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            a, b = (_sides(p, f) / np.sqrt(area.sum()) for p, area in zip((on_source, on_target), areas, strict=True))
+            # In planes with the first side along the axis, the map is the matrix (p q; 0 r).
+            p, r = b[0] / a[0], b[2] / a[2]
+            q = (b[1] - p * a[1]) / a[2]
+            J, half = p * r, (p**2 + q**2 + r**2) / 2
+            root = np.sqrt(np.maximum(half**2 - J**2, 0))
+            measures = [2 * half * (1 + 1 / J**2), np.maximum(J, 1 / J), (half + root) / J]
+        flat = (whole[0] == 0) | (whole[1] == 0)
+        return cls(*(np.where(flat, np.inf, measure) for measure in measures), *(area / area.sum() for area in areas))
+
+    @property
+    def figures(self) -> dict[str, dict[str, dict[str, float]]]:
+        """Median, 95 percent and the share of area above 100, as ``figures["over_source"]["angle_ratio"]["median"]``.
+
+        They are taken over the area of the source (``over_source``) and over that of the target (``over_target``).
+        """
+        names = "symmetric_dirichlet", "area_ratio", "angle_ratio"
+        return {over: {name: _figures(getattr(self, name), areas) for name in names}
+                for over, areas in (("over_source", self.source_areas), ("over_target", self.target_areas))}
+
+
+def _sides(v: FloatArray, f: IntArray) -> FloatArray:
+    """Length of the first side of each face, and along and across it the opposite corner, (3, m)."""
+    base, side = v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]
+    length = np.sqrt(row_dots(base, base))
+    return np.stack((length, row_dots(base, side) / length, 2 * face_areas(v, f) / length))
+
+
+def _figures(values: FloatArray, areas: FloatArray) -> dict[str, float]:
+    """Over the faces that have an area."""
+    own = areas > 0
+    values, areas = values[own], areas[own]
+    return {"median": weighted_quantile(values, areas), "p95": weighted_quantile(values, areas, 0.95),
+            f"above_{_LOST:g}": float(areas[values > _LOST].sum() / areas.sum())}

@@ -1,0 +1,1 @@
+"""Hemispheres laid on a template, and its labels carried to them."""

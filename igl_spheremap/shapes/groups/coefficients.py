@@ -1,0 +1,90 @@
+"""Coefficients of many surfaces as one table, in frames that agree, and their principal modes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...io import npz
+from ...io.formats import PathLike
+from ...io.replacing import replacing
+from ...io.tables import write_cells
+from ...mesh.arrays import FloatArray
+from ..harmonics.harmonics import SphericalHarmonics
+from .modes import Modes, principal_modes
+
+_ROUNDS = 10  # each chooses of four directions for every surface; two or three are usual
+
+
+class CoefficientTable(NamedTuple):
+    """Coefficients of surfaces, rows in their order.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the surfaces.
+    coefficients : (surfaces, (L + 1)^2, 3) float64 array
+        As those of `SphericalHarmonics`.
+    modes : Modes or None
+        Principal components: fields of coefficients whose displacement has mean square 1 over the sphere.
+    """
+
+    names: tuple[str, ...]
+    coefficients: FloatArray
+    modes: Modes | None
+
+    @property
+    def compactness(self) -> FloatArray:
+        """Share of the variance that the first 1, 2, ... modes hold; empty without modes."""
+        if self.modes is None:
+            return np.empty(0)
+        away = self.coefficients - self.coefficients.mean(axis=0)
+        return np.cumsum(self.modes.variances) * (4 * math.pi * (len(away) - 1)) / (away**2).sum()
+
+
+def in_common_frame(shapes: Sequence[SphericalHarmonics]) -> list[SphericalHarmonics]:
+    """Surfaces in the frames of their first-order ellipsoids, the directions of axes being those nearest to the mean.
+
+    None of them decides for the others: each begins with the directions of its own skewness, and chooses anew until all
+    keep theirs.
+    """
+    aligned = [shape.align().harmonics for shape in shapes]
+    for _ in range(_ROUNDS):
+        before, mean = aligned, SphericalHarmonics(np.mean([each.coefficients for each in aligned], axis=0))
+        aligned = [shape.align(mean).harmonics for shape in shapes]
+        if all(np.allclose(a.coefficients, b.coefficients) for a, b in zip(aligned, before, strict=True)):
+            break
+    return aligned
+
+
+def coefficient_table(names: Sequence[str], shapes: Sequence[SphericalHarmonics], modes: int = 0) -> CoefficientTable:
+    """The table of surfaces, with this number of its principal modes."""
+    rows = np.stack([shape.coefficients for shape in shapes])
+    if not modes:
+        return CoefficientTable(tuple(names), rows, None)
+    # the basis is orthonormal: squares of coefficients add up to the integral over the sphere, of area 4 pi
+    unit = math.sqrt(rows.shape[1] / (4 * math.pi))
+    found = principal_modes(unit * (rows - rows.mean(axis=0)), np.ones(rows.shape[1]), modes)
+    return CoefficientTable(tuple(names), rows, found._replace(modes=found.modes / unit))
+
+
+def write_coefficient_table(path: PathLike, table: CoefficientTable, *, force: bool = False) -> None:
+    """Write a .tsv or .csv file with a row for each surface: its scores, then x_l0m0 and so on; or an .npz file."""
+    if not str(path).lower().endswith(".npz"):
+        write_cells(path, _rows(table), force=force)
+        return
+    arrays = {"names": np.array(table.names, dtype=str), "coefficients": table.coefficients}
+    with replacing(path, force) as partial:
+        npz.write_arrays(partial, arrays | ({} if table.modes is None else table.modes._asdict()))
+
+
+def _rows(table: CoefficientTable) -> Iterator[Sequence[object]]:
+    scores = np.empty((len(table.names), 0)) if table.modes is None else table.modes.scores
+    degree = math.isqrt(table.coefficients.shape[1]) - 1
+    names = [f"{axis}_l{ell}m{m}" for ell in range(degree + 1) for m in range(-ell, ell + 1) for axis in "xyz"]
+    yield "surface", *(f"mode_{k + 1}" for k in range(scores.shape[1])), *names
+    for name, own, rows in zip(table.names, scores.tolist(), table.coefficients, strict=True):
+        yield name, *own, *rows.ravel().tolist()

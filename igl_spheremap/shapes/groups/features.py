@@ -1,0 +1,67 @@
+"""Data over the vertices of a group's members, in files that are read where and when they are needed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...errors import MeshError
+from ...io.scalars import read_named
+from ...mesh.arrays import FloatArray, plain_array
+
+
+@dataclass(frozen=True)
+class FeatureFiles:
+    """Columns (n, k) over the vertices of one surface, a file each, which are read when an array is asked for.
+
+    So they take the place of an array, and a worker reads those of its own member only.
+    """
+
+    paths: tuple[str, ...]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        columns = [_column(path) for path in self.paths]
+        for path, column in zip(self.paths, columns, strict=True):
+            if len(column) != len(columns[0]):
+                raise MeshError(f"{path} has {len(column)} values and {self.paths[0]} has {len(columns[0])}; give "
+                                "data of one mesh")
+        return np.stack(columns, axis=1).astype(dtype or np.float64)
+
+
+def check_features(features: Sequence[ArrayLike] | None, names: Sequence[str]) -> None:
+    """Raise an error unless each of the surfaces has features, and all have the same columns."""
+    if features is None:
+        return
+    if len(features) != len(names):
+        raise ValueError(f"features are of {len(features)} surfaces, sources are {len(names)}; give one for each")
+    widths = []
+    for name, each in zip(names, features, strict=True):
+        shape = (0, len(each.paths)) if isinstance(each, FeatureFiles) else plain_array(each, "features").shape
+        if len(shape) not in (1, 2):
+            raise MeshError(f"features of surface {name} have shape {shape}; give data over its vertices, (n,) or "
+                            "(n, k)")
+        widths.append(shape[1] if shape[1:] else 1)
+        if widths[-1] != widths[0]:
+            raise MeshError(f"features of surface {name} have {widths[-1]} columns, those of {names[0]} have "
+                            f"{widths[0]}; give the same ones of each")
+
+
+def file_of(path: str) -> str:
+    """The file of FILE:NAME.
+
+    >>> file_of("sub-01.npz:thickness")
+    'sub-01.npz'
+    """
+    return path if Path(path).exists() else path.rpartition(":")[0] or path
+
+
+def _column(path: str) -> FloatArray:
+    maps = read_named(path)
+    if len(maps) != 1:
+        raise MeshError(f"{path} holds {len(maps)} maps ({', '.join(list(maps)[:5])}); take one of them by FILE:NAME")
+    return next(iter(maps.values()))

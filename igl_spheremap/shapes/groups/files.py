@@ -1,0 +1,164 @@
+"""A group in files: all of it in an archive, the mean surface in the formats of other programs, members in a table."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import MeshError, own_errstate
+from ...io import npz
+from ...io.files import write_mesh
+from ...io.reading import reading
+from ...io.replacing import make_folder, replacing
+from ...io.scalars import write_scalars
+from ...io.tables import write_cells
+from ...io.written_map import write_map
+from ...mesh.arrays import FloatArray, IntArray
+from .group import Group, Member
+
+#: The archive in a group's folder.
+ARCHIVE = "group.npz"
+_ARRAYS = tuple(field.name for field in fields(Group) if field.type == "FloatArray" or field.name == "faces")
+#: What is known of each member.
+FIGURES = ("correlation", "size", "distance")
+
+
+@own_errstate
+def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = False) -> None:
+    """Write a group into a folder, which is made if it is missing.
+
+    ``group.npz`` holds all arrays and what is known of the members, which `read_group` reads; ``mean.ply``,
+    ``mean.vtk`` and, with nibabel, ``mean.surf.gii`` the mean surface with areas, spread and features at the vertices,
+    which GIFTI keeps in ``mean.shape.gii``, and in VTK the modes; ``members.tsv`` the members' figures and scores, and
+    what was left out; the folder ``members`` each member's map in the template's frame, for `read_map`.
+
+    Parameters
+    ----------
+    folder : str or path-like
+        Where to.
+    group : Group
+        The group.
+    force : bool
+        Replace existing files.
+
+    Raises
+    ------
+    FileError
+        If a file exists and `force` is not set, or it can't be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import igl_spheremap as ism
+    >>> v, f = ism.samples.make("pear", n_vertices=100)
+    >>> group = ism.shapes.template([(v * [1.3 + 0.1 * k, 1, 1], f) for k in range(3)], target="ico:1")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ism.shapes.write_group(folder, group)
+    ...     again = ism.shapes.read_group(folder)
+    >>> bool((again.scores == group.scores).all())
+    True
+    """
+    place = make_folder(Path(folder) / "members").parent
+    arrays = {name: getattr(group, name) for name in _ARRAYS}
+    arrays |= {f"member_{name}": np.array([getattr(member, name) for member in group.members]) for name in FIGURES}
+    known = {"names": [member.name for member in group.members], "left_out": dict(group.left_out),
+             "changes": group.changes, "rigid": group.rigid, "balance": group.balance,
+             "feature_names": group.feature_names}
+    with replacing(place / ARCHIVE, force) as partial:
+        npz.write_arrays(partial, arrays | {"json": json.dumps(known)})
+    over = {"area": group.areas, "spread": group.spread}
+    names = group.feature_names or [f"feature_{k + 1}" for k in range(group.feature_mean.shape[1])]
+    over |= dict(zip(names, group.feature_mean.T, strict=True))
+    over |= dict(zip([f"{name}_sd" for name in names], group.feature_sd.T, strict=True))
+    moves = {f"mode_{k + 1}": mode * np.sqrt(variance)
+             for k, (mode, variance) in enumerate(zip(group.modes, group.variances, strict=True))}
+    write_mean(place, group.vertices, group.faces, over, moves, force=force)
+    write_cells(place / "members.tsv", _rows(group), force=force)
+    for member, name in zip(group.members, file_names([member.name for member in group.members]), strict=True):
+        if member.map is not None:
+            write_map(place / "members" / f"{name}.npz", member.map, force=force)
+
+
+def write_mean(place: Path, v: FloatArray, f: IntArray, over: Mapping[str, FloatArray],
+               moves: Mapping[str, FloatArray] | None = None, *, force: bool) -> None:
+    """Write a mean surface with data over its vertices, and fields that VTK alone takes, in the formats of others."""
+    for ending in (".ply", ".vtk"):
+        write_mesh(place / f"mean{ending}", v, f, force=force,
+                   metadata={"vertex_properties": over, "point_data": {**over, **(moves or {})}})
+    if find_spec("nibabel"):
+        write_mesh(place / "mean.surf.gii", v, f, force=force)
+        write_scalars(place / "mean.shape.gii", over, surface=(v, f), force=force)
+
+
+@own_errstate
+def read_group(folder: str | os.PathLike[str]) -> Group:
+    """Read a group from its folder, or from its archive.
+
+    Parameters
+    ----------
+    folder : str or path-like
+        What `write_group` or ``igl-spheremap template`` wrote.
+
+    Returns
+    -------
+    Group
+        Equal to the one that was written, except that its members have no maps: `read_map` reads them one by one.
+
+    Raises
+    ------
+    FileError
+        If the archive can't be read.
+    MeshError
+        If it holds no group.
+    """
+    path = Path(folder) / ARCHIVE if Path(folder).is_dir() else Path(folder)
+    with reading(path):
+        arrays = npz.read_arrays(path)
+        if not {*_ARRAYS, "json", *(f"member_{name}" for name in FIGURES)} <= arrays.keys():
+            raise MeshError("the archive holds no group; give one that `igl-spheremap template` wrote")
+        known = json.loads(str(arrays["json"]))
+        figures = zip(known["names"], *(arrays[f"member_{name}"].tolist() for name in FIGURES), strict=True)
+        members = tuple(Member(str(name), None, *numbers) for name, *numbers in figures)
+        return Group(**{name: arrays[name] for name in _ARRAYS}, members=members, left_out=known["left_out"],
+                     changes=tuple(known["changes"]), rigid=known["rigid"], balance=known["balance"],
+                     feature_names=tuple(known["feature_names"]))
+
+
+def _rows(group: Group) -> Iterator[Sequence[object]]:
+    """The table of members."""
+    yield "member", "status", "reason", *FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes)))
+    for member, scores in zip(group.members, group.scores, strict=True):
+        yield member_row(member, scores)
+    for name, reason in group.left_out.items():
+        yield name, "left out", reason, *[""] * (len(FIGURES) + len(group.modes))
+
+
+def member_row(member: Member, scores: FloatArray) -> tuple[object, ...]:
+    """A row of the table."""
+    return member.name, "member", "", *(getattr(member, name) for name in FIGURES), *scores.tolist()
+
+
+def file_names(names: Sequence[str]) -> list[str]:
+    """A file's name for each member: that of its source without folder and suffix, with a number where two agree.
+
+    >>> file_names(["a/one.ply", "b/one.ply", "b/two.ply"])
+    ['one_1', 'one_2', 'two']
+    """
+    stems = [Path(name).stem for name in names]
+    several, taken = Counter(stem.lower() for stem in stems), set[str]()  # of which a disk may make no difference
+    found = []
+    for stem in stems:
+        name, k = stem, 0
+        while name.lower() in taken or several[name.lower()] > 1:
+            k += 1
+            name = f"{stem}_{k}"
+        taken.add(name.lower())
+        found.append(name)
+    return found

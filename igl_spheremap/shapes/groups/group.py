@@ -1,0 +1,253 @@
+"""The record of a group of surfaces: its template, mean, modes and members."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...draw.markup import table
+from ...draw.palette import round_up, sizes
+from ...draw.plot import pose
+from ...draw.shown import Drawing, Shown
+from ...errors import Remedy, own_errstate
+from ...maps.given_sphere import certified
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.check import check_mesh
+from ...resampling.transfer import check_map, resample
+from ..correspondence.registration import register
+from .modes import ModelFigures, model_figures
+from .placing import at_points, carried, check_unit
+from .procrustes import placed
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """A surface in a group.
+
+    Attributes
+    ----------
+    name : str
+        The file that it came from, or its number among the sources.
+    map : SphereMap or None
+        The surface with its map in the template's frame, certified free of foldings; None if it lies in the folder of
+        the group.
+    correlation : float
+        Of its depth potential with the template's, at corresponding points; from -1 to 1.
+    size : float
+        Its size over the geometric mean of all members' sizes, a ratio; 1 if only rigid motions were taken away.
+    distance : float
+        Root mean square distance from the mean surface at corresponding points, over the area, in the members' units.
+    """
+
+    name: str
+    map: SphereMap | None
+    correlation: float
+    size: float
+    distance: float
+
+    def __repr__(self) -> str:
+        return f"Member({self.name!r}, correlation {self.correlation:.3f}, {self.distance:.3g} from the mean)"
+
+
+@dataclass(frozen=True, eq=False)
+class Group(Shown):
+    """Surfaces in correspondence, and what they have in common.
+
+    Attributes
+    ----------
+    vertices : (n, 3) float64 array
+        The mean surface, in the members' units, mean place and mean pose.
+    faces : (m, 3) int64 array
+        Its faces, those of an icosphere.
+    sphere : (n, 3) float64 array
+        The icosphere's points: where the members' maps have the points that correspond.
+    shapes : (members, n, 3) float64 array
+        The corresponding points of the members, after generalised Procrustes, in the members' units.
+    modes : (k, n, 3) float64 array
+        Principal components of the shapes: displacements of mean square 1 over the area, without unit.
+    variances : (k,) float64 array
+        Variances of the scores, the largest first, in the square of the members' units.
+    scores : (members, k) float64 array
+        How much of each mode is in each member, in the members' units.
+    members : tuple of Member
+        In the order of the sources.
+    areas : (n,) float64 array
+        The members' own area around each point, on average, in the square of the members' units. The mean surface has
+        less: averaging takes folds away.
+    spread : (n,) float64 array
+        Standard deviation of position at each point, in the members' units: the root of the variance of all three
+        coordinates together.
+    feature_mean, feature_sd : (n, k) float64 arrays
+        Mean and standard deviation of the members' features, in their units; k is 0 without them.
+    left_out : mapping of str to str
+        Names of sources that are not in the group, and why.
+    changes : tuple of float
+        How far the mean surface moved in each round, as a share of its root mean square radius.
+    rigid : bool
+        Whether members kept their sizes.
+    balance : float
+        Of the members' maps, where they were made for the group: 0 is conformal, 1 preserves areas.
+    feature_names : tuple of str
+        Of the features; empty if they have none.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    sphere: FloatArray
+    shapes: FloatArray
+    modes: FloatArray
+    variances: FloatArray
+    scores: FloatArray
+    members: tuple[Member, ...]
+    areas: FloatArray
+    spread: FloatArray
+    feature_mean: FloatArray
+    feature_sd: FloatArray
+    left_out: Mapping[str, str]
+    changes: tuple[float, ...]
+    rigid: bool = False
+    balance: float = 1.0
+    feature_names: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        out = f", {len(self.left_out)} left out" if self.left_out else ""
+        return (f"Group({len(self.members)} members{out}, {len(self.vertices)} vertices, {len(self.modes)} modes with "
+                f"{self.compactness[-1]:.0%} of the variance)")
+
+    def _drawing(self) -> Drawing:
+        ramp = sizes("", round_up(float(np.percentile(self.spread, 95))))
+        colours = ramp.colours(self.spread[self.faces].mean(axis=1))
+        ends = 2 * np.sqrt(self.variances[:1])
+        bodies = (self.shape(-ends), self.vertices, self.shape(ends)) if len(ends) else (self.vertices,)
+        between = ", between the first mode at two standard deviations below and above" * len(ends)
+        caption = (f"The mean surface{between}. Members spread least where it is yellow, {ramp.ends[1]} or more where "
+                   "it is blue.")
+        return Drawing(caption, bodies, [pose(self.vertices)] * len(bodies), self.faces, colours,
+                       np.empty(0, dtype=np.int64))
+
+    def _figures(self) -> str:
+        """The members, the farthest from the mean first."""
+        return table([(member.name, f"{member.distance:.4g}", f"{member.size:.3f}", f"{member.correlation:.3f}")
+                      for member in sorted(self.members, key=lambda member: -member.distance)],
+                     ("member", "distance from the mean", "size", "correlation"))
+
+    @property
+    def map(self) -> SphereMap:
+        """The mean surface with its sphere, for all that takes a map."""
+        return certified(check_mesh(self.vertices, self.faces), self.sphere)
+
+    @property
+    def compactness(self) -> FloatArray:
+        """Share of the variance that the first 1, 2, ... modes hold."""
+        return np.cumsum(self.variances) / (self._weights @ self.spread**2)
+
+    @property
+    def _weights(self) -> FloatArray:
+        return self.areas / self.areas.sum()
+
+    def figures(self) -> ModelFigures:
+        """Compactness, generalisation and specificity of the modes.
+
+        Returns
+        -------
+        ModelFigures
+            By the number of modes. Correspondences stay as they are: only modes are computed anew.
+        """
+        return model_figures(self.shapes, self.areas, len(self.modes), self.vertices)
+
+    @own_errstate
+    def shape(self, scores: ArrayLike) -> FloatArray:
+        """The surface that has the given scores.
+
+        Parameters
+        ----------
+        scores : (j,) array_like
+            Of the first j modes; the others have 0. ``2 * np.sqrt(group.variances[:1])`` is the first mode at two
+            standard deviations.
+
+        Returns
+        -------
+        (n, 3) float64 array
+            Vertices for the group's faces.
+
+        Raises
+        ------
+        ValueError
+            If there are more scores than modes.
+        """
+        given = np.asarray(scores, dtype=np.float64).reshape(-1)
+        if len(given) > len(self.modes):
+            raise ValueError(f"{len(given)} scores for {len(self.modes)} modes; give at most one for each")
+        return self.vertices + np.tensordot(given, self.modes[: len(given)], 1)
+
+    @own_errstate
+    def place(self, source: SphereMap) -> PlacedMember:
+        """Where a new surface lies in the group, which stays as it is.
+
+        Parameters
+        ----------
+        source : SphereMap
+            The surface with its map, of the balance that the members have.
+
+        Returns
+        -------
+        PlacedMember
+            The member that it would be, its corresponding points, and its scores.
+
+        Raises
+        ------
+        FoldingsRemain
+            If the map is not certified folding-free.
+        MeshError
+            If its coordinates are above 1e48, or its extent is below 1e-48.
+        """
+        check_unit(check_map(source, "source"))
+        coarse = at_points(source, self.sphere, self.faces)
+        registered = register(coarse, self.map)
+        onto = carried(source, coarse, registered.map.sphere)
+        points = resample(onto, (self.sphere, self.faces)).v
+        shape, size = placed(points, self.vertices, self.areas, 1.0 if self.rigid else None)
+        away = shape - self.vertices
+        scores = np.einsum("n,nd,knd->k", self._weights, away, self.modes)
+        distance = float(np.sqrt(self._weights @ (away**2).sum(axis=1)))
+        correlation = float(registered.stages[-1].correlation.mean())
+        return PlacedMember(Member("", onto, correlation, size, distance), shape, scores)
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedMember:
+    """A new surface in a group that it did not take part in.
+
+    Attributes
+    ----------
+    member : Member
+        As those of the group.
+    shape : (n, 3) float64 array
+        Its points that correspond to the group's vertices, laid on the mean surface, in the members' units.
+    scores : (k,) float64 array
+        How much of each mode is in it, in the members' units.
+    """
+
+    member: Member
+    shape: FloatArray
+    scores: FloatArray
+
+    def __repr__(self) -> str:
+        return f"PlacedMember({self.member.distance:.3g} from the mean, {len(self.scores)} scores)"
+
+
+def too_far(distance: float, distances: Sequence[float] | FloatArray, farthest: float) -> str:
+    """Why a member that lies that far from the mean is left out, given the members' distances; empty if it is not.
+
+    >>> too_far(9, [1, 2, 3], farthest=4)
+    'it lies 4.5 times as far from the mean as half of the members: look at it, or give a larger farthest'
+    """
+    usual = float(np.median(np.asarray(distances)))
+    if distance <= farthest * usual:
+        return ""
+    return (f"it lies {distance / usual:.1f} times as far from the mean as half of the members: look at it, or give a "
+            f"larger {Remedy(options={'farthest': None})}")

@@ -1,0 +1,158 @@
+"""What is done with each member of a group, from files to files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from typing import Any
+
+import numpy as np
+
+from ...io import npz
+from ...io.npz import read_arrays
+from ...io.replacing import replacing
+from ...io.written_map import read_map, write_map
+from ...maps.given_sphere import certified
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import check_values
+from ...mesh.check import check_mesh
+from ...mesh.measure import vertex_areas
+from ...populations.job import Job, Task
+from ...populations.table import JobRow
+from ...resampling.transfer import resample, sphere_mesh, transfer
+from ..correspondence.registration import continue_registration, register
+from ..harmonics.basis import power
+from ..harmonics.harmonics import spherical_harmonics
+from .features import FeatureFiles, file_of
+from .placing import at_points, carried, mapped, own_areas
+
+_DEGREE = 8  # of the harmonics whose powers tell which member is nearest to the mean: limbs and lobes, no details
+
+
+@dataclass(frozen=True)
+class MemberJob(Job):
+    """A member's files: those that are read beside the source, those that are written beside the target."""
+
+    beside: tuple[str, ...] = ()
+    more: tuple[str, ...] = ()
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        return (self.source, *self.beside)
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        return (self.target, *self.more)
+
+
+@dataclass(frozen=True)
+class MapJob(MemberJob):
+    """A member as it was given: whether its file holds its map, and where its features are."""
+
+    is_map: bool = False
+    features: tuple[str, ...] = ()
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        return (self.source, *map(file_of, self.features))
+
+    @property
+    def chosen(self) -> tuple[object, ...]:
+        return self.is_map, *(path.removeprefix(file_of(path)) for path in self.features)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MemberTask(Task[MemberJob]):
+    """What the tasks of a group share: the icosphere of its mean."""
+
+    icosphere: str
+
+    def empty(self, job: MemberJob) -> JobRow:
+        return JobRow(job.source, job.target)
+
+    def write(self, path: str, arrays: dict[str, Any]) -> None:
+        """Write an archive in the place of what is there."""
+        write_arrays(self.place(path), arrays)
+
+    def surface(self, path: str) -> SphereMap:
+        """A surface on the icosphere, whose points are its map."""
+        x, f = sphere_mesh(self.icosphere)
+        return certified(check_mesh(read_arrays(self.place(path))["points"], f), x)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapMember(MemberTask):
+    """Read and map a member, and take its points at those of the icosphere, which are registered in its place."""
+
+    balance: float
+
+    def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
+        assert isinstance(job, MapJob)
+        source = self.place(job.source)
+        result = mapped(read_map(source) if job.is_map else source, self.balance)
+        n = len(result.sphere)
+        values = np.empty((n, 0))
+        if job.features:
+            values = check_values(FeatureFiles(tuple(self.places(job.features))), n, f"features of {job.source}")
+        check()
+        coarse = at_points(result, *sphere_mesh(self.icosphere))
+        powers = np.sqrt(power(spherical_harmonics(coarse, degree=_DEGREE).coefficients)[1:])
+        content = (result.vertices, result.faces, result.sphere, values)
+        digest = sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in content)).digest()
+        self.write(job.target, npz.arrays_of(result) | {"values": values})
+        self.write(job.more[0], {"points": coarse.vertices, "powers": powers / np.linalg.norm(powers),
+                                 "digest": np.frombuffer(digest, dtype=np.uint8)})
+        return replace(self.empty(job), vertices=n)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegisterMember(MemberTask):
+    """Register a member's points to a template: from any rotation, or from the sphere of the round before."""
+
+    def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
+        coarse, arrays = self.surface(job.source), read_arrays(self.place(job.beside[0]))
+        target = certified(check_mesh(arrays["vertices"], arrays["faces"]), arrays["sphere"])
+        before = [read_arrays(self.place(path))["sphere"] for path in job.beside[1:]]
+        check()
+        if before:
+            y, correlation = continue_registration(coarse, target, before[0])
+        else:
+            found = register(coarse, target, stages=["rotation", "elastic"])
+            y, correlation = found.map.sphere, float(found.stages[-1].correlation.mean())
+        points, f = resample(certified(coarse.mesh, y), (coarse.sphere, coarse.faces))
+        self.write(job.target, {"sphere": y, "points": points, "areas": vertex_areas(points, f),
+                                "correlation": np.array(correlation)})
+        return replace(self.empty(job), vertices=len(y))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaceMember(MemberTask):
+    """Carry a registration, turned into the frame of the group, to the member's own mesh, and sample it there."""
+
+    def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
+        arrays = read_arrays(self.place(job.source))
+        points, registered, frame = (self.place(path) for path in job.beside)
+        coarse, y, turn = self.surface(points), read_arrays(registered)["sphere"], read_arrays(frame)["turn"]
+        check()
+        onto = carried(npz.map_of(arrays), coarse, y @ turn)
+        there = coarse.sphere, coarse.faces
+        write_map(self.place(job.target), onto, force=True)
+        self.write(job.more[0], {"points": resample(onto, there).v, "areas": own_areas(onto, *there),
+                                 "features": transfer(onto, arrays["values"], there)})
+        return replace(self.empty(job), vertices=len(onto.sphere))
+
+
+def write_arrays(path: str, arrays: dict[str, Any]) -> None:
+    """Write an archive in the place of what is there: the same bytes for the same arrays."""
+    with replacing(path, force=True) as partial:
+        npz.write_arrays(partial, arrays)
+
+
+def columns_of(values: Any, path: str) -> tuple[str, ...]:
+    """Write features into a file, and say where its columns are."""
+    rows = np.asarray(values, dtype=np.float64)
+    rows = rows.reshape(len(rows), -1)
+    with replacing(path, force=True) as partial:
+        np.save(partial, rows)
+    return tuple(f"{path}:{k}" for k in range(rows.shape[1]))

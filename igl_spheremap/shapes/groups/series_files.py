@@ -1,0 +1,60 @@
+"""A series in files: arrays, a table of frames, the frames at corresponding points, their mean, and their maps."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ...io import npz
+from ...io.files import write_mesh
+from ...io.replacing import make_folder, replacing
+from ...io.tables import write_cells
+from ...io.written_map import write_map
+from ...mesh.arrays import FloatArray
+from .files import file_names, write_mean
+from .series import Series
+
+#: The archive in a series' folder.
+ARCHIVE = "series.npz"
+_ARRAYS = ("vertices", "faces", "sphere", "areas", "features", "drift")
+
+
+def write_series(folder: str | os.PathLike[str], found: Series, names: Sequence[str],
+                 feature_names: Sequence[str] = ()) -> FloatArray:
+    """Write a series into a folder, replacing an earlier one there, and return the mean of its frames.
+
+    ``series.npz`` holds the arrays of `Series`; ``frames.tsv`` area, volume, movement and mean features of each frame;
+    ``frames/frame_0000.vtk`` and so on the frames on one mesh, with areas and features; ``mean.*`` their mean in
+    space, with drift and means in time; ``maps`` each frame's map.
+    """
+    place = Path(folder)
+    for name in ("frames", "maps"):
+        make_folder(place / name)
+    with replacing(place / ARCHIVE, force=True) as partial:
+        npz.write_arrays(partial, {name: getattr(found, name) for name in _ARRAYS}
+                         | {"names": np.array(names, dtype=str), "feature_names": np.array(feature_names, dtype=str)})
+    write_cells(place / "frames.tsv", frame_rows(found, names, feature_names), force=True)
+    for k, (v, area, features) in enumerate(zip(found.vertices, found.areas, found.features, strict=True)):
+        data = {"area": area, **dict(zip(feature_names, features.T, strict=True))}
+        write_mesh(place / "frames" / f"frame_{k:04d}.vtk", v, found.faces, force=True, metadata={"point_data": data})
+    for result, name in zip(found.maps, file_names(names), strict=True):
+        write_map(place / "maps" / f"{name}.npz", result, force=True)
+    mean = found.aligned.mean(axis=0)
+    over = {"drift": found.drift, "area": found.areas.mean(axis=0), "growth": found.areas[-1] / found.areas[0]}
+    for name, values in zip(feature_names, np.moveaxis(found.features, 2, 0), strict=True):
+        over |= {name: values.mean(axis=0), f"{name}_sd": values.std(axis=0)}
+    write_mean(place, mean, found.faces, over, force=True)
+    return mean
+
+
+def frame_rows(found: Series, names: Sequence[str], feature_names: Sequence[str]) -> list[Sequence[object]]:
+    """The table of frames: what moved is the root mean square over the area, since the frame before."""
+    weights = found.areas / found.areas.sum(axis=1, keepdims=True)
+    steps = np.diff(found.vertices, axis=0, prepend=found.vertices[:1])
+    moved = np.sqrt((weights * (steps**2).sum(axis=2)).sum(axis=1))
+    means = np.einsum("kn,knj->kj", weights, found.features)
+    rows = zip(names, found.surface_areas.tolist(), found.volumes.tolist(), moved.tolist(), means.tolist(), strict=True)
+    return [("frame", "area", "volume", "moved", *feature_names), *((*row, *mean) for *row, mean in rows)]

@@ -1,0 +1,151 @@
+"""Coefficients of spherical harmonics: SPHARM-PDM's `.coef` files, tables with aics-shparam's names, and NPZ."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import FileError, MeshError
+from ...io import npz
+from ...io.formats import PathLike
+from ...io.reading import reading
+from ...io.replacing import replacing
+from ...mesh.arrays import FloatArray, check_values
+from .bases import aics_columns, aics_values, in_basis, pdm_rows
+from .harmonics import Expanded, SphericalHarmonics
+
+_NUMBER = re.compile(r"[^\s{},]+")
+_AICS = re.compile(r"shcoeffs_L([0-9]{1,4})M[0-9]{1,4}[CS]")
+
+
+def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: bool = False) -> None:
+    """Write coefficients of spherical harmonics.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A new `.coef` file, as SPHARM-PDM and ktch read them (positions only); a `.csv` file, a row for each column of
+        the data under aics-shparam's names (shcoeffs_L2M1C); or an `.npz` file, which keeps the source's data, too.
+        Coefficients that need no factor are exact, others to a rounding.
+    harmonics : SphericalHarmonics
+        The coefficients.
+    force : bool
+        Replace an existing file.
+
+    Raises
+    ------
+    FileError
+        If the suffix is another one, the file exists and `force` is not set, or it can't be written.
+    MeshError
+        If the coefficients have not three columns and the file is a `.coef` file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import igl_spheremap as ism
+    >>> x, f = ism.samples.sphere(162)
+    >>> shape = ism.shapes.spherical_harmonics(ism.sphere_map(x, f, x), degree=3)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ism.shapes.write_coefficients(f"{folder}/ball.coef", shape)
+    ...     again = ism.shapes.read_coefficients(f"{folder}/ball.coef")
+    >>> bool(abs(again.coefficients - shape.coefficients).max() < 1e-15)
+    True
+    """
+    kind = _kind(path)
+    c = harmonics.coefficients
+    if kind == ".coef" and c.shape[1] != 3:
+        raise MeshError(f"a .coef file holds the three columns of positions, not {c.shape[1]}; write .npz")
+    with replacing(path, force) as partial:
+        if kind == ".coef":
+            rows = ",\n".join("{{{!r}, {!r}, {!r}}}".format(*row) for row in in_basis(c, "spharm-pdm").tolist())
+            partial.write_text(f"{{ {len(c)},{rows}}}")
+        elif kind == ".csv":
+            names, *_ = aics_columns(harmonics.degree)
+            lines = [names, *([repr(value) for value in row] for row in aics_values(c).tolist())]
+            partial.write_text("".join(",".join(line) + "\n" for line in lines))
+        else:
+            source = {} if harmonics.source is None else vars(harmonics.source)
+            npz.write_arrays(partial, {"coefficients": c, **source})
+
+
+def read_coefficients(path: PathLike) -> SphericalHarmonics:
+    """Read coefficients of spherical harmonics.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A `.coef` file of SPHARM-PDM, ktch or this package, a `.csv` file with aics-shparam's names, or an `.npz` file
+        of this package.
+
+    Returns
+    -------
+    SphericalHarmonics
+        In this package's basis; of `.coef` and `.csv` files without a source.
+
+    Raises
+    ------
+    FileError
+        If the file can't be read, or its suffix is not one of these.
+    MeshError
+        If it is damaged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import igl_spheremap as ism
+    >>> x, f = ism.samples.sphere(162)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     shape = ism.shapes.spherical_harmonics(ism.sphere_map(x, f, x), degree=3)
+    ...     ism.shapes.write_coefficients(f"{folder}/ball.npz", shape)
+    ...     ism.shapes.read_coefficients(f"{folder}/ball.npz").degree
+    3
+    """
+    path = Path(path)
+    with reading(path):
+        if _kind(path) == ".coef":
+            return SphericalHarmonics(_parse(path.read_text(encoding="ascii")))
+        if _kind(path) == ".csv":
+            return SphericalHarmonics(_parse_table(path.read_text(encoding="ascii")))
+        arrays = npz.read_arrays(path)
+        if "coefficients" not in arrays:
+            raise MeshError("the archive holds no coefficients; give a file that write_coefficients wrote")
+        c = check_values(arrays["coefficients"], len(arrays["coefficients"]), "coefficients")
+        source = Expanded(*(arrays[name] for name in ("x", "values", "areas"))) if "x" in arrays else None
+        return SphericalHarmonics(c, source)
+
+
+def _kind(path: PathLike) -> str:
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".coef", ".csv", ".npz"):
+        raise FileError(f"{path}: coefficients are kept in .coef, .csv and .npz files")
+    return suffix
+
+
+def _parse(text: str) -> FloatArray:
+    """The coefficients of `{ N,{x, y, z},{x, y, z}...}`."""
+    count, *numbers = _NUMBER.findall(text)
+    n = int(count)
+    rows = np.array(numbers, dtype=np.float64)
+    if len(rows) != 3 * n or math.isqrt(n) ** 2 != n:
+        raise ValueError(f"{len(rows)} numbers, but {n} rows of three are expected, a square number of rows")
+    order, factors = pdm_rows(math.isqrt(n) - 1)
+    c = np.empty((n, 3))
+    c[order] = rows.reshape(n, 3) / factors[:, None]
+    return c
+
+
+def _parse_table(text: str) -> FloatArray:
+    """The coefficients of a table whose columns have aics-shparam's names, among others."""
+    head, *lines = (line.split(",") for line in text.splitlines() if line.strip())
+    degree = max((int(match[1]) for match in map(_AICS.fullmatch, head) if match), default=-1)
+    if degree < 0 or len(head) < 2 * (degree + 1) ** 2 or not lines:
+        raise ValueError("columns from shcoeffs_L0M0C on, all with M from 0 to the largest L, and a row are expected")
+    names, order, factors = aics_columns(degree)
+    place = {name: k for k, name in enumerate(head)}
+    values = np.array([[float(line[place[name]]) for name in names] for line in lines]).T
+    c = np.empty(((degree + 1) ** 2 + 1, len(lines)))
+    c[order] = values / factors[:, None]
+    return check_values(c[:-1], len(c) - 1, "coefficients")

@@ -1,0 +1,155 @@
+"""Data over a mapped mesh as an image on a grid of latitudes and longitudes, and back."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...errors import MeshError, check_whole, own_errstate
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray, IntArray, check_rows, plain_array
+from ...resampling.transfer import check_map, transfer, weighted
+from ...sphere.rows import unit_rows
+from .basis import gauss_rows, grid_points, longitudes
+
+Kind = Literal["equirectangular", "equiangular", "gauss"]
+
+
+@own_errstate
+def to_grid(
+    source: SphereMap,
+    values: ArrayLike | None = None,
+    *,
+    kind: Kind = "equirectangular",
+    rows: int = 180,
+    labels: bool = False,
+    columns: int | None = None,
+) -> NDArray[Any]:
+    """Sample a mapped surface, or data over it, on a grid of latitudes and longitudes.
+
+    Parameters
+    ----------
+    source : SphereMap
+        The surface and its map.
+    values : (n,) or (n, ...) array_like, optional
+        Data at the vertices; by default the positions, which gives a geometry image.
+    kind : {"equirectangular", "equiangular", "gauss"}
+        "equirectangular": cell centres of a picture whose upper edge is the north pole (+z) and whose left edge has
+        longitude -180 degrees, as `texture_atlas` lays it out. The others have rows from north to south and columns
+        from longitude 0, as spherical harmonic transforms take them. "equiangular": rows at equal steps from pole to
+        pole, both included (torch-harmonics: "equiangular"; s2fft: "mwss", of L + 1 rows and 2 L columns). "gauss":
+        Gauss-Legendre latitudes (torch-harmonics: "legendre-gauss"; s2fft: "gl", of L rows and 2 L - 1 columns).
+    rows : int
+        Rows of the grid, 180 by default; "equiangular" needs 2 or more.
+    labels : bool
+        The values are labels: take the nearest corner's; linear by default.
+    columns : int, optional
+        Columns of the grid, twice the rows by default.
+
+    Returns
+    -------
+    (rows, columns) or (rows, columns, ...) array
+        Values on the grid.
+
+    Raises
+    ------
+    MeshError
+        If there is not one value per vertex.
+    FoldingsRemain
+        If the map is not certified folding-free.
+    ValueError
+        If there is no such kind, or there are too few rows.
+    TypeError
+        If the source is not a map.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> source = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000))
+    >>> ism.shapes.to_grid(source, rows=32).shape
+    (32, 64, 3)
+    """
+    check_whole(rows, "rows", 2 if kind == "equiangular" else 1)
+    columns = check_whole(2 * int(rows) if columns is None else columns, "columns", 1)
+    check_map(source)
+    theta, phi = _coordinates(kind, int(rows), columns)
+    points = grid_points(np.cos(theta), phi).reshape(-1, 3)
+    sampled = transfer(source, source.vertices if values is None else values, points, labels=labels)
+    return sampled.reshape(len(theta), len(phi), *sampled.shape[1:])
+
+
+@own_errstate
+def from_grid(
+    grid: ArrayLike, target: SphereMap | ArrayLike, *, kind: Kind = "equirectangular", labels: bool = False
+) -> NDArray[Any]:
+    """Read values off a grid of latitudes and longitudes, at the vertices of a map or at points of the sphere.
+
+    Parameters
+    ----------
+    grid : (rows, columns) or (rows, columns, ...) array_like
+        Values as `to_grid` lays them out, in an even number of columns.
+    target : SphereMap or (k, 3) array_like
+        A map, at whose vertices values are wanted, or points of the sphere.
+    kind : {"equirectangular", "equiangular", "gauss"}
+        As for `to_grid`.
+    labels : bool
+        Take the nearest grid point's value; bilinear by default, across the poles and the seam.
+
+    Returns
+    -------
+    (k,) or (k, ...) array
+        Values at the target.
+
+    Raises
+    ------
+    MeshError
+        If the grid is not such an array.
+    ValueError
+        If there is no such kind.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> result = ism.spherical_conformal_map(*ism.samples.make("spheroid", n_vertices=1000))
+    >>> heights = ism.shapes.from_grid(ism.shapes.to_grid(result, result.sphere[:, 2]), result)
+    >>> bool(abs(heights - result.sphere[:, 2]).max() < 0.01)
+    True
+    """
+    values = plain_array(grid, "values of the grid")
+    if values.ndim < 2 or values.size == 0 or values.shape[1] % 2:
+        raise MeshError(f"the grid has shape {values.shape}; give rows and an even number of columns")
+    points = target.sphere if isinstance(target, SphereMap) else unit_rows(check_rows(target, name="points"))
+    corners, weights = _cells(kind, values.shape[0], values.shape[1], points)
+    return weighted(values.reshape(-1, *values.shape[2:]), corners, weights, labels)
+
+
+def _coordinates(kind: str, rows: int, columns: int) -> tuple[FloatArray, FloatArray]:
+    """Colatitudes and longitudes of a grid."""
+    if kind == "gauss":
+        return np.arccos(gauss_rows(rows)[0]), longitudes(columns)
+    if kind == "equiangular":
+        return np.linspace(0, np.pi, rows), longitudes(columns)
+    if kind == "equirectangular":
+        return np.pi * (np.arange(rows) + 0.5) / rows, longitudes(columns) - np.pi + np.pi / columns
+    raise ValueError(f"unknown kind of grid {kind!r}: choose from {', '.join(get_args(Kind))}")
+
+
+def _cells(kind: str, rows: int, columns: int, x: FloatArray) -> tuple[IntArray, FloatArray]:
+    """The four grid points around each point, (k, 4) by their places in the flattened grid, and bilinear weights."""
+    theta, phi = _coordinates(kind, rows, columns)
+    theta = np.concatenate(([-theta[0]], theta, [2 * np.pi - theta[-1]]))  # and a row beyond each pole
+    x, y, z = np.ascontiguousarray(x.T)  # numpy 1.26's arctan2 of columns depends on where they lie in memory
+    here = np.arctan2(np.hypot(x, y), z)
+    i = np.clip(np.searchsorted(theta, here, side="right") - 1, 0, rows)
+    step = theta[i + 1] - theta[i]
+    down = (here - theta[i]) / np.where(step > 0, step, 1)  # steps are 0 where a row is at a pole
+    turn = (np.arctan2(y, x) - phi[0]) * columns / (2 * np.pi)
+    j = np.floor(turn).astype(np.int64)
+    east = turn - j
+    row, column = i[:, None] + [-1, -1, 0, 0], j[:, None] + [0, 1, 0, 1]
+    beyond = (row < 0) | (row >= rows)  # beyond a pole lies the opposite longitude
+    column = (column + beyond * (columns // 2)) % columns
+    weights = np.stack(((1 - down) * (1 - east), (1 - down) * east, down * (1 - east), down * east), axis=1)
+    return np.clip(row, 0, rows - 1) * columns + column, weights

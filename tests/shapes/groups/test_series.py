@@ -1,0 +1,46 @@
+import numpy as np
+import pytest
+from family import body, spiral
+
+import igl_spheremap as ism
+from igl_spheremap.mesh.measure import enclosed_volume, surface_area
+
+
+def frames(bends):
+    """A body that bends, on a mesh of its own in each frame, and the place of each vertex in the body at rest."""
+    rng = np.random.default_rng(0)
+    for k, bend in enumerate(bends):
+        x, f = spiral(300 + 5 * k, rng)
+        yield (body(x, bend) + np.array([0.2 * k, 0, 0]), f), body(x)
+
+
+@pytest.fixture(scope="module")
+def bending():
+    """Four frames."""
+    meshes, places = zip(*frames([0.0, 0.4, 0.8, 1.2]), strict=True)
+    return meshes, ism.shapes.series(meshes, features=places, target="ico:2")
+
+
+def test_points_keep_their_place_in_the_body(bending):
+    _, found = bending
+    size = np.sqrt(((found.features[0] - found.features[0].mean(axis=0)) ** 2).sum(axis=1).mean())
+    apart = np.linalg.norm(found.features - found.features[0], axis=2)
+    assert np.sqrt((apart[1] ** 2).mean()) < 0.05 * size
+    assert np.sqrt((apart[-1] ** 2).mean()) < 0.1 * size
+    assert np.sqrt((found.drift**2).mean()) < 0.1 * size
+
+
+def test_areas_and_volumes_are_those_of_the_frames(bending):
+    meshes, found = bending
+    assert np.allclose(found.areas.sum(axis=1), [surface_area(*mesh) for mesh in meshes])
+    assert np.allclose(found.surface_areas, found.areas.sum(axis=1))
+    assert np.allclose(found.volumes, [enclosed_volume(*mesh) for mesh in meshes])
+    assert all(each.certificate.folding_free for each in found.maps)
+    assert np.allclose(found.vertices.mean(axis=1)[:, 0], [0, 0.2, 0.4, 0.6], atol=0.1)
+
+
+def test_one_frame_makes_no_series():
+    with pytest.raises(ism.MeshError, match="two or more"):
+        ism.shapes.series([ism.samples.sphere(42)])
+    with pytest.raises(ValueError, match="features are of 1 surfaces"):
+        ism.shapes.series([ism.samples.sphere(42)] * 2, features=[[0.0]])
