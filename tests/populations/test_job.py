@@ -3,15 +3,15 @@
 from dataclasses import fields, replace
 
 import pytest
-from igl_spheremap.populations.spharm_pdm import ShapeExpansion
-from igl_spheremap.populations.sphere_registration import SphereRegistration
 
 from igl_spheremap.apps.cli.exits import Shell
 from igl_spheremap.errors import as_call
 from igl_spheremap.maps.options import Auto, Lai2014
 from igl_spheremap.populations.job import Job, key_of
 from igl_spheremap.populations.mapping import SphereMapping
+from igl_spheremap.shapes.cortices.sphere_registration import SphereRegistration
 from igl_spheremap.shapes.groups.jobs import MapJob, MapMember, PlaceMember, RegisterMember
+from igl_spheremap.shapes.harmonics.spharm_pdm import ShapeExpansion
 
 HERE = {"force": False, "folder": "/here", "say": as_call}
 MAPPING = SphereMapping(Auto(), 0.5, None, **HERE)
