@@ -24,7 +24,6 @@ from .maps.given_sphere import sphere_map as sphere_map
 from .maps.mapper import SphereMapper as SphereMapper
 from .maps.options import Auto as Auto
 from .maps.options import GuYau as GuYau
-from .maps.options import Lai2014 as Lai2014
 from .maps.options import Stereographic as Stereographic
 from .maps.sphere_map import SphereMap as SphereMap
 from .maps.spherical_conformal_map import spherical_conformal_map as spherical_conformal_map
@@ -36,6 +35,9 @@ from .mesh.check import check_mesh as check_mesh
 from .mesh.clean import repair_mesh as repair_mesh
 from .mesh.disk import check_disk as check_disk
 from .mesh.opening import repair_disk as repair_disk
+from .paper.settings import Lai2014 as Lai2014
+from .paper.star_map import gauss_map as gauss_map
+from .paper.star_map import weighted_eigen_projection as weighted_eigen_projection
 from .plane.disk_map import DiskMap as DiskMap
 from .plane.disk_map import balanced_disk_map as balanced_disk_map
 from .plane.disk_map import disk_conformal_map as disk_conformal_map
@@ -53,8 +55,6 @@ from .result.recording import Recording as Recording
 from .result.run import Iterate as Iterate
 from .result.run import Status as Status
 from .sphere.cayley import cayley_update as cayley_update
-from .start.star_map import gauss_map as gauss_map
-from .start.star_map import weighted_eigen_projection as weighted_eigen_projection
 from .untangle.effort import Effort as Effort
 from .verify.certificate import Certificate as Certificate
 from .verify.certificate import certify as certify

@@ -8,9 +8,9 @@ import numpy as np
 import pyvista as pv
 
 from .maps.balanced import balanced_spherical_map
-from .maps.options import Method
 from .maps.sphere_map import SphereMap
 from .maps.spherical_conformal_map import spherical_conformal_map
+from .result.method import Method
 from .verify.certificate import Certificate, certify
 
 #: Data that a map adds at the points and at the cells of its sphere.

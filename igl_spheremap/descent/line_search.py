@@ -3,24 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Generic, Literal, TypeVar
-
-T = TypeVar("T")
-#: Which quotient of eq. (12) is the first step tried.
-BarzilaiBorwein = Literal["alternating", "tau_1", "tau_2"]
-#: What ends Algorithm 1: the norm of the gradient, step 2, or this and the rule of Wen and Yin's program.
-Stop = Literal["gradient", "wen-yin"]
-
-
-@dataclass(frozen=True)
-class Accepted(Generic[T]):
-    """A step that the search accepts: its size, the energy there, and what else the trial returned."""
-
-    tau: float
-    energy: float
-    trial: T
 
 
 @dataclass
@@ -30,8 +14,7 @@ class NonmonotoneSearch:
     Zhang and Hager 2004, *A nonmonotone line search technique and its application to unconstrained optimization*.
 
     >>> search = NonmonotoneSearch(energy=1.0)
-    >>> step = search.search(lambda tau: ((1 - tau) ** 2, None), tau=4.0, slope=-2.0)
-    >>> round(step.tau, 3)
+    >>> [round(tau, 3) for tau in search.steps(4.0) if search.accepts((1 - tau) ** 2, tau, slope=-2.0)][0]
     0.4
     """
 
@@ -43,28 +26,28 @@ class NonmonotoneSearch:
     delta: float = 0.1
     #: Memory of the average: 0 is the monotone Armijo search, 1 averages over all iterates.
     xi: float = 0.85
-    #: Trials after which no step is taken to exist: with delta = 0.1 the step is below rounding long before 40.
+    #: Steps that are tried at most: with delta = 0.1 a step is below rounding long before 40.
     trials: int = 40
-    #: Whether the last trial is taken whatever its energy, if that is finite.
+    #: Whether the last of them is accepted at any finite energy.
     takes_last: bool = False
 
     def __post_init__(self) -> None:
-        self._C = self.energy
-        self._Q = 1.0
+        self._C, self._Q = self.energy, 1.0  # Algorithm 1, step 1
 
-    def search(self, trial: Callable[[float], tuple[float, T]], tau: float, slope: float) -> Accepted[T] | None:
-        """Shorten `tau` until the energy is below the line that starts at the running average.
-
-        `trial` takes a step size, and returns the energy there and whatever the caller wants back; `slope` is the
-        derivative of the energy along the path at 0. None if no trial is acceptable.
-        """
-        for k in range(1, self.trials + 1):
-            energy, extra = trial(tau)
-            last = self.takes_last and k == self.trials and math.isfinite(energy)
-            if energy <= self._C + self.rho * tau * slope or last:  # Algorithm 1, step 3; a NaN is refused
-                return Accepted(tau, energy, extra)
+    def steps(self, tau: float) -> Iterator[float]:
+        """Yield the steps to try, ``tau delta^h`` for h = 0, 1, ..."""
+        for h in range(self.trials):
+            self._is_last = h == self.trials - 1
+            yield tau
             tau *= self.delta
-        return None
+
+    def accepts(self, energy: float, tau: float, slope: float) -> bool:
+        """Whether the energy at a step lies below the line from the running average; not if it is a NaN.
+
+        `slope` is the derivative of the energy along the path at 0.
+        """
+        falls = energy <= self._C + self.rho * tau * slope  # Algorithm 1, step 3
+        return falls or (self.takes_last and self._is_last and math.isfinite(energy))
 
     def record(self, energy: float) -> None:
         """Take the energy E(F_{k+1}) of a new iterate into the average."""

@@ -14,6 +14,7 @@ from ..mesh.measure import surface_area
 from ..mesh.timings import stage
 from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Status
+from ..sphere.cayley import cayley_step
 from ..sphere.rows import along, column_crosses, inner, row_dots, weighted_moment, weighted_sum
 from ..start.punctured import OFF_CENTRE, is_coarse, punctured_start
 from ..verify.certificate import Certificate
@@ -78,15 +79,19 @@ class PreconditionedCayley:
             # Hessian is the sphere's up to a sixth of it.
             square = 0.5 * float(np.einsum("i,i->", density, row_dots(D, D)))
             left = (abs(square - quadrupoles) + quadrupoles / 4) / 5  # algorithm (16)
-            trial = problem.cayley_path(x, D, OFF_CENTRE)  # Theorem 1, with D for H: algorithm (15)
+            slope = -inner(g, D)
             search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5, trials=_HALVINGS)
-            step = search.search(trial, 1.0, -inner(g, D))  # Algorithm 1, step 3
-            if step is None:
+            for tau in search.steps(1.0):  # Algorithm 1, step 3
+                y = problem.centred(cayley_step(x, D, tau), OFF_CENTRE)  # Theorem 1, with D for H: algorithm (15)
+                energy, derivative = problem.energy.evaluate(y)
+                if search.accepts(energy, tau, slope):
+                    break
+            else:
                 return
-            (x, H), energy = step.trial, step.energy
+            x, H = y, derivative
             area = surface_area(x, problem.f)
             residual = left / max(energy - area, _LEAST_GAP)  # algorithm (17)
-            yield Iterate("sobolev", 0, k, x, energy, residual, step.tau, {"area": area})
+            yield Iterate("sobolev", 0, k, x, energy, residual, tau, {"area": area})
 
 
 def _boost(x: FloatArray, H: FloatArray, density: FloatArray) -> FloatArray:

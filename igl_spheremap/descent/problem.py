@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,11 +12,9 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh, normalised_weights
 from ..mesh.measure import vertex_areas
 from ..operators.factor.factorize import Factor, factorize
-from ..sphere.cayley import cayley_step
 from ..sphere.moebius import center
 from ..sphere.rows import along, inner, row_dots, tangent, weighted_moment, weighted_sum
-from ..verify.signs import folded_faces
-from .energies import Energy, HarmonicEnergy, PHarmonicEnergy
+from .energies import Energy, PHarmonicEnergy
 
 #: Relative accuracy of P^-1 where the factor is only approximate: enough for a direction of descent.
 _ACCURACY = 0.1
@@ -63,6 +59,16 @@ class Diagonal(Metric):
     def gradient(self, x: FloatArray, derivative: FloatArray) -> FloatArray:
         """A F of eq. (9); one projection is enough, for it commutes with a diagonal."""
         return tangent(x, self.solve(derivative))  # H = -Laplace-Beltrami F, eqs. (9), (13)
+
+
+def step_metric(L: sp.csr_matrix) -> Diagonal:
+    """The diagonal metric that bounds a Laplacian from above, in which steps up to 1 are safe.
+
+    The derivative of Gu and Yau is L x without division by areas: the weights of a Laplacian in the plane have no
+    scale, so that this is the better conditioned one where vertices are unevenly spread. Each vertex is bounded by the
+    sum of the sizes of its row; a step that is the same for all would be as small as the worst vertex demands.
+    """
+    return Diagonal(np.maximum(np.asarray(abs(L).sum(axis=1)).ravel(), np.finfo(float).tiny))
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,37 +166,6 @@ class Problem:
     def centred(self, x: FloatArray, off: float = 0.0) -> FloatArray:
         """The map in the Moebius gauge; `x` itself where there is none or its mean is at most `off` from the origin."""
         return center(x, self.A) if self.gauge and np.linalg.norm(weighted_sum(self.A, x)) > off else x
-
-    def cayley_path(
-        self, x: FloatArray, h: FloatArray, off: float, injective: bool = False, acted: Counter[str] | None = None
-    ) -> Callable[[float], tuple[float, tuple[FloatArray, FloatArray]]]:
-        """What a line search tries: Cayley updates of `x` by `h`, centred where they are more than `off` away.
-
-        A trial returns the energy, infinite where an `injective` map folds; and the map and the derivatives there. It
-        counts in `acted` how many were so refused, and whether the last was centred.
-        """
-        acted = Counter() if acted is None else acted
-
-        def trial(tau: float) -> tuple[float, tuple[FloatArray, FloatArray]]:
-            stepped = cayley_step(x, h, tau)  # Theorem 1
-            y = self.centred(stepped, off)
-            acted["centred"] = int(y is not stepped)
-            if injective and not self.is_injective(y):
-                acted["refused"] += 1
-                return np.inf, (y, h)
-            energy, derivative = self.energy.evaluate(y)
-            return energy, (y, derivative)
-
-        return trial
-
-    def is_injective(self, x: FloatArray) -> bool:
-        """True if no face of the map is flipped or degenerate."""
-        return not folded_faces(x, self.f).any()
-
-
-def harmonic_problem(mesh: Mesh) -> Problem:
-    """The harmonic energy of a mesh, in the L2 metric."""
-    return Problem.of(mesh, HarmonicEnergy.of(mesh))
 
 
 def p_harmonic_problem(mesh: Mesh, p: float) -> Problem:

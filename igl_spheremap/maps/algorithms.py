@@ -10,14 +10,18 @@ from ..errors import own_errstate
 from ..mesh.check import check_mesh
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
-from ..result.run import History, Listener
-from .methods import check_start, lai2014
-from .options import Lai2014, method_of
+from ..paper.algorithm_1 import algorithm_1 as paper_algorithm_1
+from ..paper.algorithm_2 import algorithm_2 as paper_algorithm_2
+from ..paper.settings import Lai2014
+from ..result.run import History, Listener, Run
+from .methods import in_gauge, paper_setup
+from .options import method_of
 from .sphere_map import SphereMap
 
 
 @takes_mesh
 @own_errstate
+@timed()
 def algorithm_1(
     v: ArrayLike,
     f: ArrayLike,
@@ -66,7 +70,12 @@ def algorithm_1(
     True
     """
     method_of(method, Lai2014)
-    return algorithm_2(v, f, start=start, method=replace(method, rounds=0), caps=caps, listener=listener)
+    history = History(listener)
+    setup, first = paper_setup(check_mesh(v, f, caps=caps), method, history, start)
+    minimum, record = paper_algorithm_1(setup, first)
+    run = Run(record.status, minimum.last.energy, rounds=(record,), notes=setup.notes)
+    found = in_gauge(setup.mesh, minimum.last.x, run, method.gauge)
+    return replace(found, run=history.complete(found.run, method.name, method.settings()))
 
 
 @takes_mesh
@@ -121,6 +130,6 @@ def algorithm_2(
     """
     method_of(method, Lai2014)
     history = History(listener)
-    mesh = check_mesh(v, f, caps=caps)
-    found = lai2014(mesh, method, history, None if start is None else check_start(start, len(mesh.v)))
+    setup, first = paper_setup(check_mesh(v, f, caps=caps), method, history, start)
+    found = in_gauge(setup.mesh, *paper_algorithm_2(setup, first), method.gauge)
     return replace(found, run=history.complete(found.run, method.name, method.settings()))

@@ -2,41 +2,38 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from ..descent.algorithm_1 import CayleyBB, ProjectedDescent, step_metric
 from ..descent.energies import HarmonicEnergy
+from ..descent.gu_yau import ProjectedDescent
 from ..descent.minimize import Minimum, minimize
 from ..descent.preconditioned import harmonic_map
-from ..descent.problem import Problem
+from ..descent.problem import Problem, step_metric
 from ..errors import MapError
 from ..mesh.arrays import ComplexArray, FloatArray, check_directions
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
-from ..operators.laplacian import Operators, build_operators, laplacian, laplacian_and_notes
+from ..operators.laplacian import Operators, build_operators, laplacian
+from ..paper.algorithm_2 import algorithm_2
+from ..paper.settings import Lai2014, PaperGauge
+from ..paper.setup import Setup
 from ..result.run import Iterate, Listener, Round, Run, Status
 from ..sphere.moebius import center, fix_gauge
 from ..sphere.rows import unit_rows
 from ..start.flat_metric import FlatMetric, flat_metric, lay_out
 from ..start.punctured import candidate_faces, dipole_map, to_sphere
-from ..untangle.algorithm_2 import algorithm_2
 from ..untangle.embedding import fix_orientation
 from ..untangle.local_repair import is_off_centre, repair_locally
 from ..untangle.plan import Large, plan_repair
 from ..untangle.repair import repair
 from ..verify.certificate import Certificate
-from .options import Auto, GuYau, Lai2014, Method, Stereographic
+from .options import Auto, GuYau, Method, Stereographic
 from .sphere_map import SphereMap
-
-#: Eigen-projections in a row with weights that are never negative: star maps of star maps approach a conformal map.
-_PROJECTIONS = 40
 
 
 def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators: Operators | None = None,
@@ -81,29 +78,20 @@ def _remarks(mesh: Mesh, x: FloatArray, run: Run) -> Iterator[str]:
         yield f"limbs too deep for float64 are mapped as if up to {run.stretch:.3g} times shorter"
 
 
-def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, start: FloatArray | None = None) -> SphereMap:
-    """The paper: Algorithm 2 around Algorithm 1, from the Gauss map, or from another start, of unit rows."""
-    L, notes = laplacian_and_notes(mesh, options.edge_weights, options.mollify)
-    solver = CayleyBB(rho=options.rho, delta=options.delta, xi=options.xi, bb=options.bb, may_fold=options.may_fold,
-                      bound_tau=options.bound_tau, stop=options.stop)
+def lai2014(mesh: Mesh, options: Lai2014, listener: Listener) -> SphereMap:
+    """The paper: Algorithm 2 around Algorithm 1, from the Gauss map."""
+    setup, first = paper_setup(mesh, options, listener)
+    return in_gauge(mesh, *algorithm_2(setup, first), options.gauge)
 
-    def algorithm_1(problem: Problem, first: Iterate) -> Minimum:
-        iterates = solver.iterates(problem, first.x)
-        start = next(iterates)
-        start = replace(start, safeguards=(first.safeguards or {}) | (start.safeguards or {}))
-        return minimize(chain([start], iterates), tolerance=options.gradient_tolerance, stop=options.stop,
-                        max_iterations=options.max_iterations, plateau=options.plateau, listener=listener,
-                        round=first.round)
 
-    x, name = (vertex_normals(mesh.unit, mesh.f), "gauss map") if start is None else (start, "given map")
-    projections = _PROJECTIONS if options.edge_weights == "delaunay" else 1
-    metric = step_metric(L) if options.metric == "laplacian" else None
-    x, run = algorithm_2(
-        mesh, HarmonicEnergy(L), x, name, algorithm_1, options.rounds, projections, metric=metric,
-        gauge=options.gauge == "centred", repair_star_maps=options.repair_star_maps, keep_best=options.keep_best,
-        listener=listener)
-    run = replace(run, notes=(*notes, *run.notes))
-    return in_gauge(mesh, x, run) if options.gauge == "centred" else as_it_is(mesh, x, run)
+def paper_setup(
+    mesh: Mesh, options: Lai2014, listener: Listener, start: ArrayLike | None = None
+) -> tuple[Setup, Iterate]:
+    """What the paper's algorithms take: their setup, and the Gauss map or another start."""
+    setup = Setup.of(mesh, options, listener)
+    if start is None:
+        return setup, setup.gauss_map()
+    return setup, setup.start("given map", check_start(start, len(mesh.v)))
 
 
 def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
@@ -113,7 +101,6 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
     rounds: list[Round] = []
 
     def descend(name: str, x: FloatArray, stage: str, L: sp.csr_matrix, plateau: float) -> Minimum:
-        began = time.perf_counter()
         start = Iterate(name, len(rounds), 0, x, energy.evaluate(x)[0])
         problem = replace(harmonic, energy=HarmonicEnergy(L), metric=step_metric(L))
         minimum = minimize(
@@ -123,8 +110,8 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
             max_iterations=options.max_iterations,
             listener=listener,
             round=len(rounds),
-        ).centred(harmonic)
-        rounds.append(minimum.as_round(mesh, start, time.perf_counter() - began))
+        )
+        rounds.append(minimum.as_round(mesh, start))
         return minimum
 
     name, x = "gauss map", vertex_normals(mesh.unit, mesh.f)
@@ -133,7 +120,8 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
         name, x = "tutte map", minimum.last.x
     if not options.tutte or minimum.status is not Status.STOPPED:
         minimum = descend(name, x, "harmonic", energy.L, options.plateau)
-    return in_gauge(mesh, minimum.last.x, Run(minimum.status, minimum.last.energy, rounds=tuple(rounds)))
+    x = minimum.last.x
+    return in_gauge(mesh, x, Run(rounds[-1].status, energy.evaluate(x)[0], rounds=tuple(rounds)))
 
 
 def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> SphereMap:
@@ -205,8 +193,13 @@ SOLVERS: dict[type[Method], Callable[..., SphereMap]] = {
     Auto: auto, Lai2014: lai2014, GuYau: gu_yau, Stereographic: stereographic}
 
 
-def in_gauge(mesh: Mesh, x: FloatArray, run: Run) -> SphereMap:
-    """The map in the gauge of the result, certified; what only the last rotation folds is repaired."""
+def in_gauge(mesh: Mesh, x: FloatArray, run: Run, gauge: PaperGauge = "centred") -> SphereMap:
+    """The map in the gauge of the result, certified; what only the last rotation folds is repaired.
+
+    In a free gauge it is the map as the minimisation left it.
+    """
+    if gauge == "free":
+        return SphereMap(mesh, x, Certificate.of(x, mesh.f), replace(run, gauge="free"))
     y = fix_gauge(mesh, x)
     certificate = Certificate.of(y, mesh.f)
     if not certificate.folding_free and Certificate.of(x, mesh.f).folding_free:
@@ -214,11 +207,6 @@ def in_gauge(mesh: Mesh, x: FloatArray, run: Run) -> SphereMap:
         certificate = Certificate.of(y, mesh.f)
         run = replace(run, notes=(*run.notes, "the rounding of the last rotation folded faces, which were repaired"))
     return SphereMap(mesh, y, certificate, run)
-
-
-def as_it_is(mesh: Mesh, x: FloatArray, run: Run) -> SphereMap:
-    """The map as the minimisation left it, certified."""
-    return SphereMap(mesh, x, Certificate.of(x, mesh.f), replace(run, gauge="free"))
 
 
 def check_start(x: ArrayLike, n: int, name: str = "start positions") -> FloatArray:

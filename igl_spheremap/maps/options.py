@@ -2,60 +2,17 @@
 
 from __future__ import annotations
 
-from abc import ABC
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
-from functools import cache
-from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
+from dataclasses import dataclass
+from typing import ClassVar, Literal
 
-from ..descent.line_search import BarzilaiBorwein, Stop
-from ..errors import check_number, check_whole
+from ..paper.settings import Lai2014
+from ..result.method import Method
 from ..untangle.effort import Effort
 
 Gauge = Literal["poles", "centred"]
-PaperGauge = Literal["centred", "free"]
-EdgeWeights = Literal["cotangent", "delaunay"]
-PaperMetric = Literal["areas", "laplacian"]
 Plane = Literal["laplace-beltrami", "conformal-equivalence"]
 Polish = Literal["auto", "angles"]
-
-_hints = cache(get_type_hints)  # 0.5 ms
-
-
-@dataclass(frozen=True)
-class Method(ABC):
-    """A method and its options."""
-
-    #: What users call it.
-    name: ClassVar[str]
-
-    def __post_init__(self) -> None:
-        """Refuse what is not a choice, a count or a number before anything is computed."""
-        for name, hint in _hints(type(self)).items():
-            value, kinds = getattr(self, name), (hint, *get_args(hint))
-            choices = [word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)]
-            if (value is None and type(None) in kinds) or get_origin(hint) is ClassVar:
-                continue
-            if choices and value not in choices:
-                raise ValueError(f"unknown {name} {value!r}: choose {' or '.join(map(repr, choices))}")
-            if int in kinds:
-                check_whole(value, name)
-            if hint is float:
-                check_number(value, name)
-            if hint in (bool, str) and not isinstance(value, hint):
-                raise TypeError(f"{name} is {value!r}; give {'True or False' if hint is bool else 'a name'}")
-
-    def settings(self) -> dict[str, Any]:
-        """The options that are not at their defaults."""
-        values = ((option.name, getattr(self, option.name), option.default) for option in fields(self))
-        changed = {name: value for name, value, default in values if value != default}
-        if isinstance(effort := changed.get("effort"), Effort):
-            changed["effort"] = {name: n for name, n in asdict(effort).items() if n != getattr(Effort, name)}
-        return changed
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in self.settings().items())})"
-
 
 @dataclass(frozen=True, repr=False)
 class Auto(Method):
@@ -157,163 +114,6 @@ class Auto(Method):
             object.__setattr__(self, "effort", Effort(**self.effort))
         if not isinstance(self.effort, Effort):
             raise TypeError(f"effort is {self.effort!r}; give a record such as Effort(systems=5)")
-
-
-@dataclass(frozen=True, repr=False)
-class Lai2014(Method):
-    """The method "lai2014", the paper's: Algorithm 2 around Algorithm 1, from the Gauss map, made safe.
-
-    By default safeguards are added to what the paper prints; `as_printed` has none of them. Each has its own option,
-    from `may_fold` on, and the result's notes say how often it acted.
-
-    Parameters
-    ----------
-    gradient_tolerance : float, default 1e-3
-        Each minimisation ends when the L2 norm of the tangential gradient A F, eq. (9), is at most this, the source
-        having unit area. The Gauss map starts between 1e2 and 1e4. Somewhere below 1e-2, on scanned surfaces between
-        1e-3 and 1e-6, the rounding of the energy hides all progress.
-    max_iterations : int, default 5000
-        Maximum number of iterations of each minimisation, one in each round.
-    plateau : float, default 5e-7
-        Each minimisation ends, too, when its lowest energy fell by less than this share over the last 100 iterations:
-        limbs go on changing for thousands of iterations after the rest has converged.
-    rounds : int, default 3
-        Maximum number of eigen-projections; 0 is Algorithm 1 alone.
-    rho : float, default 1e-4
-        Share of the predicted decrease that a step must reach.
-    delta : float, default 0.1
-        Factor by which a refused step is shortened.
-    xi : float, default 0.85
-        Weight of earlier energies in the nonmonotone search: 0 is the monotone Armijo search, 1 averages over
-        all iterates.
-    bb : {"alternating", "tau_1", "tau_2"}, default "alternating"
-        Which Barzilai-Borwein quotient of eq. (12) is the first step tried; "alternating" takes tau_1 at odd
-        iterations and tau_2 at even ones.
-    edge_weights : {"cotangent", "delaunay"}, default "cotangent"
-        Weights of the edges in the energy and the eigenproblem. "cotangent" are the paper's, eq. (13), of which some
-        are negative where triangles are obtuse; those of the intrinsic Delaunay triangulation of the surface are not,
-        and eigen-projections are repeated with them until the energy of their star maps settles.
-    metric : {"areas", "laplacian"}, default "areas"
-        What the derivatives of the energy are divided by. "areas" are the paper's, eqs. (9) and (13): where vertices
-        are unevenly spread, the smallest of them rule the steps. "laplacian" are the sums of the sizes of the
-        Laplacian's rows, which have no scale: Algorithm 1 takes a half to a tenth of the iterations then. The tolerance
-        is that of the L2 norm in both.
-    stop : {"gradient", "wen-yin"}, default "gradient"
-        What a minimisation converges by. "gradient" is Algorithm 1, step 2. "wen-yin" is the rule of the program
-        OptStiefelGBB that reference [18] published: the gradient, too, or else a step that changes the energy by less
-        than 1e-12 of (1 + energy) and the map by less than 1e-6 (root mean square), or the last five steps on average
-        by less than ten times as much; and the fifth trial of a search is taken whatever its energy.
-    may_fold : bool, default False
-        Take steps that fold faces, too. By default a map without foldings is kept so.
-    gauge : {"centred", "free"}, default "centred"
-        "centred" holds the Moebius freedom fixed: starts and drifting maps are centred on the source's area, boosts are
-        taken out of the gradient, and the result is turned to the Gauss map. "free" leaves all maps as they come.
-    repair_star_maps : bool, default True
-        Repair a star map of which at most 1 percent of the faces are folded before Algorithm 1 starts from it.
-    bound_tau : bool, default True
-        Keep the quotients of eq. (12) between 1e-12 and 1e12, the source having unit area.
-    mollify : bool, default True
-        Where slivers or faces without area make cotangent weights infinite or larger than 1e8, lengthen all edges by so
-        little that none does.
-    keep_best : bool, default True
-        Return the last map among those of all rounds that have the fewest foldings, not that of the last round.
-
-    Raises
-    ------
-    ValueError
-        If `bb`, `edge_weights`, `metric`, `stop` or `gauge` is unknown, a number negative or NaN, or `rho`, `delta` or
-        `xi` not from 0 to 1.
-    TypeError
-        If a value is not a number, a count not whole, or a switch not True or False.
-    MapError
-        At the run, if a face without area has no cotangent weights, and they may not be mollified.
-
-    References
-    ----------
-    Lai, Wen, Yin, Gu, Lui 2014, Algorithms 1 and 2.
-
-    Examples
-    --------
-    >>> import igl_spheremap as ism
-    >>> v, f = ism.samples.make("spheroid", n_vertices=500)
-    >>> quick = ism.Lai2014(gradient_tolerance=1e-2, rounds=1)
-    >>> ism.spherical_conformal_map(v, f, method=quick).certificate.folding_free
-    True
-    >>> printed = ism.spherical_conformal_map(v, f, method=ism.Lai2014.as_printed(max_iterations=100))
-    >>> printed.status.name, printed.gauge
-    ('MAX_ITERATIONS', 'free')
-    """
-
-    name: ClassVar[str] = "lai2014"
-    gradient_tolerance: float = 1e-3
-    max_iterations: int = 5000
-    plateau: float = 5e-7
-    rounds: int = 3
-    rho: float = 1e-4
-    delta: float = 0.1
-    xi: float = 0.85
-    bb: BarzilaiBorwein = "alternating"
-    edge_weights: EdgeWeights = "cotangent"
-    metric: PaperMetric = "areas"
-    stop: Stop = "gradient"
-    may_fold: bool = False
-    gauge: PaperGauge = "centred"
-    repair_star_maps: bool = True
-    bound_tau: bool = True
-    mollify: bool = True
-    keep_best: bool = True
-
-    @classmethod
-    def as_printed(cls, **options: Any) -> Lai2014:
-        """Algorithms 1 and 2 as the paper prints them, without any safeguard.
-
-        The four steps of Algorithm 2 around the six of Algorithm 1, from the Gauss map as it is, until the L2 norm of
-        the tangential gradient A F of eqs. (9) and (13) is at most epsilon = 1e-10, as in the paper's tables, or 5,000
-        iterations are done, the most that they show. Double precision hardly ever meets 1e-10: the status is then
-        MAX_ITERATIONS. The result is not turned or centred: the certificate is of the very numbers that the last
-        iteration left.
-
-        What the paper leaves open is chosen so. The source has unit area, which sets the scale of gradients and steps.
-        The first step is 1, and the two quotients of eq. (12) take turns. A minimisation whose search finds no h in 40
-        trials ends (STALLED). Rounds end when no folding is left, or three are done. A vertex around which no face has
-        an area, and so no normal, gets the mean of its neighbours'. Eigenfunctions, given up to an orthogonal matrix,
-        are turned to agree with the map that weights them, never inside out. The weight e^{2u} of eq. (20) is at least
-        1e-12 of its mean, and areas that eq. (13) divides by are at least 1e-9 of theirs, so that the matrices are
-        positive definite. Theorem 2's centre is the mean over dM, as printed; orthogonality to the constants in eq.
-        (20) would give the mean over e^{2u} dM, which is 0.
-
-        Parameters
-        ----------
-        **options
-            Options that are to differ from these.
-
-        Returns
-        -------
-        Lai2014
-            The record.
-
-        Raises
-        ------
-        ValueError, TypeError
-            As of the record.
-
-        Examples
-        --------
-        >>> import igl_spheremap as ism
-        >>> printed = ism.Lai2014.as_printed(rounds=2)
-        >>> printed.gradient_tolerance, printed.max_iterations, printed.rounds, printed.may_fold
-        (1e-10, 5000, 2, True)
-        """
-        printed: dict[str, Any] = {
-            "gradient_tolerance": 1e-10, "plateau": 0.0, "may_fold": True, "gauge": "free", "repair_star_maps": False,
-            "bound_tau": False, "mollify": False, "keep_best": False}
-        return cls(**printed | options)
-
-    def __post_init__(self) -> None:
-        """Refuse search parameters that Algorithm 1 excludes, too."""
-        super().__post_init__()
-        for name in ("rho", "delta", "xi"):
-            check_number(getattr(self, name), name, most=1)
 
 
 @dataclass(frozen=True, repr=False)

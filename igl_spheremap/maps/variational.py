@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -10,7 +9,6 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..descent.algorithm_1 import CayleyBB
 from ..descent.energies import Energy, HarmonicEnergy, LandmarkEnergy, OwnEnergy, SumEnergy
 from ..descent.minimize import minimize
 from ..descent.problem import Problem, SobolevH2, p_harmonic_problem
@@ -19,11 +17,15 @@ from ..mesh.arrays import FloatArray, check_rows, plain_array
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
+from ..paper.algorithm_1 import CayleyBB
+from ..paper.safeguards import Safeguards
+from ..paper.settings import PaperGauge
+from ..result.method import Method
 from ..result.run import History, Iterate, Listener, Run
 from ..sphere.moebius import best_rotation, moebius
 from ..sphere.rows import unit_rows
-from .methods import as_it_is, auto, check_start, in_gauge
-from .options import Auto, Method, PaperGauge
+from .methods import auto, check_start, in_gauge
+from .options import Auto
 from .sphere_map import SphereMap
 
 
@@ -136,7 +138,7 @@ def p_harmonic_map(
     mesh = check_mesh(v, f, caps=caps)
     problem = p_harmonic_problem(mesh, p)
     x, run = descend(mesh, problem, *start_of(mesh, start), options, gradient_tolerance, history)
-    found = in_gauge(mesh, x, run) if problem.gauge else as_it_is(mesh, x, run)
+    found = in_gauge(mesh, x, run, "centred" if problem.gauge else "free")
     return replace(found, run=history.complete(found.run, options.name, options.settings()))
 
 
@@ -249,7 +251,8 @@ def _with_fidelity(mesh: Mesh, term: Energy, name: str, x: FloatArray, options: 
         raise ValueError(f"the fidelity term is {value} at the start; give a start where it is finite")
     harmonic = HarmonicEnergy.of(mesh)
     problem = Problem.of(mesh, SumEnergy((harmonic, term)), SobolevH2.of(harmonic.L, mesh.f, x), gauge == "centred")
-    found = as_it_is(mesh, *descend(mesh, problem, name, x, options, options.sobolev_gradient_tolerance, history))
+    x, run = descend(mesh, problem, name, x, options, options.sobolev_gradient_tolerance, history)
+    found = in_gauge(mesh, x, run, "free")
     return replace(found, run=history.complete(found.run, options.name, options.settings()))
 
 
@@ -408,14 +411,12 @@ def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float =
 def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Variational, tolerance: float,
             listener: Listener) -> tuple[FloatArray, Run]:
     """Algorithm 1 on a problem."""
-    began = time.perf_counter()
-    solver = CayleyBB(may_fold=options.may_fold)
-    minimum = minimize(solver.iterates(problem, x), tolerance=tolerance,
+    beside = Safeguards(mesh, problem, options.may_fold, may_repair=False)
+    minimum = minimize(CayleyBB().iterates(problem, x, beside), tolerance=tolerance,
                        max_iterations=options.max_iterations, plateau=options.plateau, listener=listener)
+    record = minimum.as_round(mesh, Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0]))
     y = minimum.last.x
-    start = Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0])
-    rounds = (minimum.as_round(mesh, start, time.perf_counter() - began),)
-    return y, Run(minimum.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=rounds)
+    return y, Run(record.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=(record,))
 
 
 def start_of(mesh: Mesh, start: ArrayLike | None) -> tuple[str, FloatArray]:

@@ -181,8 +181,18 @@ def enclosed_volume(v: FloatArray, f: IntArray) -> float:
 
 def vertex_normals(v: FloatArray, f: IntArray) -> FloatArray:
     """Area-weighted unit normals at the vertices: the Gauss map."""
-    normals = igl.per_vertex_normals(v, f, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA)  # Definition 1
-    return fill_directions(normals, f)
+    return fill_directions(area_normals(v, f), f)
+
+
+def area_normals(v: FloatArray, f: IntArray) -> FloatArray:
+    """libigl's normals at the vertices, without direction where all faces around one have no area."""
+    return np.asarray(igl.per_vertex_normals(v, f, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA))  # Definition 1
+
+
+def without_direction(x: FloatArray) -> NDArray[np.bool_]:
+    """Rows that are zero, not finite, or too short for float64."""
+    length = np.sqrt(np.einsum("ij,ij->i", x, x))
+    return ~((length > _SHORTEST) & (length < np.inf))
 
 
 def fill_directions(x: FloatArray, f: IntArray) -> FloatArray:
@@ -190,8 +200,7 @@ def fill_directions(x: FloatArray, f: IntArray) -> FloatArray:
 
     Where nothing has a direction, all get the z axis.
     """
-    length = np.sqrt(np.einsum("ij,ij->i", x, x))
-    known = (length > _SHORTEST) & (length < np.inf)
+    length, known = np.sqrt(np.einsum("ij,ij->i", x, x)), ~without_direction(x)
     if known.all():
         return x / length[:, None]
     x = np.where(known[:, None], x / np.where(known, length, 1)[:, None], 0.0)

@@ -9,7 +9,7 @@ import igl
 import numpy as np
 import scipy.sparse as sp
 
-from ..errors import FactorisationFailed, MapError
+from ..errors import FactorisationFailed, MapError, Remedy
 from ..mesh.arrays import FloatArray, IntArray, count, examples
 from ..mesh.check import Mesh
 from ..mesh.edges import HalfEdges, Indices, half_edges
@@ -74,6 +74,16 @@ def cotangent_laplacian(mesh: Mesh) -> sp.csr_matrix:
     return sp.csr_matrix((-L.data, L.indices, L.indptr), shape=L.shape)  # it is symmetric: its columns are its rows
 
 
+def printed_laplacian(mesh: Mesh) -> sp.csr_matrix:
+    """L of eq. (13) as it is; a MapError where it is not finite."""
+    L = cotangent_laplacian(mesh)
+    if np.isfinite(L.data).all():
+        return L
+    bad = np.flatnonzero(~np.isfinite(by_libigl(igl.cotmatrix_entries, mesh.unit, mesh.f)).all(axis=1))
+    raise MapError(f"the cotangent weights of eq. (13) are not finite at {count(bad, 'face')} without area, "
+                   f"{examples(bad)}; remove such faces, or take {Remedy(options={'edge_weights': 'delaunay'})}")
+
+
 def mollified_edge_lengths(v: FloatArray, f: IntArray) -> FloatArray:
     """(m, 3) lengths of the edges opposite the corners, all increased alike until each triangle inequality has slack.
 
@@ -96,19 +106,12 @@ def usable_laplacian(mesh: Mesh, weights: Weights = "cotangent") -> sp.csr_matri
 
 
 def laplacian_and_notes(
-    mesh: Mesh, weights: Weights = "cotangent", mollify: bool = True
+    mesh: Mesh, weights: Weights = "cotangent"
 ) -> tuple[sp.csr_matrix, tuple[str, ...]]:
-    """The Laplacian of the paper's algorithms, and a note where it is mollified as weights are not usable.
-
-    A MapError where it may not be mollified and is not finite.
-    """
+    """The Laplacian with those weights by libigl, and a note where it is mollified as they are not usable."""
     L = cotangent_laplacian(mesh) if weights == "cotangent" else laplacian(mesh.unit, mesh.f, weights, mesh.edges)
-    if is_usable(L) or (not mollify and np.isfinite(L.data).all()):
+    if is_usable(L):
         return L, ()
-    if not mollify:
-        bad = np.flatnonzero(~np.isfinite(by_libigl(igl.cotmatrix_entries, mesh.unit, mesh.f)).all(axis=1))
-        raise MapError(f"the cotangent weights of eq. (13) are not finite at {count(bad, 'face')} without area, "
-                       f"{examples(bad)}; remove such faces, or take mollified weights, the default")
     return laplacian(mesh.unit, mesh.f, "mollified", mesh.edges), (f"{weights} weights are not usable: {_SPOILT}",)
 
 

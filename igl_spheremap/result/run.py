@@ -31,6 +31,7 @@ class Status(Enum):
     MAX_ITERATIONS = "the iteration limit was reached first"
     DONE = "no stopping rule was needed"
     SHORT = "areas or lengths stopped short of what was asked"
+    COLLAPSED = "the map shrank into a part of the sphere: its degree is 0"
     STALLED = "no acceptable step was found: the energy is at its rounding, or every step would fold"
     STOPPED = "a listener asked to stop"
 
@@ -124,12 +125,15 @@ class Step(NamedTuple):
     safeguards: dict[str, int] | None = None
 
 
-#: What is added to the paper's algorithms and acts at single steps: what is said where it acted once, and more often.
+#: What is not the paper's and acts at single steps: what is said where it acted once, and more often.
 SAFEGUARDS = {
+    "undirected": ("vertex took the direction of its neighbours", "vertices took the direction of their neighbours"),
+    "floored": ("weight of eq. (20) was raised to its floor", "weights of eq. (20) were raised to their floor"),
+    "undefined": ("quotient of eq. (12) had no value", "quotients of eq. (12) had no value"),
+    "bounded": ("quotient of eq. (12) was out of bounds", "quotients of eq. (12) were out of bounds"),
     "refused": ("step that would fold was refused", "steps that would fold were refused"),
     "centred": ("map on the way was centred by a Moebius map", "maps on the way were centred by Moebius maps"),
-    "bounded": ("quotient of eq. (12) was out of bounds", "quotients of eq. (12) were out of bounds"),
-    "repaired": ("fold of a star map was repaired", "folds of star maps were repaired"),
+    "repaired": ("fold of a start was repaired", "folds of starts were repaired"),
 }
 
 

@@ -7,7 +7,7 @@ from triangulations import icosphere, wild
 
 import igl_spheremap as ism
 from igl_spheremap.descent.energies import HarmonicEnergy, LandmarkEnergy, SumEnergy, p_harmonic_energy
-from igl_spheremap.descent.problem import harmonic_problem, p_harmonic_problem
+from igl_spheremap.descent.problem import p_harmonic_problem
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.sphere.rows import tangent, unit_rows
 
@@ -74,7 +74,7 @@ def test_gradient_is_the_first_variation(p):
 def test_p_2_is_the_harmonic_energy_with_its_derivatives():
     x = wild(X)
     value, gradient = p_harmonic_problem(MESH, 2).energy.evaluate(x)
-    expected, derivative = harmonic_problem(MESH).energy.evaluate(x)
+    expected, derivative = HarmonicEnergy.of(MESH).evaluate(x)
     assert np.isclose(value, expected, rtol=1e-12)
     assert np.allclose(gradient, derivative, atol=1e-10 * np.abs(derivative).max())
 

@@ -6,19 +6,21 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.descent.algorithm_1 import CayleyBB
+from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.minimize import minimize
-from igl_spheremap.descent.problem import harmonic_problem
+from igl_spheremap.descent.problem import Problem
 from igl_spheremap.mesh.measure import vertex_normals
+from igl_spheremap.paper.algorithm_1 import CayleyBB
+from igl_spheremap.paper.safeguards import AsPrinted
 
 X, F = icosphere(3)
 MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)
-PROBLEM = harmonic_problem(MESH)
+PROBLEM = Problem.of(MESH, HarmonicEnergy.of(MESH))
 
 
 def run(problem=PROBLEM, **options):
     options = {"tolerance": 1e-5, "max_iterations": 3000} | options
-    return minimize(CayleyBB().iterates(problem, vertex_normals(MESH.unit, MESH.f)), **options)
+    return minimize(CayleyBB().iterates(problem, vertex_normals(MESH.unit, MESH.f), AsPrinted()), **options)
 
 
 def test_each_way_to_end_has_its_status():

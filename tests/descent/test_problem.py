@@ -8,18 +8,20 @@ import pytest
 from triangulations import icosphere, wild
 
 import igl_spheremap as ism
-from igl_spheremap.descent.algorithm_1 import CayleyBB, step_metric
+from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.preconditioned import PreconditionedCayley
-from igl_spheremap.descent.problem import Diagonal, SobolevH1, SobolevH2, harmonic_problem, remove_boosts
+from igl_spheremap.descent.problem import Diagonal, Problem, SobolevH1, SobolevH2, remove_boosts, step_metric
 from igl_spheremap.operators.laplacian import build_operators
+from igl_spheremap.paper.algorithm_1 import CayleyBB
+from igl_spheremap.paper.safeguards import AsPrinted
 from igl_spheremap.sphere.moebius import center
 from igl_spheremap.sphere.rows import tangent, unit_rows
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]
 MESH = ism.check_mesh(V, F)
-PROBLEM = harmonic_problem(MESH)
+PROBLEM = Problem.of(MESH, HarmonicEnergy.of(MESH))
 
 
 @pytest.mark.parametrize("gauge", [True, False])
@@ -56,7 +58,7 @@ START = ism.gauss_map(MESH.v, F)
 
 
 def metrics(mesh, x):
-    problem, operators = harmonic_problem(mesh), build_operators(mesh)
+    problem, operators = Problem.of(mesh, HarmonicEnergy.of(mesh)), build_operators(mesh)
     return {
         "L2": Diagonal(problem.A),
         "row bounds": step_metric(problem.energy.L),
@@ -92,8 +94,9 @@ def test_gradients_are_tangent_and_point_uphill(name):
 def test_algorithm_1_finds_one_minimum_in_every_metric(name):
     expected = minimize(PreconditionedCayley().iterates(replace(PROBLEM, metric=METRICS["H1"]), START),
                         tolerance=1e-9, max_iterations=50)
-    found = minimize(CayleyBB().iterates(replace(PROBLEM, metric=METRICS[name]), START),
-                     tolerance=1e-6, max_iterations=2000, plateau=1e-12)
+    problem = replace(PROBLEM, metric=METRICS[name])
+    found = minimize(CayleyBB().iterates(problem, START, AsPrinted()), tolerance=1e-6, max_iterations=2000,
+                     plateau=1e-12)
     assert np.isclose(found.last.energy, expected.last.energy, rtol=1e-8)
 
 

@@ -97,8 +97,8 @@ def test_records_are_frozen_and_equal_by_value():
 @pytest.mark.parametrize(("record", "wrong", "message"), [
     (ism.Auto, {"gauge": "left"}, "unknown gauge 'left': choose 'poles' or 'centred'"),
     (ism.Auto, {"polish": "floor"}, "unknown polish 'floor': choose 'auto' or 'angles'"),
-    (ism.Lai2014, {"edge_weights": "uniform"}, "unknown edge_weights 'uniform': choose 'cotangent' or 'delaunay'"),
-    (ism.Lai2014, {"bb": "tau"}, "unknown bb 'tau': choose 'alternating' or 'tau_1' or 'tau_2'"),
+    (ism.Lai2014, {"edge_weights": "uniform"}, "unknown edge_weights 'uniform': choose 'delaunay' or 'cotangent'"),
+    (ism.Lai2014, {"bb": "tau"}, "unknown bb 'tau': choose 'tau_1 first' or 'tau_2 first' or 'tau_1' or 'tau_2'"),
     (ism.GuYau, {"step": 2.0}, "unstable"),
     (ism.Lai2014, {"rounds": -1}, "rounds is -1; give 0 or more"),
     (ism.Lai2014, {"delta": 1.5}, "delta is 1.5; give a number from 0 to 1"),

@@ -9,7 +9,7 @@ from triangulations import icosphere
 
 import igl_spheremap as ism
 from igl_spheremap.operators.laplacian import cotangent_laplacian, laplacian
-from igl_spheremap.start.star_map import weighted_mass
+from igl_spheremap.paper.star_map import weighted_mass
 
 X, F = icosphere(2)
 V = X * [1, 1.2, 1.6] + 0.1 * X**2

@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import fields
 from typing import Any, get_args
 
-from ...descent.line_search import Stop
 from ...io.formats import FORMATS
-from ...maps.options import METHODS, EdgeWeights, Gauge, Lai2014, Method, PaperGauge, PaperMetric, Polish
+from ...maps.options import METHODS, Gauge, Polish
 from ...mesh import LARGEST_WELD
+from ...paper.settings import EdgeWeights, Lai2014, PaperGauge, PaperMetric
+from ...result.method import Method
 from ...untangle.effort import Effort
 from ..viewer.choices import LENGTH, RATE, SIZE, UPS
 from .exits import UsageError
@@ -209,8 +210,12 @@ TOLERANCES = (
              type=FROM_ZERO),
     GRADIENT_TOLERANCE,
 )
-AS_PRINTED = switch("--as-printed", help="Algorithms 1 and 2 as the paper prints them, without safeguards (lai2014); "
-                    "other options count on top")
+#: The settings of lai2014 beside its default.
+PAPER = (
+    switch("--as-printed", help="Algorithms 1 and 2 as the paper prints them, without safeguards (lai2014); other "
+           "options count on top"),
+    switch("--as-programmed", help="the same by the rules of the authors' published program (lai2014)"),
+)
 BALANCE = argument("--balance", "T", "between 0, conformal (the default), and 1, area-preserving", type=FROM_0_TO_1,
                    default=0.0)
 MAY_FOLD = switch("--may-fold", help="also take steps that fold")
@@ -292,13 +297,11 @@ OPTIONS = (
            "or free"),
     argument("--effort", "NAME=N,...", "what steps may cost that lower the angle differences after a repair (auto): "
              "systems=20, holes=5, least_gain=0.015 and polish_gain=0.004 are the defaults", type=effort),
-    choice("--edge-weights", get_args(EdgeWeights), "the paper's, or those of intrinsic Delaunay triangles, "
-           "never negative (lai2014)"),
-    choice("--metric", get_args(PaperMetric), "what the energy's derivatives are divided by (lai2014): areas, the "
-           "paper's and the default, or the laplacian's rows, which takes a half to a tenth of the iterations"),
-    choice("--stop", get_args(Stop), "what a minimisation converges by (lai2014): gradient, the paper's rule and the "
-           "default; wen-yin, that of the program of its reference [18]: small changes, too"),
-    AS_PRINTED,
+    choice("--edge-weights", get_args(EdgeWeights), "those of intrinsic Delaunay triangles, never negative, or the "
+           "paper's (lai2014)"),
+    choice("--metric", get_args(PaperMetric), "what the energy's derivatives are divided by (lai2014): the laplacian's "
+           "rows, areas as the paper has it, or, by vertices, nothing"),
+    *PAPER,
 )
 
 
@@ -327,9 +330,13 @@ def chosen_method(args: Namespace, **defaults: object) -> Method:
         flags = sorted(f"--{name.replace('_', '-')}" for name in unknown)
         raise UsageError(f"--method {args.method} takes no {' and no '.join(flags)}")
     options = {name: value for name, value in defaults.items() if name in known[args.method]} | options
-    if args.as_printed and args.method != Lai2014.name:
-        raise UsageError(f"--as-printed goes with --method {Lai2014.name}")
+    make = METHODS[args.method]
+    for name in ("as_printed", "as_programmed"):
+        if getattr(args, name):
+            if args.method != Lai2014.name:
+                raise UsageError(f"--{name.replace('_', '-')} goes with --method {Lai2014.name}")
+            make = getattr(Lai2014, name)
     try:
-        return Lai2014.as_printed(**options) if args.as_printed else METHODS[args.method](**options)
+        return make(**options)
     except ValueError as error:  # choices that only another method knows
         raise UsageError(f"--method {args.method}: {error}") from error

@@ -94,7 +94,7 @@ class Shell:
     def __call__(self, remedy: errors.Remedy) -> str:
         if remedy.function in _COMMANDS:
             return f"the command {_COMMANDS[remedy.function]}"
-        flags = {_FLAGS.get(name, f"--{name}"): value for name, value in remedy.options.items()}
+        flags = {_FLAGS.get(name, f"--{name.replace('_', '-')}"): value for name, value in remedy.options.items()}
         if remedy.function.startswith("repair") and flags.keys() != {"--cut"}:
             flags = {"--repair": True} | flags
         if not flags.keys() <= self.flags.keys():

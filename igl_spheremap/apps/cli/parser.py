@@ -116,7 +116,7 @@ COMMANDS = (
         *shared.source(nargs="?", default="sample:dino"),
         shared.method("lai2014", "default: lai2014, the paper's"),
         *shared.TOLERANCES,
-        shared.AS_PRINTED,
+        *shared.PAPER,
         argument("--max-iterations", "N", "the most iterations of each round; default: the method's", type=COUNT),
         argument("--rounds", "N", "the most rounds of Algorithm 2; default: the method's", type=COUNT),
         argument("--keep", "MB", f"megabytes of iterations to keep (default {KEEP:g}); of a run that takes more, "

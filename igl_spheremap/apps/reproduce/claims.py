@@ -18,9 +18,9 @@ from ...maps.options import Plane, Stereographic
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh
 from ...mesh.measure import face_areas, vertex_areas, vertex_normals
+from ...paper.star_map import project, stiffness
 from ...sphere.moebius import best_rotation, moebius
 from ...sphere.rows import row_dots, tangent, unit_rows, weighted_moment
-from ...start.star_map import project, stiffness
 from ...verify.distortion import angle_differences, mean_angle_difference
 from ...verify.signs import folded_faces
 from .runs import Outcome, PaperRun, Runs

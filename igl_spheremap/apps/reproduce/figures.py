@@ -13,8 +13,8 @@ from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh, check_mesh
 from ...mesh.measure import angle_defects
 from ...operators.laplacian import build_operators
+from ...paper.star_map import gauss_map, weighted_eigen_projection
 from ...sphere.cayley import cayley_step
-from ...start.star_map import gauss_map, weighted_eigen_projection
 from ...verify.distortion import angle_differences, conformal_factor
 from ...verify.signs import folded_faces
 from .canvas import (

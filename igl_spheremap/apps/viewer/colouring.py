@@ -14,8 +14,8 @@ from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from ...mesh.measure import face_areas
 from ...operators.features import FeatureSurface
+from ...paper.star_map import finite_conformal_factor
 from ...sphere.rows import INFINITE, to_chart
-from ...start.star_map import finite_conformal_factor
 from ...verify.distortion import angle_differences, log_area_ratios
 from ...verify.signs import folded_faces
 from .body import Body, Legend
@@ -52,7 +52,7 @@ class Colouring:
 
 def log_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
     """u of the conformal factor e^{2u}, eq. (14), with 0 at the scale that takes unit area to the sphere's."""
-    return np.asarray(0.5 * np.log(finite_conformal_factor(mesh, x) / (4 * math.pi)))  # eq. (14)
+    return np.asarray(0.5 * np.log(finite_conformal_factor(mesh, x)[0] / (4 * math.pi)))  # eq. (14)
 
 
 @lru_cache(maxsize=4)
@@ -136,7 +136,7 @@ def deepest_tips(mesh: Mesh, x: FloatArray) -> FloatArray:
 
     A chart with its poles there gives limbs squares down to the tip.
     """
-    factor = finite_conformal_factor(mesh, x)
+    factor = finite_conformal_factor(mesh, x)[0]
     first = x[int(np.argmin(factor))]
     far = x @ first < _APART
     second = x[int(np.argmin(np.where(far, factor, np.inf)))] if far.any() else -first

@@ -108,7 +108,8 @@ def test_what_safeguards_did_is_printed_and_kept(tmp_path, capsys):
 @pytest.mark.parametrize(("words", "message"), [
     (["--as-printed"], "--as-printed goes with --method lai2014"),
     (["--method", "lai2014", "--gauge", "poles"], "unknown gauge 'poles': choose 'centred' or 'free'"),
-    (["--stop", "wen-yin"], "--method auto takes no --stop"),
+    (["--metric", "areas"], "--method auto takes no --metric"),
+    (["--as-programmed"], "--as-programmed goes with --method lai2014"),
 ])
 def test_flags_of_the_papers_method_are_refused_elsewhere(tmp_path, capsys, words, message):
     assert main(["map", SAMPLE, str(tmp_path / "a.obj"), *words]) == 64

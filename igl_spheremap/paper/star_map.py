@@ -14,7 +14,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 from ..errors import FactorisationFailed, own_errstate
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
-from ..mesh.measure import enclosed_volume, fill_directions, vertex_areas, vertex_normals
+from ..mesh.measure import enclosed_volume, fill_directions, vertex_areas, vertex_normals, without_direction
 from ..mesh.objects import takes_mesh
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import laplacian_and_notes
@@ -73,11 +73,17 @@ class EigenProjection:
         Eigenfunctions, orthonormal in B_u, turned like the star map. On the sphere, ``|phi|^2`` = 3 / (4 pi).
     eigenvalues : (3,) float64 array
         Ascending; 2, 2, 2 if the weights are those of a conformal map to the unit sphere.
+    floored : int
+        Vertices whose weight e^{2u} was none, or below 1e-12 of its mean, to which it was raised.
+    undirected : int
+        Vertices whose phi is c of eq. (19), which take the direction of their neighbours.
     """
 
     star_map: FloatArray
     phi: FloatArray
     eigenvalues: FloatArray
+    floored: int = 0
+    undirected: int = 0
 
     def __repr__(self) -> str:
         values = ", ".join(f"{value:.3g}" for value in self.eigenvalues)
@@ -154,24 +160,28 @@ def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray, weight: FloatArray | No
 
     Another weight than the conformal factor of `x` may be given: ones for the standard eigenfunctions, eq. (16).
     """
-    B = weighted_mass(mesh, finite_conformal_factor(mesh, x) if weight is None else weight)
+    factor, floored = finite_conformal_factor(mesh, x)
+    B = weighted_mass(mesh, factor if weight is None else weight)
     values, phi = _lowest_eigenpairs(A, B)  # eq. (20)
     areas = vertex_areas(mesh.unit, mesh.f)
     c = areas @ phi / areas.sum()  # eq. (19)
     star = fill_directions(phi - c, mesh.f)  # Theorem 2
     frame = _agreement(phi, x, B, mirrored=enclosed_volume(star, mesh.f) < 0)
-    return EigenProjection(star @ frame, phi @ frame, values)
+    undirected = int(without_direction(phi - c).sum())
+    return EigenProjection(star @ frame, phi @ frame, values, floored, undirected)
 
 
-def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """Conformal factor e^{2u} of eq. (14), made finite and positive, as a weight of B_u must be.
+def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> tuple[FloatArray, int]:
+    """Conformal factor e^{2u} of eq. (14), made finite and positive, as a weight of B_u must be; and of how many.
 
     Vertices without source area get the largest finite value, and none is below 1e-12 of the mean: B_u stays definite.
     """
     image, source = vertex_areas(x, mesh.f), vertex_areas(mesh.unit, mesh.f)
     factor = np.divide(image, source, out=np.zeros_like(image), where=source > 0)  # eq. (14)
-    factor[(source == 0) & (image > 0)] = factor.max(initial=1.0)
-    return np.maximum(factor, 1e-12 * max(float(factor.mean()), float(np.finfo(float).tiny)))
+    infinite = (source == 0) & (image > 0)
+    factor[infinite] = factor.max(initial=1.0)
+    least = 1e-12 * max(float(factor.mean()), float(np.finfo(float).tiny))
+    return np.maximum(factor, least), int((infinite | (factor < least)).sum())
 
 
 def _lowest_eigenpairs(A: sp.csr_matrix, B: sp.csr_matrix) -> tuple[FloatArray, FloatArray]:

@@ -10,8 +10,8 @@ import igl_spheremap as ism
 from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.problem import Problem
 from igl_spheremap.mesh.measure import vertex_normals
+from igl_spheremap.paper.star_map import project, stiffness, weighted_mass
 from igl_spheremap.sphere.moebius import moebius
-from igl_spheremap.start.star_map import project, stiffness, weighted_mass
 from igl_spheremap.verify.signs import folded_faces
 
 X, F = icosphere(3)

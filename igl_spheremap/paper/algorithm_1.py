@@ -1,0 +1,92 @@
+"""Algorithm 1: Cayley updates with Barzilai-Borwein steps and a nonmonotone search."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain, count
+
+import numpy as np
+
+from ..descent.line_search import NonmonotoneSearch
+from ..descent.minimize import Minimum, minimize
+from ..descent.problem import Problem
+from ..mesh.arrays import FloatArray
+from ..result.run import Iterate, Round
+from ..sphere.cayley import cayley_step
+from .program import TRIALS, small_changes
+from .safeguards import AsPrinted
+from .settings import Quotients
+from .setup import Setup
+
+
+def algorithm_1(setup: Setup, start: Iterate) -> tuple[Minimum, Round]:
+    """Minimise the energy from a start, and count the foldings before and after.
+
+    The listener sees the start, and every iterate after it.
+    """
+    options, by_program = setup.options, setup.options.rules == "program"
+    solver = CayleyBB(options.rho, options.delta, options.xi, options.tau, options.bb, takes_last=by_program)
+    minimum = minimize(
+        chain([start], solver.iterates(setup.problem, start.x, setup.beside)),
+        tolerance=options.gradient_tolerance,
+        max_iterations=options.max_iterations,
+        plateau=options.plateau,
+        settled=small_changes() if by_program else None,
+        listener=setup.listener,
+        round=start.round,
+    )
+    return minimum, minimum.as_round(setup.mesh, start)
+
+
+@dataclass(frozen=True)
+class CayleyBB:
+    """The six steps of Algorithm 1, of which `minimize` has step 2, for any energy and metric.
+
+    Lai et al., Algorithm 1; Wen and Yin 2013, *A feasible method for optimization with orthogonality constraints*.
+    """
+
+    rho: float = 1e-4
+    delta: float = 0.1
+    xi: float = 0.85
+    #: First step tried at the start, the source having unit area; the paper suggests 1.
+    tau: float = 1.0
+    bb: Quotients = "tau_1 first"
+    #: Whether a search ends with its fifth trial, which is taken.
+    takes_last: bool = False
+
+    def iterates(self, problem: Problem, F: FloatArray, beside: AsPrinted) -> Iterator[Iterate]:
+        """Yield the start and every iterate after it; end where no step is acceptable.
+
+        Their residual is `Problem.residual`, by eq. (9) the L2 norm of A F in the L2 metric.
+        """
+        F = beside.start(F)
+        E, AF = problem.evaluate(F)
+        search = NonmonotoneSearch(E, self.rho, self.delta, self.xi)  # Algorithm 1, step 1
+        if self.takes_last:
+            search.trials, search.takes_last = TRIALS, True
+        tau, taken = self.tau, 0.0
+        for k in count():  # Algorithm 1, step 6
+            yield Iterate("harmonic", 0, k, F, E, problem.residual(AF), taken, safeguards=beside.acted())
+            slope = -problem.metric.inner(AF, AF)  # E'(Y(0)) = -|A F|^2
+            for taken in search.steps(tau):
+                Y = beside.trial(cayley_step(F, AF, taken))  # Theorem 1
+                if Y is None:
+                    continue
+                E, H = problem.energy.evaluate(Y)
+                if search.accepts(E, taken, slope):
+                    break
+            else:
+                return
+            search.record(E)  # Algorithm 1, step 5
+            AY = problem.gradient(Y, H)
+            D, W = Y - F, AY - AF
+            F, AF = Y, AY  # Algorithm 1, step 4
+            tau = beside.step(self._quotient(problem, D, W, k + 1), taken)
+
+    def _quotient(self, problem: Problem, D: FloatArray, W: FloatArray, k: int) -> float:
+        """Step that iteration `k` tries first, eq. (12); 0, infinite or a NaN where it has no value."""
+        DW = abs(problem.metric.inner(D, W))
+        if self.bb == "tau_1" or self.bb == ("tau_1 first" if k % 2 else "tau_2 first"):
+            return float(np.divide(problem.metric.inner(D, D), DW))  # eq. (12), tau_{k,1}
+        return float(np.divide(DW, problem.metric.inner(W, W)))  # eq. (12), tau_{k,2}

@@ -1,0 +1,69 @@
+"""Gu and Yau's descent: what it keeps, where it rests, and how it compares with Algorithm 1."""
+
+from dataclasses import replace
+
+import numpy as np
+from triangulations import icosphere, wild
+
+import igl_spheremap as ism
+from igl_spheremap.descent.energies import HarmonicEnergy
+from igl_spheremap.descent.gu_yau import ProjectedDescent
+from igl_spheremap.descent.minimize import minimize
+from igl_spheremap.descent.problem import Problem, step_metric
+from igl_spheremap.mesh.measure import vertex_normals
+from igl_spheremap.paper.algorithm_1 import CayleyBB
+from igl_spheremap.paper.safeguards import AsPrinted
+from igl_spheremap.sphere.rows import unit_rows
+
+X, F = icosphere(3)
+MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)
+PROBLEM = Problem.of(MESH, HarmonicEnergy.of(MESH))
+START = vertex_normals(MESH.unit, MESH.f)
+
+
+def safe(problem):
+    """The problem in the metric that its own Laplacian bounds."""
+    return replace(problem, metric=step_metric(problem.energy.L))
+
+
+def test_a_step_of_one_never_raises_the_energy_but_by_centring():
+    """Without the gauge's part, each step lowers the energy, from whatever map."""
+    metric = step_metric(PROBLEM.energy.L)
+    x = wild(X, noise=0.8)
+    energies = []
+    for _ in range(200):
+        energy, derivative = PROBLEM.energy.evaluate(x)
+        energies.append(energy)
+        x = unit_rows(x - metric.gradient(x, derivative))
+    assert (np.diff(energies) < 0).all()
+
+
+def test_iterates_stay_on_the_sphere_and_keep_their_mass_centre():
+    iterates = ProjectedDescent().iterates(safe(PROBLEM), wild(X, noise=0.8))
+    for _ in range(30):
+        x = next(iterates).x
+        assert np.allclose((x**2).sum(axis=1), 1, atol=1e-14)
+        assert np.linalg.norm(PROBLEM.A @ x) < 2e-4
+
+
+def test_a_harmonic_map_is_at_rest():
+    """The icosphere's identity is harmonic by symmetry: five solid angles of it do not move."""
+    x, f = icosphere(0)
+    mesh = ism.check_mesh(x, f)
+    problem = Problem.of(mesh, HarmonicEnergy.of(mesh))
+    iterates = ProjectedDescent().iterates(safe(problem), unit_rows(x))
+    start = next(iterates)
+    assert start.residual < 1e-12
+    assert np.allclose(next(iterates).x, start.x, atol=1e-12)
+
+
+def test_it_needs_more_iterations_than_algorithm_1():
+    """The paper's Table 2, in kind."""
+    counts = [
+        minimize(iterates, tolerance=1e-2, max_iterations=5000).last.iteration
+        for iterates in (
+            ProjectedDescent().iterates(safe(PROBLEM), START),
+            CayleyBB().iterates(PROBLEM, START, AsPrinted()),
+        )
+    ]
+    assert counts[0] > 3 * counts[1]

@@ -1,0 +1,70 @@
+"""Algorithm 1 by the rules of the authors' published program, against a transcription of these rules."""
+
+import igl
+import numpy as np
+import pytest
+
+import igl_spheremap as ism
+from igl_spheremap.paper.program import AsProgrammed
+
+
+def programmed_algorithm_1(v, f, k):
+    """At most k iterations by the rules of OptManiMulitBallGBB on tr(X^T L X) / 2, and which rules end the run at each.
+
+    X has a row a vertex here; in the program it is its transpose, with 3 rows.
+    """
+    L = -igl.cotmatrix(v, f)
+    x = igl.per_vertex_normals(v, f, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA)
+
+    def energy_and_derivative(x):
+        return (x * (L @ x)).sum() / 2, L @ x
+
+    def tangential(x, g):
+        return g - (x * g).sum(axis=1, keepdims=True) * x
+
+    (energy, g), tau = energy_and_derivative(x), 1e-3
+    gradient, C, Q = tangential(x, g), energy, 1.0
+    changes = []
+    for n in range(1, k + 1):
+        xg, gg, xx = (x * g).sum(axis=1), (g * g).sum(axis=1), (x * x).sum(axis=1)
+        for trial in range(1, 6):
+            half = tau / 2
+            below = 1 - half**2 * xg**2 + half**2 * xx * gg
+            y = (((1 + half * xg) ** 2 - half**2 * xx * gg) / below)[:, None] * x - (tau * xx / below)[:, None] * g
+            reached, derivative = energy_and_derivative(y)
+            if reached <= C - 1e-4 * tau * (gradient**2).sum() or trial == 5:
+                break
+            tau *= 0.2
+        S, Y = y - x, tangential(y, derivative) - gradient
+        changes.append((np.linalg.norm(S) / np.sqrt(3), abs(reached - energy) / (1 + abs(energy))))
+        x, energy, g, gradient, taken = y, reached, derivative, gradient + Y, tau
+        ends = {"gradient": np.linalg.norm(gradient) < 1e-6, "last change": np.less(changes[-1], (1e-6, 1e-12)).all(),
+                "last five": np.less(np.mean(changes[-5:], axis=0), (1e-5, 1e-11)).all()}
+        yield x, energy, np.linalg.norm(gradient), taken, [rule for rule, met in ends.items() if met]
+        if any(ends.values()):
+            return
+        SS, SY, YY = (S * S).sum(), abs((S * Y).sum()), (Y * Y).sum()
+        tau = min(max(SY / YY if n % 2 else SS / SY, 1e-20), 1e20) if SY > 0 else 1e-3
+        C, Q = (0.85 * Q * C + energy) / (0.85 * Q + 1), 0.85 * Q + 1
+
+
+@pytest.mark.parametrize(("name", "n"), [("sphere", 642), ("spheroid", 500), ("brain", 700)])
+def test_algorithm_1_as_programmed_is_the_programs(name, n):
+    v, f = ism.samples.make(name, n_vertices=n)
+    seen = []
+    method = ism.Lai2014.as_programmed()
+    result = ism.algorithm_1(v, f, method=method, listener=lambda it: it.stage == "harmonic" and seen.append(it))
+    expected = list(programmed_algorithm_1(ism.check_mesh(v, f).unit, f, method.max_iterations))
+    assert result.status is ism.Status.CONVERGED
+    for iterate, (x, energy, norm, tau, _) in list(zip(seen[1:], expected, strict=True))[:100]:
+        assert np.abs(iterate.x - x).max() < 1e-7
+        assert np.allclose((iterate.energy, iterate.residual, iterate.tau), (energy, norm, tau), rtol=1e-5)
+    assert expected[-1][-1]  # both end in one iteration, by a rule
+
+
+def test_a_quotient_without_a_value_gives_way_to_the_first_step_and_others_are_bounded():
+    beside = AsProgrammed(1e-3)
+    assert [beside.step(tau, 7.0) for tau in (np.nan, np.inf, 0.0, 1e-30, 1e30, 0.5)] == [
+        1e-3, 1e-3, 1e-3, 1e-20, 1e20, 0.5]
+    assert beside.acted() == {"undefined": 3, "bounded": 2}
+    assert beside.acted() is None
