@@ -78,7 +78,8 @@ _PRINTED, _SAFE = "as printed", "made safe"
 _METRIC, _DELAUNAY = "made safe, Laplacian's metric", "made safe, Delaunay weights"
 _GU_YAU, _DEFAULT = "Gu-Yau", "default"
 #: Why a minimisation ended, by the name of its status.
-_ENDS = {"CONVERGED": "rule met", "PLATEAU": "plateau", "MAX_ITERATIONS": "cap", "STALLED": "no step"}
+_ENDS = {"CONVERGED": "rule met", "PLATEAU": "plateau", "MAX_ITERATIONS": "cap", "STALLED": "no step",
+         "COLLAPSED": "collapsed"}
 
 _NOTE = """\
 "As printed" is `Lai2014.as_printed()`, without safeguards, which ends at a gradient of 1e-10 or after 5,000 iterations;

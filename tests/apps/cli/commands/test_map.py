@@ -78,9 +78,9 @@ def test_max_iterations_count_anew_in_each_round(tmp_path, capsys):
 
 
 def test_weights_reach_the_method(tmp_path, capsys):
-    words = ["map", "sample:spheroid:n_vertices=500", str(tmp_path / "a.npz"), "--edge-weights", "delaunay"]
+    words = ["map", "sample:spheroid:n_vertices=500", str(tmp_path / "a.npz"), "--edge-weights", "cotangent"]
     assert main([*words, "--method", "lai2014", "--json", str(tmp_path / "a.json")]) == 0
-    assert json.loads((tmp_path / "a.json").read_text())["settings"] == {"edge_weights": "delaunay"}
+    assert json.loads((tmp_path / "a.json").read_text())["settings"] == {"edge_weights": "cotangent"}
     capsys.readouterr()
     assert main([*words, "-f"]) == 64
     assert capsys.readouterr().err == "igl-spheremap: --method auto takes no --edge-weights\n"
@@ -367,7 +367,7 @@ def test_flags_have_the_names_choices_and_defaults_of_options():
     options = {option.name for method in METHODS.values() for option in fields(method)}
     found = {name: flag for name, flag in flags().items() if name in options}
     assert set(found) == {"tolerance", "gradient_tolerance", "max_iterations", "gauge", "polish", "effort",
-                          "edge_weights", "metric", "stop"}
+                          "edge_weights", "metric"}
     for name, flag in found.items():
         assert flag.option_strings == ["--" + name.replace("_", "-")]
         assert flag.default is None  # the record's own default holds
