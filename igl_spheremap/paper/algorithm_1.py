@@ -69,7 +69,7 @@ class CayleyBB:
         for k in count():  # Algorithm 1, step 6
             yield Iterate("harmonic", 0, k, F, E, problem.residual(AF), taken, safeguards=beside.acted())
             slope = -problem.metric.inner(AF, AF)  # E'(Y(0)) = -|A F|^2
-            for taken in search.steps(tau):
+            for taken in search.steps(tau):  # Algorithm 1, step 3
                 Y = beside.trial(cayley_step(F, AF, taken))  # Theorem 1
                 if Y is None:
                     continue
