@@ -4,6 +4,8 @@ import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from igl_spheremap.shapes.groups.group import Group, Member
+
 #: Of bend and bulge in six bodies.
 AMOUNTS = np.array([[-1.0, -0.5], [1.0, -1.0], [0.0, 1.5], [-0.5, 1.0], [0.5, -1.0], [1.2, 0.3]])
 
@@ -35,3 +37,11 @@ def family(amounts, n=300, seed=0, moved=True):
         x, f = spiral(int(n * rng.uniform(1, 1.1)), rng)
         v = body(x, bend, bulge)
         yield (v @ Rotation.random(random_state=rng).as_matrix() + rng.normal(size=3) if moved else v), f
+
+
+def group_of(shapes, faces=()):
+    """A group of these shapes, without modes, nothing of which was mapped."""
+    mean, none = shapes.mean(axis=0), np.empty((shapes.shape[1], 0))
+    members = tuple(Member(str(k), None, 1.0, 1.0, 1.0) for k in range(len(shapes)))
+    return Group(mean, np.reshape(faces, (-1, 3)).astype(int), mean, shapes, np.empty((0, *mean.shape)), np.empty(0),
+                 np.empty((len(shapes), 0)), members, np.ones(len(mean)), np.ones(len(mean)), none, none, {}, ())

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +20,26 @@ from ...io.reading import reading
 from ...io.replacing import replacing
 from ...io.tables import SEPARATORS, read_cells
 from ...io.textured import write_picture
+from .files import distinct
 from .group import Group
-from .permutation import LEVEL, PointTest
+from .permutation import LEVEL, PointTest, is_missing
 
 _SIZE = 480  # pixels of a view: two fill half the width of a screen
+_FEWEST = 3  # members of whom a variable can explain a part
+_LONGEST = 40  # letters of a name, of up to 4 bytes each: a name of a file has 255
 _PALE = 0.25  # share of colour that is left where chance explains an effect: enough to see the surface's shape
 
 
-def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> dict[str, NDArray[np.generic]]:
-    """The columns of a .tsv or .csv table by name, numbers or names, rows in the order of the members.
+class Design(NamedTuple):
+    """Variables by name, numbers or names, of the members that have them all; of the others, what they lack."""
+
+    columns: dict[str, NDArray[np.generic]]
+    members: list[int]
+    left_out: dict[str, str]
+
+
+def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> Design:
+    """The columns of a .tsv or .csv table, rows in the order of the members.
 
     Its first column names the members: their files, or these without folder and suffix.
     """
@@ -34,30 +47,61 @@ def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> dict[st
         if Path(path).suffix.lower() not in SEPARATORS:
             raise MeshError("a table of variables is a .tsv or .csv file; give one of these")
         header, *rows = read_cells(Path(path))
-        known = {row[0]: row for row in rows}
-        lines = [known.get(name) or known.get(Path(name).stem) for name in members]
-        missing = [name for name, line in zip(members, lines, strict=True) if line is None or len(line) != len(header)]
-        if missing:
-            raise MeshError(f"the table has no whole row for {len(missing)} members, e.g. {missing[0]}; its first "
-                            "column names them")
         if len(header) < 2:
             raise MeshError("the table has one column; give a variable beside the members' names")
-        columns = list(zip(*[line for line in lines if line], strict=True))[1:]
-        return {name: _values(cells) for name, cells in zip(header[1:], columns, strict=True)}
+        if twice := [name for name, count in Counter(header).items() if count > 1]:
+            raise MeshError(f"the table has two columns {twice[0]!r}; give each a name of its own")
+        cells = np.array([row[1:] for row in _rows_of(members, header, rows)])
+        lacking = [[name for name, cell in zip(header[1:], row, strict=True) if is_missing(cell)] for row in cells]
+        kept = [k for k, names in enumerate(lacking) if not names]
+        if len(kept) < _FEWEST:
+            raise MeshError(f"{len(kept)} of {len(members)} members have a value in each column, and a test needs "
+                            f"{_FEWEST}; take out columns with missing values")
+        left_out = {members[k]: f"no {' and no '.join(names)}" for k, names in enumerate(lacking) if names}
+        columns = {name: _values(column) for name, column in zip(header[1:], cells[kept].T, strict=True)}
+        return Design(columns, kept, left_out)
 
 
-def _values(cells: Sequence[str]) -> NDArray[np.generic]:
+def _rows_of(members: Sequence[str], header: Sequence[str], rows: Sequence[list[str]]) -> Iterator[list[str]]:
+    """The row of each member; a MeshError where there is not one whole row, for it alone."""
+    by_name: dict[str, list[list[str]]] = {}
+    for row in rows:
+        by_name.setdefault(row[0], []).append(row)
+    owners: dict[str, str] = {}
+    for member in members:
+        fitting = [row for name in dict.fromkeys((member, Path(member).stem)) for row in by_name.get(name, ())]
+        if len(fitting) > 1:
+            raise MeshError(f"the table has {len(fitting)} rows for {member}; leave one of them")
+        if not fitting or len(fitting[0]) != len(header):
+            raise MeshError(f"the table has no whole row for {member}; its first column names the members")
+        if (owner := owners.setdefault(fitting[0][0], member)) != member:
+            raise MeshError(f"the row {fitting[0][0]} fits {owner} and {member}; name their files in the table")
+        yield fitting[0]
+
+
+def _values(cells: NDArray[np.str_]) -> NDArray[np.generic]:
     try:
-        return np.array(cells, dtype=np.float64)
+        return cells.astype(np.float64)
     except ValueError:
-        return np.array(cells)
+        return cells
+
+
+def test_names(variables: Sequence[str]) -> list[str]:
+    """What the files of each variable's test are called: letters and numbers of its name, a number where two agree.
+
+    >>> test_names(["age (y)", "age [y]", "sex"])
+    ['test_age__y__1', 'test_age__y__2', 'test_sex']
+    """
+    safe = ("".join(letter if letter.isalnum() else "_" for letter in name) for name in variables)
+    return distinct([f"test_{name[:_LONGEST]}" for name in safe])
 
 
 def write_test(place: str, group: Group, found: PointTest) -> None:
     """Write arrays (.npz), the mean surface with effects and p at the vertices (.ply), and a picture (.png)."""
     lengths = np.linalg.norm(found.effect, axis=2).max(axis=0)
     with replacing(f"{place}.npz", force=True) as partial:
-        npz.write_arrays(partial, {**vars(found), "levels": np.array(found.levels, dtype=str)})
+        npz.write_arrays(partial, vars(found) | {name: np.array(getattr(found, name), dtype=str)
+                                                       for name in ("levels", "notes")})
     write_mesh(f"{place}.ply", group.vertices, group.faces, force=True, metadata={"vertex_properties": {
         "effect": lengths, "error": found.error.max(axis=0), "p": found.p, "explained": found.explained}})
     ramp = sizes("effect", round_up(float(lengths.max())))

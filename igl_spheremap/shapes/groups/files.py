@@ -151,7 +151,11 @@ def file_names(names: Sequence[str]) -> list[str]:
     >>> file_names(["a/one.ply", "b/one.ply", "b/two.ply"])
     ['one_1', 'one_2', 'two']
     """
-    stems = [Path(name).stem for name in names]
+    return distinct([Path(name).stem for name in names])
+
+
+def distinct(stems: Sequence[str]) -> list[str]:
+    """Names that differ, also on disks that know no capitals: numbers follow those that agree."""
     several, taken = Counter(stem.lower() for stem in stems), set[str]()  # of which a disk may make no difference
     found = []
     for stem in stems:

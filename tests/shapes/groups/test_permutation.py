@@ -1,22 +1,11 @@
 import numpy as np
 import pytest
+from family import group_of
 from scipy.stats import f_oneway
 
 import igl_spheremap as ism
-from igl_spheremap.shapes.groups.group import Group, Member
 
 RNG = np.random.default_rng(0)
-NONE = np.empty((30, 0))
-
-
-def group_of(shapes):
-    """A group of these shapes, without modes."""
-    mean = shapes.mean(axis=0)
-    members = tuple(Member(str(k), None, 1.0, 1.0, 1.0) for k in range(len(shapes)))
-    return Group(mean, np.zeros((0, 3), int), mean, shapes, np.empty((0, *mean.shape)), np.empty(0),
-                 np.empty((len(shapes), 0)), members, np.ones(len(mean)), np.ones(len(mean)), NONE, NONE, {}, ())
-
-
 NOISE = group_of(RNG.normal(size=(20, 30, 3)))
 
 
@@ -70,11 +59,87 @@ def test_what_a_covariate_explains_is_not_the_variables():
     assert ism.shapes.permutation_test(group_of(shapes), variable, covariates=age, permutations=99).p.min() > 0.05
 
 
+SITE = np.repeat([0, 1, 2], [6, 7, 7])
+WAYS = {"dummies": (SITE[:, None] == [1, 2]).astype(float), "all dummies": (SITE[:, None] == [0, 1, 2]).astype(float),
+        "a constant": np.column_stack((SITE == 1, SITE == 2, np.full(20, 7.0))),
+        "twice": np.column_stack((SITE == 1, SITE == 1, 1e200 * (SITE == 2)))}
+
+
+@pytest.mark.parametrize("augment", [False, True])
+def test_p_does_not_change_with_how_covariates_are_written(augment):
+    x = np.random.default_rng(3).normal(size=20)
+    one, *others = (ism.shapes.permutation_test(NOISE, x, covariates=each, permutations=99, augment=augment)
+                    for each in WAYS.values())
+    for found in others:
+        assert np.allclose(found.statistic, one.statistic)
+        assert (found.p == one.p).all()
+
+
+def test_statistic_and_p_are_those_of_nilearn():
+    theirs = pytest.importorskip("nilearn.mass_univariate").permuted_ols
+    rng = np.random.default_rng(4)
+    x, age, data = rng.normal(size=(20, 1)), rng.normal(size=(20, 2)), rng.normal(size=(20, 30))
+    data[:, 0] += x[:, 0]
+    found = ism.shapes.permutation_test(NOISE, x, covariates=age, data=data, permutations=999)
+    out = theirs(x, data, age, n_perm=999, random_state=0, output_type="dict")
+    assert np.allclose(found.statistic, out["t"][0] ** 2)
+    assert np.abs(found.p - 10 ** -out["logp_max_t"][0]).max() < 5 * np.sqrt(0.25 / 999)
+
+
+def test_units_of_data_and_variable_change_no_p():
+    x = RNG.normal(size=20)
+    one = ism.shapes.permutation_test(NOISE, x, permutations=19)
+    for unit in (1e300, 1e-300):
+        found = ism.shapes.permutation_test(NOISE, unit * x, data=unit * NOISE.shapes, permutations=19)
+        assert (found.p == one.p).all()
+        assert np.allclose(found.effect, one.effect)
+        assert np.allclose(found.error, one.error)
+
+
+def skewed(draw):
+    """Eleven members, two covariates and a variable that goes with them, and data that depend on neither."""
+    rng = np.random.default_rng(draw)
+    covariates, own = np.exp(2 * rng.normal(size=(11, 2))), np.exp(2 * rng.normal(size=11))
+    return covariates.mean(axis=1) + own, covariates, np.exp(2 * rng.normal(size=(11, 30, 3)))
+
+
+def test_augmented_models_keep_the_promise_for_skewed_data():
+    few, kept, broken = group_of(RNG.normal(size=(11, 30, 3))), 0, 0
+    for draw in range(100):
+        x, z, data = skewed(draw)
+        options = {"covariates": z, "data": data, "permutations": 99}
+        kept += ism.shapes.permutation_test(few, x, **options, augment=True).p.min() <= 0.05
+        broken += ism.shapes.permutation_test(few, x, **options).p.min() <= 0.05
+    assert kept <= 5 < broken
+
+
+def test_few_members_for_the_covariates_are_said():
+    x, z, _ = skewed(0)
+    few = group_of(RNG.normal(size=(11, 30, 3)))
+    assert "11 members are few for 2" in ism.shapes.permutation_test(few, x, covariates=z, permutations=19).notes[0]
+    assert not ism.shapes.permutation_test(few, x, covariates=z, permutations=19, augment=True).notes
+    assert not ism.shapes.permutation_test(few, x, permutations=19).notes
+
+
+def test_augmented_models_find_what_is_planted():
+    labels = np.arange(20) < 10
+    shapes = NOISE.shapes.copy()
+    shapes[labels, :3] += [0, 0, 8]
+    found = ism.shapes.permutation_test(group_of(shapes), labels, covariates=np.arange(20) % 5, permutations=99,
+                                        augment=True)
+    assert (found.p[:3] <= 0.05).all()
+    assert (found.p[3:] > 0.05).all()
+
+
 @pytest.mark.parametrize(("variable", "options", "words"), [
     (np.ones(20), {}, "constant"), (np.arange(20), {"covariates": 2.0 * np.arange(20)}, "follows from"),
     (np.arange(5), {}, "for 20 members"), (["a", "b"], {}, "2 values for 20 members"),
     (np.full(20, np.nan), {}, "finite"), (np.arange(20), {"data": np.ones(20)}, "data of shape"),
     (np.arange(20), {"covariates": RNG.normal(size=(20, 18))}, "too few"),
+    (np.arange(20), {"covariates": RNG.normal(size=(20, 9)), "augment": True}, "with augment=True"),
+    (np.ones((20, 1)) * np.arange(20)[:, None] @ [[1, 2]], {}, "follows from"),
+    (["a"] * 20, {}, "'a' for all"), (["a"] * 10 + ["NA"] * 10, {}, "no value for 10"),
+    (["a"] * 19 + [None], {}, "no value for 1"), (np.arange(20), {"covariates": ["a", "b"] * 10}, "give numbers"),
 ])
 def test_what_can_not_be_tested_is_said(variable, options, words):
     with pytest.raises(ism.MeshError, match=words):

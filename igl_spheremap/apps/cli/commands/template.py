@@ -19,7 +19,7 @@ from ....maps.balanced import balanced_spherical_map
 from ....populations.executors import connect
 from ....populations.map_many import filled
 from ....populations.ratings import FAIL, read_ratings
-from ....shapes.groups.design import read_design, write_test
+from ....shapes.groups.design import read_design, test_names, write_test
 from ....shapes.groups.features import FeatureFiles
 from ....shapes.groups.files import ARCHIVE, file_names, member_row, read_group, write_group
 from ....shapes.groups.film import write_mode_film, write_series_film
@@ -39,7 +39,7 @@ _PAGE, _FILM, _SERIES_FILM = "index.html", "mode_1.gif", "frames.gif"
 _COMMON = ("out", "json", "quiet")
 #: Uses of the command besides the one that makes a group, and the flags that each takes.
 _TAKEN = {"series": ("feature", "to", "balance", "exclude", "ratings", "force"), "add": ("farthest",),
-          "design": ("permutations",)}
+          "design": ("permutations", "augment")}
 
 
 def run_template(args: Namespace) -> Exit:
@@ -211,26 +211,35 @@ def _add(args: Namespace) -> Exit:
 def _test(args: Namespace) -> Exit:
     """Test what depends on each column of a table, the others being covariates."""
     group = read_group(args.out)
-    columns = read_design(args.design, [member.name for member in group.members])
+    columns, kept, left_out = read_design(args.design, [member.name for member in group.members])
+    tested = replace(group, members=tuple(group.members[k] for k in kept), shapes=group.shapes[kept])
     rows: list[tuple[object, ...]] = []
-    found = Findings()
-    for name, values in columns.items():
+    found, tests = Findings(), dict[str, object]()
+    found.figures |= {"left_out": left_out, "tests": tests}
+    for member, reason in list(left_out.items())[:LISTED]:
+        found.add("left out", f"{member}: {reason}")
+    for (name, values), short in zip(columns.items(), test_names(list(columns)), strict=True):
         args.progress.stage(f"testing {name}")
         others = [each if each.dtype.kind == "f" else indicators(each) for key, each in columns.items() if key != name]
-        test = permutation_test(group, values, covariates=np.column_stack(others) if others else None,
-                                permutations=args.permutations)
-        safe = "".join(letter if letter.isalnum() else "_" for letter in name)
-        write_test(str(Path(args.out) / f"test_{safe}"), group, test)
+        try:
+            test = permutation_test(tested, values, covariates=np.column_stack(others) if others else None,
+                                    permutations=args.permutations, augment=args.augment)
+        except MeshError as error:
+            raise MeshError(f"{args.design}, column {name}: {error}") from None
+        write_test(str(Path(args.out) / short), group, test)
         k = int(test.p.argmin()), int(test.statistic.argmax())
         lengths = np.linalg.norm(test.effect, axis=2).max(axis=0)
         figures = {"points": float((test.p <= LEVEL).mean()), "p": float(test.p[k[0]]),
                    "effect": float(lengths[k[1]]), "error": float(test.error[:, k[1]].max()),
                    "explained": float(test.explained[k[1]])}
-        rows.append((name, *figures.values()))
+        rows.append((name, *figures.values(), f"{short}.npz"))
+        tests[name] = figures
         found.add(name, f"{figures['points']:.1%} of the points, smallest p {figures['p']:.2g}; where it is surest it "
                         f"moves them by {figures['effect']:.3g} (standard error of a coordinate "
-                        f"{figures['error']:.2g}) and explains {figures['explained']:.0%}", **{name: figures})
-    header = ("variable", "share_of_points", "smallest_p", "effect", "standard_error", "explained")
+                        f"{figures['error']:.2g}) and explains {figures['explained']:.0%}")
+        for note in test.notes:
+            found.add("note", f"{name}: {note}")
+    header = ("variable", "share_of_points", "smallest_p", "effect", "standard_error", "explained", "file")
     table = Path(args.out) / "tests.tsv"
     write_cells(table, [header, *rows], force=True)
     found.add("written", f"{table}, and beside it arrays, surface and picture of each test")

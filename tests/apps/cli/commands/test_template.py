@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from family import AMOUNTS, family
+from family import AMOUNTS, family, group_of
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.io.scalars import read_scalars
 from igl_spheremap.mesh.measure import surface_area
+from igl_spheremap.shapes.groups.design import read_design
 
 
 @pytest.fixture(scope="module")
@@ -109,9 +110,43 @@ def test_a_table_of_variables_is_tested(group, tmp_path, capsys):
     with np.load(group / "test_age.npz") as arrays:
         assert (arrays["statistic"] == found.statistic).all()
     assert (group / "test_age.png").exists()
-    table.write_text("member\tage\nbody2\t3\n")
-    assert main(["template", "--design", str(table), "--out", str(group)]) == Exit.NO_MESH
-    assert "no whole row for 2 members" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("text", "says"), [
+    ("member\tage\nbody2\t3\n", "no whole row for"),
+    ("member\tage\nbody0\t1\nbody0\t1\nbody1\t2\nbody2\t3\n", "2 rows for"),
+    ("member\tage\tage\nbody0\t1\t1\nbody1\t2\t1\nbody2\t3\t5\n", "two columns 'age'"),
+    ("member\tage\tmonths\nbody0\t1\t12\nbody1\t2\t24\nbody2\t4\t48\n", "column age: the variable is constant"),
+    ("member\tage\tsite\nbody0\t1\ta\nbody1\t2\ta\nbody2\t4\ta\n", "column site: the variable is 'a' for all"),
+    ("member\tage\tsite\nbody0\t1\ta\nbody1\t\ta\nbody2\tNA\ta\n", "1 of 3 members"),
+])
+def test_designs_that_can_not_be_tested_are_refused_by_name(group, tmp_path, capsys, text, says):
+    (tmp_path / "design.tsv").write_text(text)
+    assert main(["template", "--design", str(tmp_path / "design.tsv"), "--out", str(group)]) == Exit.NO_MESH
+    assert says in capsys.readouterr().err
+
+
+def test_a_row_for_two_members_of_one_stem_is_refused(tmp_path):
+    (tmp_path / "design.tsv").write_text("member\tage\none\t3\n")
+    with pytest.raises(ism.MeshError, match="the row one fits a/one"):
+        read_design(tmp_path / "design.tsv", ["a/one.ply", "b/one.ply"])
+
+
+def test_members_with_missing_values_are_left_out_and_each_column_has_files(tmp_path, capsys):
+    x, f = ism.samples.sphere(42)
+    ism.shapes.write_group(tmp_path, group_of(x + 0.1 * np.random.default_rng(0).normal(size=(6, *x.shape)), f))
+    lines = [f"{k}\t{age}\t{age**2 % 7}\t{'ab'[k % 2]}" for k, age in enumerate((1, 5, 2, 4, 3))]
+    long = 300 * "x"
+    (tmp_path / "design.tsv").write_text("\n".join([f"member\tage (y)\tage [y]\t{long}", *lines, "5\t8\tn/a\t"]))
+    words = ["template", "--design", str(tmp_path / "design.tsv"), "--out", str(tmp_path), "--permutations", "19"]
+    assert main([*words, "--json", str(tmp_path / "found.json")]) == 0
+    assert f"no age [y] and no {long[:20]}" in "".join(capsys.readouterr().out.split("\n")).replace("  ", "")
+    found = json.loads((tmp_path / "found.json").read_text())
+    assert {*found["left_out"]} == {"5"}
+    assert [*found["tests"]] == ["age (y)", "age [y]", long]
+    files = [row["file"] for row in rows(tmp_path / "tests.tsv")]
+    assert files == ["test_age__y__1.npz", "test_age__y__2.npz", f"test_{long[:40]}.npz"]
+    assert all((tmp_path / name).exists() for name in files)
 
 
 def test_a_series_is_written_in_the_order_of_its_numbers(tmp_path, capsys):
