@@ -67,31 +67,44 @@ def polish_map(mesh: Mesh, x: FloatArray, systems: int, price: float) -> FloatAr
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, systems: int,
                  least_gain: float, *, damping: float, rough: bool = False) -> tuple[FloatArray, float]:
-    """Lower the angle differences of a map free of foldings, by damped Newton steps; what further ones would gain.
+    """Lower the angle differences of a map free of foldings by damped Newton steps, until `Aitken` ends them.
 
-    The centroid of the source's area goes to `centroid`. If gains g_k fall by the same factor q from step to step, all
-    further steps together gain g_k q / (1 - q) (Aitken). Steps end when that is below the least gain.
-
-    The gain of a step that was damped more than the first predicts little. After such a step the steps end when its own
-    gain is below the square of the least gain, and what new steps would gain is infinite, which means unknown. It is
-    unknown, too, if `rough`: then small moves alone repair what steps fold.
+    The centroid of the source's area goes to `centroid`. What further steps would gain is returned, too; it is not
+    known if they are `rough`, so that only small moves repair what they fold.
     """
     problem = AngleProblem(mesh.f, mesh.angles.T, mesh.A, centroid, rough=rough)
-    steps = Levenberg(system, np.full(len(x), damping), systems)
-    mean, gains = problem.value(x), list[float]()
+    steps, end = Levenberg(system, np.full(len(x), damping), systems), Aitken(least_gain)
+    mean = problem.value(x)
     for trial in newton(problem, steps, x):
-        gains.append(1 - trial.value / max(mean, np.degrees(HALF_DIGITS)))
+        gain = 1 - trial.value / max(mean, np.degrees(HALF_DIGITS))
         x, mean = trial.x, trial.value
-        further, undamped = _further(gains[-3:]), steps.at_once and steps.damping.min() <= damping
-        if further < least_gain if undamped else gains[-1] < least_gain**2:
-            return x, further if undamped and not rough else np.inf
-    return x, np.inf
+        if end.reached(gain, predicts=steps.at_once and steps.damping.min() <= damping):
+            break
+    return x, np.inf if rough else end.further
 
 
-def _further(gains: list[float]) -> float:
-    """What all further steps gain; the factor is a mean over two, as gains jump where faces fold."""
-    q = (gains[-1] / gains[0]) ** (1 / (len(gains) - 1)) if len(gains) > 1 else 0.5
-    return gains[-1] * q / (1 - q) if q < 1 else np.inf
+class Aitken:
+    """The end of steps: where all further ones together gain less than a share, if gains fall by one factor (Aitken).
+
+    Attributes
+    ----------
+    further : float
+        What all further steps gain, as a share of the value; infinite where it is not known.
+    """
+
+    def __init__(self, least_gain: float) -> None:
+        self._least, self._gains, self.further = least_gain, list[float](), np.inf
+
+    def reached(self, gain: float, predicts: bool = True) -> bool:
+        """Whether steps end after one of this gain.
+
+        Gains g_k that fall by a factor q sum to g_k q / (1 - q). The factor is a mean over two, as gains jump where
+        faces fold. A step that was damped more than the first `predicts` no other: then its own gain decides.
+        """
+        self._gains = [*self._gains[-2:], gain]
+        q = (gain / self._gains[0]) ** (1 / (len(self._gains) - 1)) if len(self._gains) > 1 else 0.5
+        self.further = gain * q / (1 - q) if predicts and q < 1 else np.inf
+        return self.further < self._least if predicts else gain < self._least**2
 
 
 def is_worth_steps(mesh: Mesh, x: FloatArray, price: float, harmonic: bool = False) -> bool:

@@ -23,8 +23,8 @@ from .match_angles import is_worth_steps
 #: percent higher (3 worse, 1 better), with 1.2 the same for 1.1 of the time (`python -m benchmarks versions .
 #: FOLDER/tune --set untangle.plan.POOR=4.8`).
 POOR = 2.4
-#: What may start where more than a percent of the faces fold: all that there is; of a mesh with a symmetry that its map
-#: is to have, layouts alone, as embedding spoils it, unless the mesh is so small that several may start; or nothing.
+#: What the first row of `Auto`'s table does: it embeds what folds ("embedded"); it embeds only where several layouts
+#: may start, as embedding spoils the symmetry that a map is to have ("laid out"); or it leaves the map ("left").
 Large = Literal["embedded", "laid out", "left"]
 
 
@@ -34,27 +34,26 @@ class Plan:
 
     Attributes
     ----------
+    why : str
+        What decided.
+    price : float
+        Share of the mean angle difference that further steps have to gain; infinite if none are taken.
     itself : bool
-        Whether the map starts, repaired where it folds; if not, and layouts do, it is embedded where there is room
+        Whether the map starts, repaired where it folds. If layouts start and it does not, it is embedded, and comes
         after them.
     layouts : int
         How many layouts by angles that close may start.
     holes : int
-        Around how many more faces the body is laid out at most; more than may start on coarse meshes, where
-        embedding spoils angles, until a layout does not fold.
-    price : float
-        Share of the mean angle difference that further steps have to gain; infinite if none are taken.
-    why : str
-        What decided.
+        How many faces more are cut out in turn at most, to lay the body out around them.
     embeds : bool
         Whether what folds may be embedded.
     """
 
-    itself: bool
-    layouts: int
-    holes: int
-    price: float
     why: str
+    price: float = np.inf
+    itself: bool = False
+    layouts: int = 0
+    holes: int = 0
     embeds: bool = True
 
     @property
@@ -76,24 +75,25 @@ class Plan:
 @stage("plan")
 def plan_repair(mesh: Mesh, x: FloatArray, certificate: Certificate, polish: str | None, effort: Effort,
                 large: Large = "embedded") -> Plan:
-    """The plan for a map, by what folds, its angles, and what steps are predicted to gain."""
-    free, few, n = certificate.folding_free, has_few_foldings(certificate, mesh.f), len(x)
-    price = effort.polish_gain if polish == "angles" else effort.price(n)
+    """The first row of `Auto`'s table whose condition a map meets."""
+    few, free, n = has_few_foldings(certificate, mesh.f), certificate.folding_free, len(x)
     folded = "no face folds" if free else f"{certificate.foldings:,} of {len(mesh.f):,} faces fold"
-    if large == "left" and not few:
-        return Plan(False, 0, 0, np.inf, folded)
+    price = effort.polish_gain if polish == "angles" else effort.price(n)
+    if not few and large == "left":
+        return Plan(folded)
     coarse = is_coarse(surface_area(x, mesh.f))
-    if coarse or not few:
-        mean = mean_angle_difference(mesh, x)
-        if mean > POOR or not few:
-            layouts = effort.layouts(n) if mean > POOR else 0
-            why = f"{folded}, and angles are {mean:.3g} degrees off in the mean"
-            holes = effort.holes if coarse else max(0, layouts - 1)
-            embeds = few or layouts > 1 or large == "embedded"
-            return Plan(few, layouts if few else max(1, layouts), holes, price, why, embeds)
-    if polish is None:
-        return Plan(not free, 0, 0, np.inf, folded)
-    if polish == "angles" or is_worth_steps(mesh, x, price, harmonic=True):
-        return Plan(True, 0, 0, price, f"{folded}, and steps are predicted to pay" if polish == "auto" else folded)
-    why = f"{folded}, and steps are predicted to gain less than {100 * price:.2g} percent"
-    return Plan(not free, 0, 0, np.inf, why)
+    mean = mean_angle_difference(mesh, x) if coarse or not few else 0.0
+    poor, angles = mean > POOR, f"{folded}, and angles are {mean:.3g} degrees off in the mean"
+    if not few:  # row 1
+        layouts = max(1, effort.layouts(n)) if poor else 1
+        # On coarse meshes embedding spoils angles: layouts follow each other until one does not fold.
+        return Plan(angles, price, layouts=layouts, holes=effort.holes if coarse else layouts - 1,
+                    embeds=large == "embedded" or layouts > 1)
+    if poor:  # row 2
+        return Plan(angles, price, itself=True, layouts=effort.layouts(n), holes=effort.holes)
+    if polish == "angles":  # row 3
+        return Plan(folded, price, itself=True)
+    if polish == "auto" and is_worth_steps(mesh, x, price, harmonic=True):  # row 4
+        return Plan(f"{folded}, and steps are predicted to pay", price, itself=True)
+    little = f", and steps are predicted to gain less than {100 * price:.2g} percent"
+    return Plan(folded + little * (polish == "auto"), itself=not free)  # rows 5 and 6

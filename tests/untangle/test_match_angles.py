@@ -17,7 +17,7 @@ from igl_spheremap.newton.system import PAIRS, VertexSystem
 from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.sphere.moebius import fix_gauge
 from igl_spheremap.sphere.rows import tangent_axes
-from igl_spheremap.untangle.match_angles import AngleProblem, polish_map
+from igl_spheremap.untangle.match_angles import Aitken, AngleProblem, polish_map
 from igl_spheremap.verify.certificate import Certificate
 from igl_spheremap.verify.distortion import angle_differences
 from igl_spheremap.verify.signs import orientation_signs
@@ -140,6 +140,25 @@ def test_rough_steps_mend_slivers_by_small_moves_and_refuse_what_only_embedding_
         assert trial.folded.any()
         assert np.isfinite(trial.value) == mended
         assert (orientation_signs(trial.x, F) > 0).all()
+
+
+@pytest.mark.parametrize(("first", "factor", "least"), [(0.3, 0.5, 0.01), (0.2, 0.9, 0.05), (0.01, 0.1, 0.02)])
+def test_steps_end_where_the_rest_of_a_geometric_series_is_less_than_the_least_gain(first, factor, least):
+    gains = first * factor ** np.arange(200)
+    rest = np.array([gains[k + 1:].sum() for k in range(len(gains))])
+    end = Aitken(least)
+    ended = next(k for k, gain in enumerate(gains) if end.reached(gain))
+    assert ended == max(0, int(np.argmax(rest < least)))
+    assert end.further == pytest.approx(rest[ended]) if ended else end.further == first
+
+
+def test_gains_that_do_not_fall_never_end_and_damped_steps_end_by_their_own():
+    end = Aitken(0.1)
+    assert not any(end.reached(gain) for gain in (0.2, 0.2, 0.3, 0.4))
+    assert end.further == np.inf
+    assert not end.reached(0.02, predicts=False)
+    assert end.reached(0.009, predicts=False)
+    assert end.further == np.inf
 
 
 def test_angle_polish_lowers_the_mean():

@@ -72,8 +72,41 @@ def test_prices_rise_and_layouts_fall_with_the_size_of_a_mesh():
     assert ism.Effort(holes=0).layouts(100) == 0
 
 
-def plan_of(result, x, polish):
-    return plan_repair(result.mesh, x, Certificate.of(x, result.faces), polish, ism.Effort())
+def plan_of(result, x, polish, large="embedded"):
+    return plan_repair(result.mesh, x, Certificate.of(x, result.faces), polish, ism.Effort(), large)
+
+
+@pytest.fixture(scope="module")
+def bodies():
+    """A mesh on which one layout may start, and one on which five may, each with its map and one that half folds."""
+    made = {}
+    for name, n in (("large", 4000), ("small", 500)):
+        result = ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=n), polish=None)
+        made[name] = result, unit(np.where(result.mesh.unit[:, :1] > 0, result.sphere[::-1], result.sphere))
+    return made
+
+
+@pytest.mark.parametrize("name", ["large", "small"])
+def test_what_mostly_folds_is_laid_out_and_embedded_as_the_caller_says(bodies, name):
+    result, folded = bodies[name]
+    plans = {large: plan_of(result, folded, "auto", large) for large in ("embedded", "laid out", "left")}
+    assert [plan.itself for plan in plans.values()] == [False] * 3
+    assert plans["left"].starts == 0
+    assert plans["embedded"].layouts == plans["laid out"].layouts == ism.Effort().layouts(len(folded))
+    assert [plan.embeds for plan in plans.values()][:2] == [True, name == "small"]
+
+
+@pytest.mark.parametrize("polish", ["auto", "angles", None])
+@pytest.mark.parametrize("large", ["embedded", "laid out", "left"])
+def test_a_map_with_few_foldings_starts_itself_whatever_is_done_with_many(bodies, polish, large):
+    result, _ = bodies["large"]
+    x, (i, j) = result.sphere.copy(), result.faces[7, :2]
+    x[[i, j]] = x[[j, i]]
+    assert 0 < Certificate.of(x, result.faces).foldings < 20
+    plan = plan_of(result, x, polish, large)
+    assert (plan.itself, plan.layouts) == (True, 0)
+    assert (plan.price < np.inf) == (polish == "angles")
+    assert plan_of(result, result.sphere, polish, large).starts == (polish == "angles")
 
 
 def test_a_plan_says_what_starts_and_why():
