@@ -45,7 +45,7 @@ class KeptFactor(LineSearch):
 
     def search(self, problem: NewtonProblem, x: FloatArray, model: Model, factor: Factor) -> Trial | None:
         """The search of the base, which keeps the factor of a whole step that was predicted well."""
-        trial = super().search(problem, x, model, factor)
+        trial, self._kept = super().search(problem, x, model, factor), None
         if trial is not None:
             off = abs(model.value - trial.value - self.predicted)
             faithful = self.length == 1 and off < _FAITHFUL * abs(self.predicted)

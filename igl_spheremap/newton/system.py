@@ -48,7 +48,7 @@ class VertexSystem:
         return values
 
     def factorise(self, values: FloatArray, within_memory: bool = False) -> Factor:
-        """Exact factor of a matrix; the one before is lost. FactorisationFailed where it can't be.
+        """Exact factor of a matrix, in place of the one before. FactorisationFailed where it can't be.
 
         If `within_memory`, it takes at most half of the machine's.
         """

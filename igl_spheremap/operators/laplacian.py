@@ -162,8 +162,8 @@ class Operators:
 def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None = None) -> Operators:
     """Assemble and factorise the Laplacian with cotangent weights, or with the first more robust ones that allow it.
 
-    The order and the memory of `reuse`, the operators of the same faces at other positions, are used again: `reuse`
-    can't be used any more.
+    The order and the memory of `reuse`, the operators of the same faces at other positions, are used again: its factor
+    raises if it is used again.
 
     Raises FactorisationFailed if not even uniform weights can be factorised, for want of memory.
     """

@@ -7,11 +7,12 @@ it factorises one matrix of that pattern after the other.
 from __future__ import annotations
 
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -46,7 +47,7 @@ class Factor:
     #: Where `apply` is only approximate: solves (n, k) systems to an accuracy, preconditioned by it.
     refined: Callable[[np.ndarray, float], np.ndarray] | None = None
     indices: np.ndarray | None = None  # columns of the matrix's entries, row by row, if `again` is there
-    #: Factorises a matrix with the same pattern in less time. It overwrites this factor, which can't be used any more.
+    #: Factorises a matrix with the same pattern in less time, in place of this factor, which raises if used again.
     again: Callable[[sp.csr_matrix], Factor] | None = None
 
     @property
@@ -141,18 +142,33 @@ class Entries:
         return A, place
 
 
-class Analysis(Protocol):
-    """An order and room for the factors of one pattern."""
+class Analysis(ABC):
+    """An order and room for the factors of one pattern, one at a time."""
 
     backend: ClassVar[str]
+    _made = 0
 
+    @abstractmethod
     def __init__(self, entries: Entries) -> None: ...
 
+    @abstractmethod
+    def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver, int | None]:
+        """Order and solver of the reordered matrix with these entries, and the entries of its factor, if known."""
+
     def factorise(self, values: np.ndarray) -> Factor:
-        """Factor of a matrix with these entries; the one before may be lost. FactorisationFailed if not definite."""
+        """Factor of a matrix with these entries, in place of the one before. FactorisationFailed if not definite."""
+        self._made += 1
+        order, solve, nnz = self._numeric(values)
+        return Factor(self.backend, len(order), reordered(order, partial(self._solved, self._made, solve)), nnz)
+
+    def _solved(self, made: int, solve: Solver, b: np.ndarray) -> np.ndarray:
+        """Solve with one of the factors made; a RuntimeError unless it is the last."""
+        if made != self._made:
+            raise RuntimeError("another matrix was factorised in the place of this factor; solve with that factor")
+        return solve(b)
 
 
-class Cholmod:
+class Cholmod(Analysis):
     """CHOLMOD through cvxopt, with wheels for every system, under the GPL."""
 
     backend: ClassVar[str] = "cvxopt"
@@ -196,8 +212,7 @@ class Cholmod:
                 current.clear()
                 current.update(before)
 
-    def factorise(self, values: np.ndarray) -> Factor:
-        """Factor of a matrix with these entries."""
+    def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver, int | None]:
         self._A.V = self._cvxopt.matrix(values.take(self._place))
         try:
             with self._options():
@@ -206,7 +221,7 @@ class Cholmod:
             raise FactorisationFailed(f"CHOLMOD: not positive definite ({error})") from error
         except MemoryError as error:  # rows of a hundred thousand entries fill the factor
             raise FactorisationFailed("CHOLMOD: the factor does not fit into memory") from error
-        return Factor(self.backend, len(self._order), reordered(self._order, self._solve))
+        return self._order, self._solve, None
 
     def _solve(self, b: np.ndarray) -> np.ndarray:
         matrix, cholmod = self._cvxopt.matrix, self._cvxopt.cholmod
@@ -219,7 +234,7 @@ class Cholmod:
         return np.asarray(x).reshape(b.shape)
 
 
-class ScikitSparse:
+class ScikitSparse(Analysis):
     """CHOLMOD through scikit-sparse: supernodal Cholesky with approximate minimum degree."""
 
     backend: ClassVar[str] = "scikit-sparse"
@@ -232,17 +247,16 @@ class ScikitSparse:
         self._A, self._place = entries.full(self._order)
         self._symbolic = cholmod.analyze(self._A, mode="supernodal", ordering_method="amd")
 
-    def factorise(self, values: np.ndarray) -> Factor:
-        """Factor of a matrix with these entries."""
+    def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver, int | None]:
         self._A.data = values.take(self._place)
         try:
             factor = self._symbolic.cholesky(self._A)
         except self._cholmod.CholmodError as error:
             raise FactorisationFailed(f"CHOLMOD: {error}") from error
-        return Factor(self.backend, len(self._order), reordered(self._order, factor.solve_A))
+        return self._order, factor.solve_A, None
 
 
-class SuperLU:
+class SuperLU(Analysis):
     """SuperLU as it comes with scipy, in symmetric mode without pivoting: as good as a Cholesky factorisation.
 
     Minimum degree in a mesh's own order can make twenty times the fill, as on bodies with spikes: it breaks
@@ -263,19 +277,18 @@ class SuperLU:
         self._order = entries.expanded(vertices)
         self._A, self._place = entries.full(self._order)
 
-    def factorise(self, values: np.ndarray) -> Factor:
-        """Factor of a matrix with these entries."""
+    def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver, int | None]:
         self._A.data = values.take(self._place)
         try:
             lu = self._splu(self._A, permc_spec=self._rule, diag_pivot_thresh=0.0,
                             options={"SymmetricMode": True, "Equil": False})
         except RuntimeError as error:
             raise FactorisationFailed(f"SuperLU: {error}") from error
-        factor = Factor(self.backend, len(self._order), reordered(self._order, lu.solve), nnz=lu.nnz)
+        order = self._order
         if self._entries.repeated and self._rule != "NATURAL":  # minimum degree would be searched every time
             self._order, self._rule = self._order[np.argsort(lu.perm_c)], "NATURAL"
             self._A, self._place = self._entries.full(self._order)
-        return factor
+        return order, lu.solve, lu.nnz
 
 
 def factorise_by(library: type[Analysis], P: sp.csr_matrix) -> Factor:

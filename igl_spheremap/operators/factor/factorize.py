@@ -38,7 +38,7 @@ def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None
 
     "auto" takes the fastest exact solver that is installed; where a factor would take more than half of the machine's
     memory, "multigrid", which only approximates the inverse. The order and the memory of `reuse`, the factor of another
-    matrix, are used again if that has the same pattern; then `reuse` can't be used any more.
+    matrix, are used again if that has the same pattern; then `reuse` raises a RuntimeError if it is used again.
 
     Raises ValueError for a backend that is unknown or not installed, and FactorisationFailed for a matrix that is
     not finite or not numerically positive definite.
@@ -67,7 +67,7 @@ def analyse(entries: Entries, backend: str = "auto") -> Analysis:
 
 @stage("factorisation")
 def refactorize(analysis: Analysis, values: np.ndarray) -> Factor:
-    """Factorise a matrix of a pattern that was analysed; its last factor may be lost.
+    """Factorise a matrix of a pattern that was analysed, in place of the last one: that factor raises if used again.
 
     Raises FactorisationFailed for a matrix that is not finite or, unless the solver is SuperLU, which does not see it,
     not numerically positive definite.

@@ -94,6 +94,21 @@ def test_the_order_of_another_matrix_is_used_again(backend):
     np.testing.assert_allclose(other @ y, b[: other.shape[0]], atol=1e-10)
 
 
+def test_a_factor_raises_once_another_matrix_was_factorised_in_its_place(backend):
+    P = problem(3)
+    b = right_hand_sides(P.shape[0])
+    first = factorize(P, backend)
+    second = factorize(4 * P, backend, reuse=first)
+    assert second.solve(b).shape == b.shape
+    if second.exact:
+        with pytest.raises(RuntimeError, match="solve with that factor"):
+            first.solve(b)
+        with pytest.raises(FactorisationFailed):
+            factorize(-P, backend, reuse=second)
+        with pytest.raises(RuntimeError, match="solve with that factor"):  # its memory was written to
+            second.solve(b)
+
+
 def test_entries_of_either_triangle_with_several_rows_a_vertex(backend):
     graph = problem(2).tocsr()
     rng = np.random.default_rng(3)
