@@ -6,7 +6,7 @@ of a module in `commands/`, whose docstring is the help: a sentence, and example
 
 import re
 import sys
-from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from functools import cache
@@ -348,6 +348,31 @@ COMMANDS = (
     Command("completion", "info", (choice("shell", ("bash", "zsh", "tcsh"), "which shell"),)),
 )
 
+#: What the commands are about, in the order in which help lists them; those of `SHAPES` are of the second door.
+SHAPES = "several surfaces, and harmonics (ism.shapes)"
+GROUPS = {
+    "a map and its certificate": ("map", "check", "repair", "view"),
+    "the paper, and other energies": ("play", "reproduce", "p-harmonic", "landmarks"),
+    "surfaces, and what is done with a map": ("info", "samples", "export", "transfer", "resample"),
+    "surfaces with a boundary, in the plane": ("disk", "flatten"),
+    SHAPES: ("match", "register", "sphere-reg", "template", "harmonics", "grid", "spharm-pdm"),
+    "many files, and the shell": ("batch", "summarise", "completion"),
+}
+
+
+class _ByGroup(RawDescriptionHelpFormatter):
+    """Help that lists the commands under what they are about."""
+
+    def _format_action(self, action: Action) -> str:
+        lines_of = super()._format_action
+        if action.dest != "command":
+            return lines_of(action)
+        rows = {row.dest: row for row in action._get_subactions()}  # type: ignore[attr-defined]
+        lines = []
+        for title, names in GROUPS.items():
+            lines += [f"\n  {title}:\n", *(f"  {lines_of(rows[name])}" for name in names)]
+        return "".join(lines)
+
 
 def _near(word: str, names: list[str]) -> list[str]:
     """The name that may have been meant by a word, if there is one."""
@@ -386,17 +411,19 @@ class _Parser(ArgumentParser):
 def build_parser(words: Collection[str] | None = None) -> _Parser:
     """The parser of the command line; with its words, commands not among them get no arguments, which takes time."""
     suffixes = " ".join(suffix for entry in FORMATS if entry.name != "FreeSurfer" for suffix in entry.suffixes)
+    firsts = [command for first, *_ in GROUPS.values() for command in COMMANDS if command.name == first]
     parser = _Parser(
         prog="igl-spheremap",
         description="Conformal maps of genus-0 meshes to the unit sphere, proved free of foldings.",
-        epilog=f"{_examples(command.examples[0] for command in COMMANDS)}\nfiles:\n"
+        epilog=f"{_examples(command.examples[0] for command in firsts)}\nfiles:\n"
                f"  {suffixes} and FreeSurfer's (lh.pial, lh.sphere.conformal);\n"
                "  sample:NAME[:key=value,...] is a shape that the package makes itself, NAME one of\n"
                f"  {', '.join(samples.names())}\n\n{status_help()}",
-        formatter_class=RawDescriptionHelpFormatter,
+        formatter_class=_ByGroup,
     )
     parser.add_argument("--version", action="version", version=f"igl-spheremap {__version__}")
-    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
+    subparsers = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True,
+                                       parser_class=_Parser)
     for command in COMMANDS:
         purpose = command.docstring.partition("\n")[0]
         subparser = subparsers.add_parser(

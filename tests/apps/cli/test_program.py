@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -17,7 +18,7 @@ import igl_spheremap as ism
 from igl_spheremap import MeshError, samples, write_mesh
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.commands import map as map_command
-from igl_spheremap.apps.cli.parser import COMMANDS, build_parser
+from igl_spheremap.apps.cli.parser import COMMANDS, GROUPS, build_parser
 from igl_spheremap.apps.reproduce.claims import CLAIMS
 from igl_spheremap.apps.reproduce.figures import FIGURES
 from igl_spheremap.apps.reproduce.items import ITEMS
@@ -121,6 +122,14 @@ def test_the_help_of_maps_to_the_plane_is_about_disks(capsys):
         out = capsys.readouterr().out
         assert "2   the input is not a disk" in out
         assert "sphere" not in out.replace("igl-spheremap", "")
+
+
+def test_help_lists_each_command_once_under_what_it_is_about(capsys):
+    assert sorted(name for names in GROUPS.values() for name in names) == sorted(row.name for row in COMMANDS)
+    assert main(["--help"]) == 0
+    listed = re.findall(r"^(?:  (\S.*):|    ([a-z][a-z-]*)  .*)$", capsys.readouterr().out, re.MULTILINE)
+    expected = [word for title, names in GROUPS.items() for word in (title, *names)]
+    assert [title or name for title, name in listed] == expected
 
 
 def test_help_lists_the_samples(capsys):
