@@ -19,8 +19,8 @@ P = ParamSpec("P")
 R = TypeVar("R")
 E = TypeVar("E", bound=Exception)
 
-#: Control characters, ends of lines, and marks that turn the direction of writing.
-_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
+#: Control characters, ends of lines, marks that turn the direction of writing, and what no file of text holds.
+_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
 _PACKAGES = {"PIL": "pillow"}  # where the name to install is not the name to import
 
 

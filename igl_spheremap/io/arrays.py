@@ -20,10 +20,12 @@ from ..mesh.arrays import FloatArray
 from .npz import array_of
 from .reading import check_complete, expansion_limit
 from .records import Metadata
+from .tables import MARKED
 from .text import write_text
 
 _SEPARATED = (".csv", ".tsv")  # fields of other tables end at white space or commas
 _SEPARATORS = "\t;,"
+_QUOTED = re.compile('"[^"]*"')
 #: Bytes of the head of a MAT-file of version 5, and of the text that it begins with, before version and byte order;
 #: elements follow, each with a type and a size. Names of arrays have no more letters than `_NAME`.
 _HEAD, _TEXT, _NAME = 128, 116, 31
@@ -68,7 +70,8 @@ def read_table(path: Path) -> dict[str, NDArray[Any]]:
         raise MeshError("it holds no numbers; give one row a vertex")
     text = [line for _, line in lines]
     if path.suffix.lower() in _SEPARATED:
-        rows = list(csv.reader(text, delimiter=next((mark for mark in _SEPARATORS if mark in text[0]), ",")))
+        unquoted = _QUOTED.sub("", text[0])
+        rows = list(csv.reader(text, delimiter=next((mark for mark in _SEPARATORS if mark in unquoted), ",")))
     else:
         rows = [re.split(r"\s*,\s*|\s+", line.strip()) for line in text]
     for (number, _), row in zip(lines, rows, strict=True):
@@ -78,7 +81,7 @@ def read_table(path: Path) -> dict[str, NDArray[Any]]:
     if len(rows[0]) > len(rows) > 1:
         raise MeshError(f"it holds {len(rows)} lines of {len(rows[0])} fields; give one line a vertex")
     headed = not any(map(_is_number, rows[0]))
-    names = [(headed and name.strip()) or str(k) for k, name in enumerate(rows[0])]
+    names = [(headed and _name_of(name.strip())) or str(k) for k, name in enumerate(rows[0])]
     if len(set(names)) < len(names):
         raise MeshError(f"two columns are called {max(names, key=names.count)!a}; rename one")
     body = rows[headed:]
@@ -102,12 +105,28 @@ def _is_number(field: str) -> bool:
     return "_" not in field  # Python takes it for a mark between digits
 
 
+def _is_marked(name: str) -> bool:
+    """Whether a name has an apostrophe before it in a header: without it, it would be a formula, a comment or a number.
+
+    Spreadsheets take such a cell for a text, too.
+    """
+    return name.startswith((*MARKED, "#")) or _is_number(name)
+
+
+def _name_of(cell: str) -> str:
+    return cell[1:] if cell.startswith("'") and _is_marked(cell[1:]) else cell
+
+
+def _cell_of(name: str) -> str:
+    marked = f"'{name}" if _is_marked(name) else name
+    return '"{}"'.format(marked.replace('"', '""')) if set(marked) & {*_SEPARATORS, '"'} else marked
+
+
 def write_table(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
     """Write a line a vertex with the digits that read back; .csv and .tsv with the names as their header."""
-    head, mark = io.StringIO(), "," if path.suffix.lower() == ".csv" else "\t"
-    if path.suffix.lower() in _SEPARATED:
-        csv.writer(head, delimiter=mark, lineterminator="\n").writerow(maps)
-    write_text(path, head.getvalue(), {}, (mark.join(["%r"] * len(maps)) + "\n", _columns(maps, metadata)))
+    mark = "," if path.suffix.lower() == ".csv" else "\t"
+    head = mark.join(map(_cell_of, maps)) + "\n" if path.suffix.lower() in _SEPARATED else ""
+    write_text(path, head, {}, (mark.join(["%r"] * len(maps)) + "\n", _columns(maps, metadata)))
 
 
 def read_mat(path: Path) -> dict[str, NDArray[Any]]:
@@ -155,7 +174,7 @@ def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
 
 def write_mat(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
     """Write columns by their names, as MATLAB allows them; the head without scipy's date, to be the same each time."""
-    names = [re.sub(r"\W", "_", name if name[:1].isalpha() else f"x{name}", flags=re.ASCII)[:_NAME] for name in maps]
+    names = [re.sub(r"\W", "_", re.sub("^(?![A-Za-z])", "x", name), flags=re.ASCII)[:_NAME] for name in maps]
     if len(set(names)) < len(names):
         raise FileError(f"{path}: two of {', '.join(maps)} would have one name in MATLAB; rename one, or write "
                         "another format")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
@@ -16,6 +18,8 @@ from .records import Metadata, RawMesh, of_triangles
 
 _MAGIC = b"glTF"
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+#: Types of numbers.
+_KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _RGB = ("red", "green", "blue")
 _Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 _DEEPEST = 64  # nodes below one another; trimesh takes time by the square of their number
@@ -32,9 +36,29 @@ def parts(path: Path, textures: bool = False) -> list[Any]:
     trimesh = import_optional("trimesh", "glTF", "io")
     data = path.read_bytes()
     binary = data.startswith(_MAGIC)
-    _check_tree(json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")] if binary else data), path, len(data))
+    head = 20 + int.from_bytes(data[12:16], "little")
+    tree = json.loads(data[20:head] if binary else data)
+    if not textures:
+        tree["images"] = []
+    named = [entry for entry in (*tree.get("buffers", []), *tree.get("images", []))
+             if not entry.get("uri", "data:").startswith("data:")]
+    stored = len(data)
+    if len({entry["uri"] for entry in named}) < len(named):
+        raise MeshError("it names a file twice, for two buffers or pictures; write it anew")
+    for entry in named:  # trimesh reads pipes and devices, too
+        check_regular(path.parent / entry["uri"])
+        content = (path.parent / entry["uri"]).read_bytes()
+        entry["uri"], stored = _embedded(content), stored + len(content)
+    _check_tree(tree, stored)
+    sparse = [entry for entry in tree.get("accessors", []) if "sparse" in entry]
+    if named or sparse:
+        if binary and "uri" not in tree["buffers"][0]:
+            tree["buffers"][0]["uri"] = _embedded(data[head + 8 :])
+        for entry in sparse:
+            _fill(tree, entry)
+        binary, data = False, json.dumps(tree).encode()
     scene = trimesh.load_scene(BytesIO(data), file_type="glb" if binary else "gltf", process=False,
-                               skip_materials=not textures, resolver=trimesh.resolvers.FilePathResolver(str(path)))
+                               skip_materials=not textures)
     meshes = [part for part in scene.dump() if isinstance(part, trimesh.Trimesh)]
     if not meshes:
         raise MeshError("no triangles in the glTF file; give a closed triangle mesh")
@@ -48,13 +72,36 @@ def joined(meshes: list[Any]) -> tuple[FloatArray, IntArray]:
     return v, np.concatenate([part.faces + start for part, start in zip(meshes, offset[:-1], strict=True)])
 
 
-def _check_tree(tree: dict[str, Any], path: Path, stored: int) -> None:
+def _embedded(content: bytes) -> str:
+    return f"data:application/octet-stream;base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def _fill(tree: dict[str, Any], accessor: dict[str, Any]) -> None:
+    """Put the sparse values of an accessor into its array, which becomes a buffer; trimesh leaves them out."""
+    sparse, count, width = accessor.pop("sparse"), accessor["count"], _WIDTHS[accessor["type"]]
+    kind = _KINDS[accessor["componentType"]]
+    array = np.zeros((count, width), dtype=kind)
+    if "bufferView" in accessor:
+        array[:] = _rows(tree, accessor, count, kind, width)
+    places = _rows(tree, sparse["indices"], sparse["count"], _KINDS[sparse["indices"]["componentType"]], 1)
+    array[places[:, 0]] = _rows(tree, sparse["values"], sparse["count"], kind, width)
+    tree["buffers"].append({"uri": _embedded(array.tobytes()), "byteLength": array.nbytes})
+    tree["bufferViews"].append({"buffer": len(tree["buffers"]) - 1, "byteLength": array.nbytes})
+    accessor |= {"bufferView": len(tree["bufferViews"]) - 1, "byteOffset": 0}
+
+
+def _rows(tree: dict[str, Any], entry: dict[str, Any], count: int, kind: str, width: int) -> NDArray[Any]:
+    """The rows that an entry of the tree names by its view of a buffer."""
+    view = tree["bufferViews"][entry["bufferView"]]
+    data = base64.b64decode(tree["buffers"][view["buffer"]]["uri"].partition(",")[2])
+    at, size = view.get("byteOffset", 0) + entry.get("byteOffset", 0), np.dtype(kind).itemsize
+    return np.ndarray((count, width), kind, data, at, (view.get("byteStride", size * width), size))
+
+
+def _check_tree(tree: dict[str, Any], stored: int) -> None:
     """Refuse scenes that ask for far more memory or time than their files are large."""
-    for buffer in tree.get("buffers", []):
-        if not buffer.get("uri", "data:").startswith("data:"):
-            check_regular(path.parent / buffer["uri"])
-            stored += (path.parent / buffer["uri"]).stat().st_size
-    sizes = [8 * abs(entry["count"]) * _WIDTHS[entry["type"]] for entry in tree.get("accessors", [])]
+    sizes = [8 * (abs(entry["count"]) + abs(entry.get("sparse", {}).get("count", 0))) * _WIDTHS[entry["type"]]
+             for entry in tree.get("accessors", [])]
     views = [abs(view["byteLength"]) for view in tree.get("bufferViews", [])]
     nodes = tree.get("nodes", [])
     parts = [part for node in nodes if "mesh" in node for part in tree["meshes"][node["mesh"]]["primitives"]]

@@ -25,6 +25,8 @@ from .formats import PathLike
 from .reading import check_expansion
 from .records import Label, Metadata, RawMesh, of_triangles
 
+#: The array beside maps of labels that holds their table.
+LABEL_TABLE = "label_table"
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of NumPy, whose expansion can be bounded
 
@@ -112,9 +114,9 @@ def array_of(data: bytes) -> NDArray[Any]:
 def read_table(path: Path) -> tuple[Label, ...] | None:
     """The table of labels beside maps; None if there is none."""
     arrays = read_arrays(path)
-    if "label_table" not in arrays:
+    if LABEL_TABLE not in arrays:
         return None
-    rows = json.loads(str(arrays["label_table"]))
+    rows = json.loads(str(arrays[LABEL_TABLE]))
     return tuple(Label(int(key), printable(str(name)), (float(r), float(g), float(b), float(a)))
                  for key, name, (r, g, b, a) in rows)
 
@@ -125,14 +127,16 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
         write_arrays(path, maps)
         return
     table = json.dumps([(label.key, label.name, label.rgba) for label in metadata["labels"]])
-    write_arrays(path, {name: values.astype(np.int64) for name, values in maps.items()} | {"label_table": table})
+    write_arrays(path, {name: values.astype(np.int64) for name, values in maps.items()} | {LABEL_TABLE: table})
 
 
 def write_arrays(path: Path, arrays: dict[str, Any], metadata: Metadata | None = None) -> None:
     """Write an archive; the mark comes first, so that it is found without unpacking."""
     mark: dict[str, Any] = {"mark": np.bytes_(metadata["mark"])} if metadata and "mark" in metadata else {}
-    with path.open("wb") as file:
-        np.savez(file, **mark | arrays)
+    with zipfile.ZipFile(path, "w") as archive:  # arguments of numpy.savez could not be names of arrays
+        for name, array in (mark | arrays).items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
 
 
 def _pack(run: Run) -> dict[str, Any]:

@@ -192,6 +192,9 @@ def write_scalars(
     """
     known = metadata or {}
     kind = data_format(path, write=True)
+    for name in maps:
+        if not name or printable(name).strip() != name or ("labels" in known and name == npz.LABEL_TABLE):
+            raise FileError(f"{path}: no map can be called {name!r}; give it a name of one line that nothing else has")
     if "labels" in known:
         for name, values in maps.items():
             if not (np.abs(values) < 2**31).all() or (values != np.floor(values)).any():

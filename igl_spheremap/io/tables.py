@@ -13,7 +13,7 @@ from .replacing import replacing
 #: What stands between the cells, by the suffix.
 SEPARATORS = {".tsv": "\t", ".csv": ","}
 #: First characters that make a spreadsheet take a cell for a formula, and the quote that is put before them.
-_QUOTED = ("=", "+", "-", "@", "\t", "\r", "'")
+MARKED = ("=", "+", "-", "@", "\t", "\r", "'")
 
 
 def write_cells(path: PathLike, rows: Iterable[Sequence[object]], *, force: bool = False) -> None:
@@ -41,8 +41,8 @@ def read_cells(path: Path) -> list[list[str]]:
 
 
 def _cells(row: Sequence[object]) -> Iterator[object]:
-    return (f"'{cell}" if isinstance(cell, str) and cell.startswith(_QUOTED) else cell for cell in row)
+    return (f"'{cell}" if isinstance(cell, str) and cell.startswith(MARKED) else cell for cell in row)
 
 
 def _unquoted(text: str) -> str:
-    return text[1:] if text.startswith("'") and text[1:].startswith(_QUOTED) else text
+    return text[1:] if text.startswith("'") and text[1:].startswith(MARKED) else text

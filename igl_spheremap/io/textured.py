@@ -128,6 +128,8 @@ def _read_obj(path: Path) -> TexturedMesh:
     if known is None:
         raise MeshError("no texture coordinates; give a file that has them")
     names = [path.parent / name for name in _named(data, b"mtllib")]
+    for name in names:
+        check_regular(name)
     pictures = [name.parent / picture for name in names for picture in _named(name.read_bytes(), b"map_Kd")]
     image = _only([read_picture(name) for name in dict.fromkeys(pictures)])
     return TexturedMesh(known.uv[known.row], read(path).v[known.vertex], image)

@@ -11,7 +11,7 @@ import pytest
 
 from igl_spheremap import FileError, MeshError, check_mesh, repair_mesh, samples, spherical_conformal_map
 from igl_spheremap.io.files import read_mesh, write_mesh
-from igl_spheremap.io.textured import write_textured
+from igl_spheremap.io.textured import read_textured, write_textured
 from igl_spheremap.resampling.texture import checker_image, texture_atlas
 
 pytest.importorskip("trimesh")
@@ -87,6 +87,64 @@ def test_buffers_in_files_of_their_own_count(tree, ball, tmp_path):
     os.mkfifo(tmp_path / "part0.bin")
     with pytest.raises(FileError, match="device or a pipe"):
         read(tree, tmp_path)
+
+
+@pytest.mark.parametrize("suffix", [".gltf", ".glb"])
+def test_sparse_values_are_put_in_their_places(suffix, tree, ball, tmp_path):
+    """In an array that is stored, and in one of zeros; moved vertices are doubled, so that all can be compared."""
+    moved = np.array([3, 7, 8], dtype="<u2")
+    content = [moved.tobytes() + bytes(2), (2 * ball[0][moved]).astype("<f4").tobytes()]
+    where = len(tree["bufferViews"])
+    for each in content:
+        tree["bufferViews"].append({"buffer": len(tree["buffers"]), "byteLength": len(each)})
+        tree["buffers"].append({"uri": "data:;base64," + base64.b64encode(each).decode(), "byteLength": len(each)})
+    place = next(k for k, entry in enumerate(tree["accessors"]) if entry["type"] == "VEC3")
+    sparse = {"count": 3, "indices": {"bufferView": where, "componentType": 5123}, "values": {"bufferView": where + 1}}
+    tree["accessors"][place]["sparse"] = sparse
+    expected = ball[0].copy()
+    expected[moved] *= 2
+
+    def found():
+        if suffix == ".gltf":
+            return read(tree, tmp_path).v
+        binary = base64.b64decode(tree["buffers"][0]["uri"].partition(",")[2])
+        head = json.dumps(tree | {"buffers": [{"byteLength": len(binary)}, *tree["buffers"][1:]]}).encode()
+        head += b" " * (-len(head) % 4)
+        chunks = [head, b"JSON"], [binary + bytes(-len(binary) % 4), b"BIN\0"]
+        body = b"".join(len(each).to_bytes(4, "little") + kind + each for each, kind in chunks)
+        head = (2).to_bytes(4, "little") + (12 + len(body)).to_bytes(4, "little")
+        (tmp_path / "a.glb").write_bytes(b"glTF" + head + body)
+        return read_mesh(tmp_path / "a.glb").v
+
+    assert np.allclose(found(), expected, atol=1e-6)
+    del tree["accessors"][place]["bufferView"]
+    expected[np.setdiff1d(np.arange(len(expected)), moved)] = 0
+    assert np.allclose(found(), expected, atol=1e-6)
+    tree["accessors"][place]["sparse"] = sparse | {"count": 10**10}
+    with pytest.raises(MeshError, match="expand to"):
+        found()
+
+
+@pytest.mark.posix
+def test_pictures_beside_a_scene_are_regular_files(tmp_path):
+    pytest.importorskip("PIL")
+    v, f = samples.sphere(42)
+    write_textured(tmp_path / "a.glb", v, f, texture_atlas(v, f, cut=False), checker_image(16))
+    data = (tmp_path / "a.glb").read_bytes()
+    size = int.from_bytes(data[12:16], "little")
+    tree, binary = json.loads(data[20 : 20 + size]), data[28 + size :]
+    tree["buffers"][0]["uri"] = "data:;base64," + base64.b64encode(binary).decode()
+    view = tree["bufferViews"][tree["images"][0]["bufferView"]]
+    start = view.get("byteOffset", 0)
+    (tmp_path / "a.png").write_bytes(binary[start : start + view["byteLength"]])
+    tree["images"] = [{"uri": "a.png"}]
+    (tmp_path / "a.gltf").write_text(json.dumps(tree))
+    assert np.array_equal(read_textured(tmp_path / "a.gltf").image, checker_image(16))
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "a.gltf").write_text(json.dumps(tree | {"images": [{"uri": "pipe"}]}))
+    assert len(read_mesh(tmp_path / "a.gltf").v) == len(texture_atlas(v, f, cut=False).vertex)
+    with pytest.raises(FileError, match="device or a pipe"):
+        read_textured(tmp_path / "a.gltf")
 
 
 def test_textured_scenes_are_read_without_their_pictures(tmp_path):

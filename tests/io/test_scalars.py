@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import scipy.io
 from file_names import NAMED, PLACED, needs
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from igl_spheremap import FileError, MeshError
 from igl_spheremap.io.files import write_mesh
@@ -89,6 +91,44 @@ def test_a_packed_file_takes_no_more_memory_than_its_size_allows(tmp_path):
     scipy.io.savemat(tmp_path / "a.mat", {"zero": np.zeros(3 << 20)}, do_compression=True)
     with pytest.raises(MeshError, match="expand to far more"):
         read_scalars(tmp_path / "a.mat")
+
+
+#: Words that a format could take for something else.
+WORDS = ["0", "2020", "nan", "-inf", "1_0", "=1+1", "'=1+1", "'1", "+a", "#a", "a;b", "a\tb", "a,b", 'a"b', '"',
+         "x.npy", "file", "mark", "label_table", "allow_pickle", "a/b", "]]>", "&amp;", "%41", "\u00e9a", "\u200da",
+         "x", "px", " a", "", "\n"]
+NAMES = st.lists(st.sampled_from(WORDS) | st.text(max_size=4), min_size=1, max_size=3, unique=True)
+
+
+@pytest.mark.parametrize("name", ["a.npz", "a.shape.gii", *NAMED, *PLACED])
+def test_a_name_comes_back_or_is_refused(tmp_path, name):
+    """By its place where a format has no names, and in its letters where it has others."""
+    needs(name)
+    v, f = sphere(12)
+
+    @settings(max_examples=40, deadline=None)
+    @given(NAMES)
+    def check(names):
+        maps = {each: np.arange(12.0) * (k + 1) for k, each in enumerate(names)}
+        try:
+            write_scalars(tmp_path / name, maps, surface=(v, f), force=True)
+        except FileError:
+            assert any(each.strip() != each or not each or not each.isprintable() for each in names) or name in OTHERS
+            return
+        found = read_scalars(tmp_path / name)
+        assert len(found) == len(maps)
+        assert list(found) == names or name in (*PLACED, *OTHERS)
+        assert all(np.array_equal(a, b) for a, b in zip(found.values(), maps.values(), strict=True))
+
+    check()
+
+
+OTHERS = ("data.mat", "data.ply")
+
+
+def test_a_header_is_no_formula(tmp_path):
+    write_scalars(tmp_path / "a.csv", {"=HYPERLINK(1)": VALUES, "2020": VALUES})
+    assert (tmp_path / "a.csv").read_text().splitlines()[0] == "'=HYPERLINK(1),'2020"
 
 
 def test_data_in_names_that_a_format_has_taken(tmp_path):

@@ -161,6 +161,14 @@ def test_devices_and_pipes_are_refused_without_reading(tmp_path):
             read_picture(path)
 
 
+@pytest.mark.posix
+def test_a_material_that_is_a_pipe_is_refused_without_reading(tmp_path):
+    os.mkfifo(tmp_path / "a square.mtl")
+    (tmp_path / "a.obj").write_text(SQUARE)
+    with pytest.raises(FileError, match="a device or a pipe"):
+        read_textured(tmp_path / "a.obj")
+
+
 SQUARE = """mtllib a square.mtl
 v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0
 vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1
