@@ -14,7 +14,7 @@ from ..descent.gu_yau import ProjectedDescent
 from ..descent.minimize import Minimum, minimize
 from ..descent.preconditioned import harmonic_map
 from ..descent.problem import Problem, step_metric
-from ..errors import MapError
+from ..errors import MapError, Remedy
 from ..mesh.arrays import ComplexArray, FloatArray, check_directions
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
@@ -198,15 +198,16 @@ def in_gauge(mesh: Mesh, x: FloatArray, run: Run, gauge: PaperGauge = "centred")
 
     In a free gauge it is the map as the minimisation left it.
     """
-    if gauge == "free":
-        return SphereMap(mesh, x, Certificate.of(x, mesh.f), replace(run, gauge="free"))
-    y = fix_gauge(mesh, x)
-    certificate = Certificate.of(y, mesh.f)
-    if not certificate.folding_free and Certificate.of(x, mesh.f).folding_free:
+    y = x if gauge == "free" else fix_gauge(mesh, x)
+    certificate, notes = Certificate.of(y, mesh.f), run.notes
+    if gauge == "centred" and not certificate.folding_free and Certificate.of(x, mesh.f).folding_free:
         y = repair_locally(mesh, y)
         certificate = Certificate.of(y, mesh.f)
-        run = replace(run, notes=(*run.notes, "the rounding of the last rotation folded faces, which were repaired"))
-    return SphereMap(mesh, y, certificate, run)
+        notes = (*notes, "the rounding of the last rotation folded faces, which were repaired")
+    if not certificate.folding_free:
+        mended = Remedy("repair_foldings", given="v, f, sphere")
+        notes = (*notes, f"foldings are left; {mended} removes them, as the default method does")
+    return SphereMap(mesh, y, certificate, replace(run, gauge="free" if gauge == "free" else run.gauge, notes=notes))
 
 
 def check_start(x: ArrayLike, n: int, name: str = "start positions") -> FloatArray:

@@ -25,7 +25,7 @@ _EPS = np.finfo(float).eps
 _FLAT = 512 * _EPS
 #: Smallest vertex area, in units of the mean, that the L2 metric divides by: slivers may have none at all, and what is
 #: added changes the sum in the ninth digit at most.
-_LEAST_AREA = 1e-9
+LEAST_AREA = 1e-9
 
 
 class CheckedFaces:
@@ -304,5 +304,5 @@ def normalised_weights(shares: FloatArray, area: float) -> FloatArray:
     """Shares of an area with sum 1, none below a billionth of their mean; all equal where there is none."""
     if not area > _FLAT:
         return np.full(len(shares), 1 / len(shares))
-    A = np.maximum(shares, _LEAST_AREA * area / len(shares))
+    A = np.maximum(shares, LEAST_AREA * area / len(shares))
     return np.asarray(A / A.sum())

@@ -131,10 +131,12 @@ def _unknown(function: Callable[..., Any], names: list[str], name: str) -> str:
     calls: list[str] = []
     for word in front.__all__:
         one = getattr(front, word)
-        if callable(one) and one.__module__.startswith(f"{room}."):
-            parameters = list(inspect.signature(one).parameters)
-            if name in parameters and parameters[:2] == ["v", "f"]:
-                calls.append(f"{word}(v, f, {name}=...)")
-            elif name in parameters and "method" in names and isinstance(one, type):
-                calls.insert(0, f"method={word}({name}=...)")
+        is_method = isinstance(one, type) and "Method" in [base.__name__ for base in one.__mro__]
+        if not is_method and not (callable(one) and one.__module__.startswith(f"{room}.")):
+            continue
+        parameters = list(inspect.signature(one).parameters)
+        if name in parameters and parameters[:2] == ["v", "f"]:
+            calls.append(f"{word}(v, f, {name}=...)")
+        elif name in parameters and "method" in names and is_method:
+            calls.insert(0, f"method={word}({name}=...)")
     return f"{what}; " + (f"{calls[0]} does" if calls else f"it takes {', '.join(names)}")

@@ -125,8 +125,10 @@ class Result(Shown):
         auto: no face folds, and steps are predicted to gain less than 3 percent; so no steps are taken
         """
         lines = [f"{self.method}: {self.run.plan or self.status.value}"]
-        lines += [f"{each.start}: {each.foldings_after:,} folded faces, {each.mean_angle_difference:.3g} degrees off"
-                  for each in self.rounds]
+        for each in self.rounds:
+            collapsed = f"; {each.status.value}" if each.status is Status.COLLAPSED else ""
+            lines.append(f"{each.start}: {each.foldings_after:,} folded faces, "
+                         f"{each.mean_angle_difference:.3g} degrees off{collapsed}")
         return "\n".join((*lines, *self.notes))
 
     @own_errstate

@@ -29,13 +29,12 @@ def test_on_a_delaunay_mesh_the_weights_are_the_papers():
     papers, delaunay = (ism.spherical_conformal_map(X, F, method=ism.Lai2014(edge_weights=weights, **options))
                         for weights in ("cotangent", "delaunay"))
     assert np.allclose(papers.sphere, delaunay.sphere, atol=1e-9)
-    assert delaunay.settings == options | {"edge_weights": "delaunay"}
+    assert papers.settings == options | {"edge_weights": "cotangent"}
 
 
-@pytest.mark.parametrize("weights", ["cotangent", "delaunay"])
 @pytest.mark.parametrize("flat", [[1, 1, 0], [1, 0, 0]], ids=["plane", "line"])
-def test_surfaces_without_a_star_map_keep_what_algorithm_1_reached(flat, weights):
-    result = ism.algorithm_2(X * flat, F, method=ism.Lai2014(edge_weights=weights, max_iterations=50))
+def test_surfaces_without_a_star_map_keep_what_algorithm_1_reached(flat):
+    result = ism.algorithm_2(X * flat, F, method=ism.Lai2014(max_iterations=50))
     assert not result.certificate.folding_free
     assert len(result.rounds) == 1
     assert any("there is no star map" in note for note in result.notes)
