@@ -72,6 +72,9 @@ TABLES = {
     "stages": "stages",
     "open_handles": "open_surfaces --handles 1:200 5:200 20:200",
     "open_folder": "open_surfaces --folder CORPUS/open",
+    "claims_boosts": "claims boosts --meshes CORPUS",
+    "claims_eigenfunctions": "claims eigenfunctions --meshes CORPUS",
+    "claims_planes": "claims planes --meshes CORPUS",
 }
 
 

@@ -4,8 +4,8 @@
     python docs/pictures.py dino curves --to elsewhere
 
 They are made of the package's samples, some by the demos, within two minutes; needs libEGL, matplotlib and pillow, no
-display. Not here: benchmarks.png and convergence.png, which `benchmarks/` measure, and docs/reproduction, which
-`igl-spheremap reproduce` draws of real surfaces.
+display. Not here: benchmarks.png, convergence.png, gradient.png and eq24.png, which `benchmarks/` measure, and
+docs/reproduction, which `igl-spheremap reproduce` draws of real surfaces.
 """
 
 from __future__ import annotations

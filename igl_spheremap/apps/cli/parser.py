@@ -21,7 +21,7 @@ from ...io.formats import CONVENTIONS, FORMATS
 from ...shapes.correspondence import STIFFNESS, USUAL
 from ...shapes.groups import FARTHEST
 from ...shapes.harmonics import LARGEST_DEGREE
-from ..reproduce.items import ALL, COPIES, ITEMS
+from ..reproduce.items import ALL, ITEMS, PICTURES
 from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, PLAYER_SIZE, SHOWN
 from . import arguments as shared
 from .arguments import (
@@ -332,15 +332,14 @@ COMMANDS = (
         argument("--weight", "W", "of squared distances to targets (default: 100)", type=FROM_ZERO, default=100.0),
         shared.MAY_FOLD,
     )),
-    Command("reproduce", "batch", (
+    Command("reproduce", "reproduce", (
         argument("names", "WHAT", f"{', '.join(ITEMS)}, or {ALL}", nargs="+", choices=(*ITEMS, ALL)),
-        argument("--meshes", "DIR", "folder of real counterparts of the paper's surfaces; without it samples stand "
-                 "in, and nilearn's cortex if installed", type=Path),
+        argument("--meshes", "DIR", "folder of counterparts of the paper's surfaces (docs/corpus.md); without it "
+                 "samples stand in", type=Path),
         argument("--out", "DIR", "where results and finished runs are kept (default: reproduction); run again to "
                  "continue", type=Path, default=Path("reproduction")),
         argument("--max-iterations", "N", "of each minimisation; default: the methods' own", type=COUNT),
-        switch("--spread", help=f"repeat the runs of tables 1 to 3 on {COPIES} renumbered copies of each surface, and "
-               "show the least and the largest counts: six times as long"),
+        choice("--format", PICTURES, "of the figures (default: %(default)s)", default=PICTURES[0]),
         argument("--page", "FILE", "write the tables into this Markdown file, too, between <!-- table NAME --> and "
                  "<!-- end -->", type=Path),
         shared.SILENT,

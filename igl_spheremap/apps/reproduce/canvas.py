@@ -10,23 +10,26 @@ import numpy as np
 from ...draw.folds import MANY, Clusters
 from ...draw.palette import FOLDED, INK, LINES, SURFACE, diverging
 from ...draw.plot import frame, new_figure, pose, raster, shading
+from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.measure import face_areas
 from ...sphere.rows import unit_rows
 from ...verify.signs import folded_faces
-from .runs import PaperSurface
+from .surfaces import PaperSurface
 
 #: Width of every figure in inches, that of a page: texts are read in the size that they have here.
 PAGE = 7.2
 TEXT = 7  # points
 _NONE = np.empty(0, dtype=np.int64)
-_PIXELS = 720  # along a side of a picture, which matplotlib reduces to the place that it has
+_PIXELS = 1000  # along a side of a picture, which matplotlib reduces to the place that it has
+_LARGEST = 180  # degrees: no angle difference is larger
 _ASPECT = 1.25  # width over height of a picture
 _SIDE = 1.04  # side of what is shown, in units of the body's own
 #: Boxes are drawn around as many patches of folded faces, and only around those that take less than half the picture.
 _BOXES = 6
 _SHARE = 0.5
 _PAD = 0.06  # between a box and its patch, in units of half the picture
+_EVEN = 0.01  # share by which the ends of a scale may differ that is called the same on both sides
 #: Percentiles of the values that have the colours of the ends.
 _ENDS = (1, 99)
 
@@ -52,15 +55,25 @@ def show_source(ax: Any, surface: PaperSurface, x: FloatArray | None = None, *, 
 
 def show_map(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") -> None:
     """A map seen whole, with the brightness of the source's faces; in vermilion what it folds, with boxes as there."""
+    folded = np.flatnonzero(folded_faces(x, surface.f))  # of the map as it is: normalised it may have others
     x = unit_rows(x)
-    folded = np.flatnonzero(folded_faces(x, surface.f))
     _show(ax, surface, x, title, folded)
     _box(ax, surface, x, folded, behind=":")
 
 
-def show_shape(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") -> None:
-    """Other positions of the vertices, in vermilion the faces that face inwards."""
+def show_colours(ax: Any, surface: PaperSurface, x: FloatArray, colours: FloatArray, *, title: str = "") -> None:
+    """Positions of the vertices, in colours of the faces and the brightness of the source's."""
+    _show(ax, surface, x, title, colours=colours)
+
+
+def show_shape(ax: Any, surface: PaperSurface, x: FloatArray, radius: float, *, title: str = "") -> None:
+    """Other positions of the vertices, in vermilion the faces that face inwards, and the sphere of a radius, dotted."""
+    from matplotlib.patches import Circle
+
     _show(ax, surface, x, title, np.flatnonzero(folded_faces(x, surface.f)))
+    ax.add_patch(Circle((0, 0), radius, fill=False, linestyle=":", edgecolor=INK))
+    height = _SIDE * max(radius, float(np.linalg.norm(x, axis=1).max()))
+    ax.set(xlim=(-_ASPECT * height, _ASPECT * height), ylim=(-height, height))
 
 
 def function_scale(*values: FloatArray) -> Any:
@@ -89,20 +102,24 @@ def show_function(
         drawn = ax.figure.colorbar(ScalarMappable(scale, ramp), ax=ax, orientation="horizontal", shrink=0.7, aspect=25,
                                    pad=0.02)
         drawn.set_ticks([scale.vmin, 0.0, scale.vmax], labels=[f"{scale.vmin:.2g}", "0", f"{scale.vmax:.2g}"])
+        if abs(scale.vmin + scale.vmax) > _EVEN * scale.vmax:
+            drawn.set_label("one scale below 0, another above", fontsize=TEXT)
         drawn.ax.tick_params(labelsize=TEXT)
         drawn.outline.set_visible(False)
 
 
-def show_angles(ax: Any, differences: FloatArray, reach: float) -> None:
-    """Histogram of all angle differences, counted by degree; none is larger than `reach`."""
-    size = np.abs(differences)
-    end = np.ceil(reach) + 0.5
-    ax.hist(differences.ravel(), bins=np.arange(-end, end + 1), color=LINES[0])
-    ax.set_xlabel("difference, degrees", fontsize=TEXT)
+def show_angles(ax: Any, results: dict[str, SphereMap]) -> None:
+    """Angle differences of maps of one surface, counted by degree on a logarithmic axis."""
+    for (name, result), colour in zip(results.items(), LINES, strict=False):
+        differences = result.angle_differences().ravel()
+        counts, edges = np.histogram(differences, np.arange(-_LARGEST - 0.5, _LARGEST + 1))
+        label = f"{name}: mean {np.abs(differences).mean():.2f}°, largest {np.abs(differences).max():.0f}°"
+        ax.stairs(counts, edges, color=colour, label=label, linewidth=1)
+    ax.set(yscale="log", xticks=(-_LARGEST, -90, 0, 90, _LARGEST))
+    ax.set_xlabel("angle difference, degrees", fontsize=TEXT)
     ax.set_ylabel("angles per degree", fontsize=TEXT)
     ax.tick_params(labelsize=TEXT)
-    ax.yaxis.set_major_formatter("{x:,.0f}")
-    caption(ax, f"mean size {size.mean():.3g}°,\n99% below {np.percentile(size, 99):.3g}°,\nlargest {size.max():.3g}°")
+    ax.legend(fontsize=TEXT - 1, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1), borderpad=0)
 
 
 def _show(
@@ -145,10 +162,14 @@ def _box(ax: Any, surface: PaperSurface, where: FloatArray, faces: IntArray, beh
                                         fill=False, edgecolor=FOLDED, linestyle=line, clip_on=False))
 
 
-def show_fold(ax: Any, surface: PaperSurface, x: FloatArray, faces: IntArray) -> None:
-    """A map around some of its faces, so close that folds of a millionth of the sphere are visible, and see-through."""
+def show_fold(ax: Any, surface: PaperSurface, x: FloatArray, patches: Clusters) -> None:
+    """A map around its largest patch of folded faces, so close that folds of a millionth of the sphere are visible.
+
+    It is see-through; without folded faces some other place is shown.
+    """
     from matplotlib.collections import PolyCollection
 
+    faces = patches[0] if len(patches) else np.array([0])
     corners = x[surface.f[faces]].reshape(-1, 3)
     middle = corners.mean(axis=0)
     middle /= np.linalg.norm(middle)
@@ -161,4 +182,5 @@ def show_fold(ax: Any, surface: PaperSurface, x: FloatArray, faces: IntArray) ->
                                      alpha=0.5, rasterized=True))
     ax.set(xlim=(-1, 1), ylim=(-1, 1), aspect="equal")
     ax.axis("off")
-    caption(ax, f"{len(faces):,} of them, see-through:\n{2 * reach:.2g} radii across")
+    what = f"the largest patch, {len(faces):,} faces" if len(patches) else "no folded face"
+    caption(ax, f"{what}, see-through:\n{2 * reach:.2g} radii across")

@@ -1,21 +1,21 @@
-"""The paper's figures, and two that it lacks: the gradient on its way to rounding, and the residual of eq. (24)."""
+"""The paper's figures, of the surfaces that stand for its own."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import igl
 import numpy as np
 
 from ... import samples
 from ...draw.folds import Clusters
-from ...draw.palette import FOLDED, GUIDE, INK, LINES
+from ...draw.palette import CHECKS, FOLDED, GUIDE, INK, LINES
+from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
-from ...mesh.check import Mesh, check_mesh
-from ...mesh.measure import angle_defects
-from ...operators.laplacian import build_operators
 from ...paper.star_map import gauss_map, weighted_eigen_projection
 from ...sphere.cayley import cayley_step
-from ...verify.distortion import angle_differences, conformal_factor
+from ...sphere.rows import unit_rows
+from ...verify.distortion import conformal_factor
 from ...verify.signs import folded_faces
 from .canvas import (
     TEXT,
@@ -23,33 +23,48 @@ from .canvas import (
     function_scale,
     page_figure,
     show_angles,
+    show_colours,
     show_fold,
     show_function,
     show_map,
     show_shape,
     show_source,
 )  # fmt: skip
-from .runs import Outcome, Runs
+from .runs import Runs
 from .surfaces import PaperSurface
-from .tables import TABLE_1, TABLE_2
+from .tables import TABLE_1, TABLE_2, TABLE_3, WAYS
 
-#: Surfaces on which Algorithm 1 runs until rounding ends it.
-TO_THE_FLOOR = ("Hippocampus 2", "Maxplanck", "Brain")
 FIG_10 = ("Dino", "Armadillo", "Bird 1", "Dilo")
 #: Radius of the sphere that normalised eigenfunctions make: |phi|^2 = 3 / (4 pi).
 _PHI_RADIUS = np.sqrt(3 / (4 * np.pi))
 #: u of a surface of unit area, less u of the surface scaled to the area of the sphere.
 _UNIT = 0.5 * np.log(4 * np.pi)
+#: Squares of the checkerboard of Fig. 1 in a quarter of a circle, and how often its faces are divided by four.
+_SQUARES, _DIVIDED = 3, 2
+#: Colours of the quarters of the sphere's halves.
+_QUARTERS = np.array([CHECKS[0], *LINES[1:4]])
 
 
 def figure_1(runs: Runs) -> Any:
-    """A brain and its conformal map, in the brightness of the brain's faces."""
+    """A brain and its conformal map under one checkerboard, whose squares keep their right angles."""
     surface = runs.surface("Brain")
-    outcome = runs.get(surface, "default")
-    figure, ((source, sphere),) = page_figure(1, 2, "Fig. 1. A brain and its conformal map to the unit sphere", 3.6)
-    show_source(source, surface, title=surface.short_source)
-    show_map(sphere, surface, outcome.sphere, title=f"mean angle difference {outcome.mean_angle:.2f} degrees")
+    result = runs.get(surface, "auto").result
+    title = f"Fig. 1. A brain and its conformal map: mean angle difference {_mean_angle(result):.2f}°"
+    figure, ((source, sphere),) = page_figure(1, 2, title, 3.6)
+    v, f = igl.upsample(surface.v, surface.f, _DIVIDED)  # smooth borders of the squares
+    x = unit_rows(igl.upsample(result.sphere, surface.f, _DIVIDED)[0])
+    colours = _checkerboard(unit_rows(x[f].mean(axis=1)))
+    for ax, where, words in ((source, v, named(surface)), (sphere, x, "the same squares on the unit sphere")):
+        show_colours(ax, PaperSurface("", v, f, "", "", surface.up), where, colours, title=words)
     return figure
+
+
+def _checkerboard(x: FloatArray) -> FloatArray:
+    """Colours of directions: squares of latitude and longitude, of another colour in each eighth of the sphere."""
+    longitude, latitude = np.arctan2(x[:, 1], x[:, 0]), np.arcsin(np.clip(x[:, 2], -1, 1))
+    across, up = (np.floor(angle / (np.pi / 2 / _SQUARES)).astype(np.int64) for angle in (longitude, latitude))
+    colours = _QUARTERS[(across // _SQUARES + 2 * (up >= 0)) % len(_QUARTERS)]
+    return np.where(((across + up) % 2 == 0)[:, None], colours, CHECKS[1])
 
 
 def figure_2(runs: Runs) -> Any:
@@ -80,14 +95,14 @@ def figure_2(runs: Runs) -> Any:
 
 def figure_3(runs: Runs) -> Any:
     """Surfaces, their harmonic maps, and u on the surfaces."""
-    title = "Fig. 3. Surfaces, maps by Algorithm 1 as printed, and u of $e^{2u}$"
+    title = "Fig. 3. Surfaces, maps by Algorithm 1 (lai2014), and u of $e^{2u}$"
     figure, axes = page_figure(3, len(TABLE_1), title, 2.4)
     for column, row in zip(axes.T, TABLE_1, strict=True):
         surface = runs.surface(row.surface)
-        outcome = runs.get(surface, "Algorithm 1 as printed")
-        show_source(column[0], surface, title=_named(surface))
-        show_map(column[1], surface, outcome.sphere, title=_foldings(outcome))
-        show_function(column[2], surface, _u(surface, outcome.sphere), title="u (0: areas as on average)")
+        result = runs.get(surface, "Algorithm 1").result
+        show_source(column[0], surface, title=named(surface))
+        show_map(column[1], surface, result.sphere, title=f"{result.certificate.foldings:,} foldings")
+        show_function(column[2], surface, relative_u(surface, result.sphere), title="u (0: areas as on average)")
     return figure
 
 
@@ -95,12 +110,15 @@ def figure_4(runs: Runs) -> Any:
     """Harmonic energy by iteration, and histograms of angle differences."""
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-    title = "Fig. 4. Algorithm 1 as printed: energy by iteration, logarithmic axes, and counts of angle differences"
-    figure, axes = page_figure(2, len(TABLE_1), title, 2.2)
+    title = "Fig. 4. Algorithm 1: energy by iteration, logarithmic axes, and angle differences"
+    figure, axes = page_figure(2, len(TABLE_1), title, 2.4)
     for (energy, angles), row in zip(axes.T, TABLE_1, strict=True):
         surface = runs.surface(row.surface)
-        outcome = runs.get(surface, "Algorithm 1 as printed")
-        energy.loglog(1 + np.arange(len(outcome.energies)), outcome.energies, color=LINES[0])
+        results = _results(runs, surface, "Algorithm 1")
+        del results["auto"], results["gu-yau"]
+        for (way, result), colour in zip(results.items(), LINES, strict=False):
+            energies = [step.energy for step in result.history if step.stage == "harmonic"]
+            energy.loglog(1 + np.arange(len(energies)), energies, color=colour, label=way, linewidth=1)
         energy.axhline(4 * np.pi, color=GUIDE, linestyle=":", linewidth=1)
         energy.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         for axis in (energy.xaxis, energy.yaxis):
@@ -109,57 +127,54 @@ def figure_4(runs: Runs) -> Any:
         energy.set_xlabel("iteration + 1", fontsize=TEXT)
         energy.set_ylabel("energy (dotted: 4π)", fontsize=TEXT)
         energy.tick_params(labelsize=TEXT)
-        caption(energy, _named(surface))
-        differences = _differences(surface, outcome)
-        show_angles(angles, differences, np.abs(differences).max())
+        energy.legend(fontsize=TEXT, frameon=False)
+        caption(energy, named(surface))
+        show_angles(angles, results)
     return figure
 
 
 def figure_5(runs: Runs) -> Any:
-    """The faces of a dinosaur that Algorithm 1 folds."""
+    """The faces of a dinosaur that Algorithm 1 folds: on the body, on the map, and the largest patch of them close."""
     found = dinosaurs(runs)
-    figure, axes = page_figure(len(found), 4, "Fig. 5. Foldings of Algorithm 1 as printed from the Gauss map", 2.1)
-    for line, surface in zip(axes, found, strict=True):
+    figure, axes = page_figure(len(found), 3, "Fig. 5. Foldings of Algorithm 1 as printed from the Gauss map", 2.3)
+    for (source, sphere, close), surface in zip(axes, found, strict=True):
         x = runs.get(surface, "Algorithm 2 as printed").maps[0]
         folded = np.flatnonzero(folded_faces(x, surface.f))
         share = len(folded) / len(surface.f)
-        show_source(line[0], surface, x, title=f"{surface.short_source}:\n{share:.0%} of the faces are folded")
-        show_map(line[1], surface, x, title=f"map: {len(folded):,} of {len(surface.f):,}\nfaces folded")
-        for ax in line[2:]:
-            ax.axis("off")
-        for ax, patch in zip(line[2:], Clusters.of(surface.f, folded), strict=False):
-            show_fold(ax, surface, x, patch)
+        show_source(source, surface, x, title=f"{named(surface)}:\n{share:.0%} of the faces are folded")
+        show_map(sphere, surface, x, title=f"map: {len(folded):,} of {len(surface.f):,}\nfaces folded")
+        show_fold(close, surface, x, Clusters.of(surface.f, folded))
     return figure
 
 
 def figure_6(runs: Runs) -> Any:
     """The first three nontrivial eigenfunctions of the sphere, and the surface that they make; needs no run."""
     v, f = samples.make("sphere", n_vertices=10_242)
-    surface = PaperSurface("Sphere", v, f, "sample:sphere", "the same")
+    surface = PaperSurface("Sphere", v, f, "sample sphere", "the same")
     projection = weighted_eigen_projection(v, f, v)
     figure, axes = page_figure(1, 4, "Fig. 6. Laplace-Beltrami eigenfunctions of the sphere, and their surface", 2.3)
     scale = function_scale(projection.phi.ravel())
     for k in range(3):
         title = f"$\\phi_{k + 1}$, eigenvalue {projection.eigenvalues[k]:.4f}"
         show_function(axes[0][k], surface, projection.phi[:, k], scale, title=title)
-    show_shape(axes[0][3], surface, projection.phi, title=f"$\\Phi = (\\phi_1, \\phi_2, \\phi_3)$\n"
-                                                          f"{_roundness(projection.phi)}")
+    show_shape(axes[0][3], surface, projection.phi, _PHI_RADIUS, title=f"$\\Phi = (\\phi_1, \\phi_2, \\phi_3)$\n"
+                                                                       f"{_roundness(projection.phi)}")
     return figure
 
 
 def figure_7(runs: Runs) -> Any:
     """Algorithm 2 as a chart: each stage by its name in the records of runs, with its map of a dinosaur."""
-    surface = runs.surface("Dino", sample=True)
-    outcome = runs.get(surface, "Algorithm 2 made safe")
+    surface = runs.surface("Dino")
+    one = runs.get(surface, "Algorithm 2")
     stages: list[tuple[str, FloatArray]] = []
-    for record, x in zip(outcome.rounds, outcome.maps, strict=True):
+    for record, x in zip(one.result.rounds, one.maps, strict=True):
         start = weighted_eigen_projection(surface.v, surface.f, stages[-1][1]).star_map if stages else None
-        stages.append((record["start"], gauss_map(surface.v, surface.f) if start is None else start))
+        stages.append((record.start, gauss_map(surface.v, surface.f) if start is None else start))
         stages.append(("Algorithm 1", x))
     figure, (axes,) = page_figure(1, 1 + len(stages), "Fig. 7. Algorithm 2", 2.2)
     figure.set_layout_engine(None)  # the usual one leaves no room for arrows between axes
     figure.subplots_adjust(0.01, 0.14, 0.99, 0.84, wspace=0.2)
-    show_source(axes[0], surface, title=surface.short_source)
+    show_source(axes[0], surface, title=named(surface))
     for ax, (name, x) in zip(axes[1:], stages, strict=True):
         show_map(ax, surface, x, title=f"{name}\n{int(folded_faces(x, surface.f).sum()):,} foldings")
         _arrow(ax, (-0.11, 0.5), (0.0, 0.5))
@@ -171,102 +186,49 @@ def figure_7(runs: Runs) -> Any:
 
 
 def figure_8(runs: Runs) -> Any:
-    """The surfaces of Table 2."""
-    figure, axes = page_figure(2, 4, "Fig. 8. The surfaces of Table 2", 2.1)
-    for ax in axes.ravel()[len(TABLE_2) :]:
-        ax.axis("off")
-    for ax, row in zip(axes.ravel(), TABLE_2, strict=False):
+    """The surfaces of Tables 2 and 3."""
+    figure, axes = page_figure(3, 4, "Fig. 8. Surfaces that stand for those of Tables 2 and 3", 2.1)
+    for ax, row in zip(axes.ravel(), (*TABLE_2, *TABLE_3), strict=True):
         surface = runs.surface(row.surface)
-        show_source(ax, surface, title=f"{_named(surface)}\n{len(surface.v):,} vertices")
+        show_source(ax, surface, title=f"{named(surface)}\n{len(surface.v):,} vertices")
     return figure
 
 
 def figure_9(runs: Runs) -> Any:
     """Folded faces, map, u, and surface of the weighted eigenfunctions before and after each folding removal."""
-    surface = runs.surface("Dino", sample=True)
-    ways = ("as printed", "made safe")
-    states = [(f"{way}, {f'after removal {step}' if step else 'before'}", x) for way in ways
-              for step, x in enumerate(runs.get(surface, f"Algorithm 2 {way}").maps)]
-    us = [_u(surface, x) for _, x in states]
+    surface = runs.surface("Dino")
+    ways = {"as printed, 1,000 iterations": "Algorithm 2 as printed, 1,000 iterations", "lai2014": "Algorithm 2"}
+    states = [(f"{way},\n{f'after removal {step}' if step else 'before'}", x) for way, name in ways.items()
+              for step, x in enumerate(runs.get(surface, name).maps)]
+    us = [relative_u(surface, x) for _, x in states]
     scale = function_scale(*us)
-    figure, axes = page_figure(len(states), 4, "Fig. 9. Algorithm 2: folded faces, map, u, surface of $Φ^u$", 1.5)
+    title = "Fig. 9. Algorithm 2: folded faces, map, u, surface of $Φ^u$ (dotted: the sphere of Theorem 2)"
+    figure, axes = page_figure(len(states), 4, title, 1.6)
     for k, (line, (state, x), u) in enumerate(zip(axes, states, us, strict=True)):
-        _removal(line, surface, state, x, u, scale, k == len(states) - 1)
+        folded = np.flatnonzero(folded_faces(x, surface.f))
+        show_source(line[0], surface, x, title=f"{state}: {len(folded):,} folded faces")
+        show_map(line[1], surface, x, title="map")
+        show_function(line[2], surface, u, scale, title="u", box=folded, bar=k == len(states) - 1)
+        projection = weighted_eigen_projection(surface.v, surface.f, x)
+        values = ", ".join(f"{value:.3g}" for value in projection.eigenvalues)
+        show_shape(line[3], surface, projection.phi, _PHI_RADIUS,
+                   title=f"eigenvalues {values}\n{_roundness(projection.phi)}")
     return figure
-
-
-def _removal(
-    line: Any, surface: PaperSurface, state: str, x: FloatArray, u: FloatArray, scale: Any, last: bool
-) -> None:
-    """One row of Fig. 9: the state after a step of Algorithm 2."""
-    folded = np.flatnonzero(folded_faces(x, surface.f))
-    show_source(line[0], surface, x, title=f"{state}:\n{len(folded):,} folded faces")
-    show_map(line[1], surface, x, title="map")
-    show_function(line[2], surface, u, scale, title="u", box=folded, bar=last)
-    projection = weighted_eigen_projection(surface.v, surface.f, x)
-    values = ", ".join(f"{value:.3f}" for value in projection.eigenvalues)
-    show_shape(line[3], surface, projection.phi, title=f"eigenvalues {values}\n{_roundness(projection.phi)}")
 
 
 def figure_10(runs: Runs) -> Any:
-    """The algorithm of Gu and Yau and Algorithm 2 on surfaces with long, sharp features."""
-    title = "Fig. 10. Surfaces; Gu-Yau; Algorithm 2 made safe (vermilion: folded)"
-    figure, axes = page_figure(len(FIG_10), 5, title, 1.8)
+    """Algorithm 2, as printed, too, and the algorithm of Gu and Yau on surfaces with long, sharp features."""
+    ways = [way for way in WAYS if way != "auto"]
+    figure, axes = page_figure(len(FIG_10), 2 + len(ways), "Fig. 10. Algorithm 2 and the algorithm of Gu and Yau", 1.8)
     for line, name in zip(axes, FIG_10, strict=True):
         surface = runs.surface(name)
-        show_source(line[0], surface, title=_named(surface))
-        outcomes = {method: runs.get(surface, method) for method in ("Gu-Yau", "Algorithm 2 made safe")}
-        differences = [_differences(surface, outcome) for outcome in outcomes.values()]
-        reach = max(np.abs(each).max() for each in differences)
-        for axes_of, (method, outcome), each in zip((line[1:3], line[3:]), outcomes.items(), differences, strict=True):
-            show_map(axes_of[0], surface, outcome.sphere, title=f"{method}:\n{_foldings(outcome)}")
-            show_angles(axes_of[1], each, reach)
-            axes_of[1].set_ylabel("")
+        show_source(line[0], surface, title=named(surface))
+        results = _results(runs, surface, "Algorithm 2")
+        del results["auto"]
+        for ax, (way, result) in zip(line[1:], results.items(), strict=False):
+            show_map(ax, surface, result.sphere, title=f"{way}:\n{result.certificate.foldings:,} foldings")
+        show_angles(line[-1], results)
     return figure
-
-
-def gradient(runs: Runs) -> Any:
-    """The norm of the gradient A F by iteration of Algorithm 1, until rounding ends its fall."""
-    figure, ((ax,),) = page_figure(1, 1, "Algorithm 1 without a stopping rule: gradient by iteration", 3.5)
-    curves = []
-    for colour, name in zip(LINES, TO_THE_FLOOR, strict=False):
-        surface = runs.surface(name)
-        norms = runs.get(surface, "Algorithm 1 without a stopping rule").residuals
-        ax.loglog(1 + np.arange(len(norms)), norms, color=colour, alpha=0.25, linewidth=0.5)
-        curves += ax.loglog(1 + np.arange(len(norms)), np.minimum.accumulate(norms), color=colour,
-                            label=f"{name}:\n{surface.short_source},\nleast {norms.min():.1e}")
-    ax.axhline(1e-3, color=GUIDE, linestyle=":")
-    ax.annotate("tolerance of this package, 1e-3", (1, 1e-3), (0, 3), textcoords="offset points", fontsize=TEXT)
-    ax.set_xlabel("iteration + 1", fontsize=TEXT)
-    ax.set_ylabel("L2 norm of A F (bold: the least so far)", fontsize=TEXT)
-    ax.tick_params(labelsize=TEXT)
-    curves.sort(key=lambda curve: -curve.get_ydata()[-1])  # in the order in which they end
-    ax.legend(handles=curves, fontsize=TEXT, loc="lower left", bbox_to_anchor=(1, 0), frameon=False, labelspacing=1.2)
-    return figure
-
-
-def equation_24(runs: Runs) -> Any:
-    """u of eq. (14), u that solves eq. (24) with its right-hand side, and the difference of the two."""
-    figure, axes = page_figure(3, len(TABLE_1), "Eq. (24): u of the map by (14), u that solves (24), difference", 2.5)
-    for column, row in zip(axes.T, TABLE_1, strict=True):
-        surface = runs.surface(row.surface)
-        mesh = check_mesh(surface.v, surface.f)
-        u = _u(surface, runs.get(surface, "default").sphere)
-        error = curvature_error(mesh, u + _UNIT)
-        scale = function_scale(u, u - error)
-        show_function(column[0], surface, u, scale, title=f"{_named(surface)}\nu of (14)")
-        show_function(column[1], surface, u - error, scale, title="u that solves (24)")
-        show_function(column[2], surface, error, title=f"difference: mean size {mesh.A @ np.abs(error):.2g}")
-    return figure
-
-
-def curvature_error(mesh: Mesh, u: FloatArray) -> FloatArray:
-    """u less the solution w of L w = A e^{2u} - K of the same mean: eq. (24) with K the angle defects."""
-    operators = build_operators(mesh, "auto")
-    K = angle_defects(mesh.angles, mesh.f, len(mesh.v))
-    residual = operators.L @ u + K - mesh.A * np.exp(2 * u)  # eq. (24)
-    error = operators.factor.solve(residual - mesh.A * residual.sum())
-    return np.asarray(error - mesh.A @ error)
 
 
 #: The figures by the names of their files.
@@ -281,13 +243,17 @@ FIGURES = {
     "fig8": figure_8,
     "fig9": figure_9,
     "fig10": figure_10,
-    "gradient": gradient,
-    "eq24": equation_24,
 }
 
 
-def _named(surface: PaperSurface) -> str:
-    return f"{surface.name}\n{surface.short_source}"
+def _results(runs: Runs, surface: PaperSurface, algorithm: str) -> dict[str, SphereMap]:
+    """The maps of all ways to run an algorithm."""
+    return {way: runs.get(surface, name.format(algorithm)).result for way, name in WAYS.items()}
+
+
+def named(surface: PaperSurface) -> str:
+    """The paper's name, and what stands for its surface."""
+    return f"{surface.name}:\n{surface.relation}"
 
 
 def _arrow(ax: Any, start: tuple[float, float], end: tuple[float, float], bend: float = 0.0) -> None:
@@ -297,22 +263,17 @@ def _arrow(ax: Any, start: tuple[float, float], end: tuple[float, float], bend: 
                 arrowprops=style)
 
 
-def _foldings(outcome: Outcome) -> str:
-    return "no map" if outcome.foldings < 0 else f"{outcome.foldings:,} foldings"
-
-
-def _differences(surface: PaperSurface, outcome: Outcome) -> FloatArray:
-    """Angle differences of a run's result in degrees; NaN if there is no map."""
-    return angle_differences(surface.v, surface.f, outcome.sphere)
+def _mean_angle(result: SphereMap) -> float:
+    return float(np.abs(result.angle_differences()).mean())
 
 
 def dinosaurs(runs: Runs) -> list[PaperSurface]:
     """The folder's dinosaur, if there is one, and the sample: meshes of different quality behave differently."""
-    found = [runs.surface("Dino"), runs.surface("Dino", sample=True)]
+    found = [runs.surface("Dino"), runs.surface("Dino (sample)")]
     return found[found[0].source == found[1].source :]
 
 
-def _u(surface: PaperSurface, x: FloatArray) -> FloatArray:
+def relative_u(surface: PaperSurface, x: FloatArray) -> FloatArray:
     """u of the conformal factor e^{2u}, eq. (14), for the surface scaled to the area of the sphere."""
     factor = conformal_factor(surface.v, surface.f, x)
     return np.asarray(0.5 * np.log(np.maximum(factor, 1e-30)) - _UNIT)

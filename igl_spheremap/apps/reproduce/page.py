@@ -37,16 +37,13 @@ def without_title(table: str) -> str:
 
 
 def read_page(path: Path, known: Mapping[str, object]) -> str:
-    """The text of a page; a FileError if it asks for no table, for one that does not exist, or can't be written."""
+    """The text of a page; a FileError if it asks for none of the tables, or can't be written."""
     try:
         page = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise FileError(f"can't read {path}: {getattr(error, 'strerror', None) or 'it is not UTF-8'}") from error
-    asked = [name for _, name, _ in _BLOCK.findall(page)]
-    unknown = [name for name in asked if name not in known]
-    if not asked or unknown:
-        what = f"a table {unknown[0]!r}, which does not exist" if unknown else "no table"
-        raise FileError(f"{path} asks for {what}; write <!-- table NAME --> and <!-- end --> on lines of their own, "
-                        f"where NAME is one of {', '.join(known)}")
+    if not {name for _, name, _ in _BLOCK.findall(page)} & set(known):
+        raise FileError(f"{path} asks for none of the tables; write <!-- table NAME --> and <!-- end --> on lines of "
+                        f"their own, where NAME is one of {', '.join(known)}")
     check_writable(path, force=True)
     return page

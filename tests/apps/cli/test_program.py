@@ -19,7 +19,6 @@ from igl_spheremap import MeshError, samples, write_mesh
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.commands import map as map_command
 from igl_spheremap.apps.cli.parser import COMMANDS, GROUPS, build_parser
-from igl_spheremap.apps.reproduce.claims import CLAIMS
 from igl_spheremap.apps.reproduce.figures import FIGURES
 from igl_spheremap.apps.reproduce.items import ITEMS
 from igl_spheremap.apps.reproduce.tables import TABLES
@@ -103,7 +102,8 @@ def test_a_wrong_word_is_answered_by_the_one_that_may_be_meant(words, meant, cap
     ("map a.ply b.obj --up z", "--up goes with --report"),
     ("play a.ply --frame 3", "--frame goes with --screenshot"),
     ("match a.ply b.ply c.ply --colours places", "--colours goes with --show, --screenshot or --video"),
-    ("reproduce fig2 --spread", "fig2 without any of table1, table2, table3 takes no --spread"),
+    ("reproduce fig2 --page a.md", "fig2, which is no table, takes no --page"),
+    ("reproduce table1 --format pdf", "table1, which is no figure, takes no --format"),
     ("view a.ply s.ply --balance 1", "s.ply, a map that is there, takes no --balance"),
 ])
 def test_a_flag_that_would_be_ignored_is_refused(words, said, capsys):
@@ -228,7 +228,7 @@ def test_help_and_wrong_lines_import_nothing_heavy():
 
 
 def test_help_lists_what_there_is(capsys):
-    assert (*TABLES, *CLAIMS, *FIGURES) == ITEMS
+    assert (*TABLES, *FIGURES) == ITEMS
     assert main(["--help"]) == 0
     text = capsys.readouterr().out
     assert main(["info", "--help"]) == 0

@@ -1,4 +1,4 @@
-"""`batch`, `summarise` and `reproduce`: maps of many files and of the paper's surfaces, and which of them stand out."""
+"""`batch` and `summarise`: maps of many files, and which of them stand out."""
 
 import os
 import shlex
@@ -28,8 +28,7 @@ from ....populations.table import (
     worst_first,
     write_table,
 )
-from ...reproduce.items import ALL, ITEMS, REPEATED, WRITTEN, reproduce
-from ..arguments import chosen_method, refuse_flags, repair_options
+from ..arguments import chosen_method, repair_options
 from ..exits import Exit, Interrupt, UsageError
 from ..inputs import expand, subjects
 from ..output import LISTED, aligned, check_apart, check_report, paragraph
@@ -199,29 +198,3 @@ def _outliers(rows: Sequence[JobRow]) -> list[str]:
         name, label = labels[int(beyond[k].argmax())]
         lines.append(paragraph("", f"{rows[k].source}: {label} {getattr(rows[k], name):.4g}"))
     return lines
-
-
-def run_reproduce(args: Namespace) -> None:
-    """Compute the paper's tables and figures, beside its own numbers.
-
-    igl-spheremap reproduce table2
-    igl-spheremap reproduce all --meshes meshes --out reproduction
-    """
-    names = ITEMS if ALL in args.names else tuple(dict.fromkeys(args.names))
-    for flag, needed in (("--spread", REPEATED), ("--page", WRITTEN)):
-        if not set(names) & set(needed):
-            refuse_flags(args, (flag,), f"{' '.join(names)} without any of {', '.join(needed)}")
-    report = (lambda line: None) if args.quiet else args.progress.write
-    written = reproduce(
-        names,
-        args.out,
-        meshes=args.meshes,
-        max_iterations=args.max_iterations,
-        spread=args.spread,
-        page=args.page,
-        report=report,
-        listen=args.progress.listener,
-    )
-    args.progress.close()
-    if not args.quiet:
-        print(*written, sep="\n")
