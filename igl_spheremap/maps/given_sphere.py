@@ -42,7 +42,7 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | No
         Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
     x : (n, 3) array_like
         Images of the vertices on a sphere of any radius about the origin, in the same order; rows are scaled to unit
-        length, and otherwise left where they are.
+        length, and otherwise left where they are. If they are a mirror image, z is negated, and a note says so.
     caps : (m,) array_like of bool, optional
         Faces that only close holes and cuts, see `check_mesh`: none by default.
 
@@ -54,7 +54,7 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | No
     Raises
     ------
     MeshError
-        If the mesh is invalid, `x` has not one finite, nonzero row per vertex, or it is a reflection.
+        If the mesh is invalid, or `x` has not one finite, nonzero row per vertex.
     FoldingsRemain
         If the sphere folds; the error's ``result`` is the map with its certificate.
 
@@ -66,15 +66,24 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | No
     True
     """
     history = History()
-    found = certified(check_mesh(v, f, caps=caps), x)
-    return replace(found, run=history.complete(found.run, "given"))
+    mesh = check_mesh(v, f, caps=caps)
+    y, notes = _not_mirrored(check_start(x, len(mesh.v), "images"), mesh)
+    found = certified(mesh, y)
+    return replace(found, run=replace(history.complete(found.run, "given"), notes=notes))
+
+
+def _not_mirrored(x: FloatArray, mesh: Mesh) -> tuple[FloatArray, tuple[str, ...]]:
+    """The map, with z negated where it is a homeomorphism that reverses orientation, and a note that says so."""
+    if Certificate.of(x, mesh.f).orientation != -1:
+        return x, ()
+    return x * [1, 1, -1], ("the sphere was a mirror image, not folded: z is negated",)
 
 
 def certified(mesh: Mesh, x: ArrayLike) -> SphereMap:
     """The map of a mesh that images of its vertices make; a FoldingsRemain if it folds."""
     y = check_start(x, len(mesh.v), "images")
     certificate = Certificate.of(y, mesh.f)
-    if len(certificate.flipped) == len(mesh.f):
+    if certificate.orientation == -1:
         raise MeshError("the sphere is a reflection: all faces are flipped; negate one of its coordinates, "
                         "or reverse the faces of a mesh that is inside out")
     run = Run(Status.DONE, HarmonicEnergy.of(mesh).evaluate(y)[0], "given", gauge="given")
@@ -174,7 +183,8 @@ def repair_foldings(
 
     before = Certificate.of(y, mesh.f)
     record("map", y)
-    if not before.folding_free:
+    y, notes = _not_mirrored(y, mesh)
+    if before.orientation is None:
         y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
         record("repaired", y)
     price = effort.polish_gain if polish == "angles" else effort.price(len(y))
@@ -185,5 +195,5 @@ def repair_foldings(
     energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
     done = Round(0, "map", before.foldings, after.foldings, 0, energy, mean_angle_difference(mesh, y),
                  Status.DONE, time.perf_counter() - began)
-    run = Run(Status.DONE, energy, rounds=(done,), gauge="given")
+    run = Run(Status.DONE, energy, rounds=(done,), gauge="given", notes=notes)
     return SphereMap(mesh, y, after, history.complete(run, "repair", settings))

@@ -32,7 +32,8 @@ def verdict(certificate: Certificate, caps: BoolArray | None = None) -> Finding:
 
 def certificate_numbers(certificate: Certificate) -> dict[str, Any]:
     """Counts, and the first faces or vertices of each fault."""
-    numbers: dict[str, Any] = {"folding_free": certificate.folding_free, "degree": certificate.degree}
+    numbers: dict[str, Any] = {"folding_free": certificate.folding_free, "degree": certificate.degree,
+                               "orientation": certificate.orientation}
     of_boundary = ("crossings",) if certificate.boundary_loops else ()
     for name in ("flipped", "degenerate", "not_finite", "off_sphere", *of_boundary):
         where: Sequence[int] = getattr(certificate, name)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import own_errstate
+from ..errors import Remedy, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.disk import disk_rim
@@ -44,14 +44,16 @@ class Certificate:
         0 for a map of a closed surface to the sphere, 1 for one of a disk to the plane.
     crossings : int64 array
         In the plane, vertices from which an edge of the boundary starts that meets another one.
+    faces : int
+        Number of faces.
 
     Examples
     --------
     >>> import igl_spheremap as ism
     >>> x, f = ism.samples.sphere(42)
     >>> certificate = ism.certify(-x, f)
-    >>> certificate.folding_free, len(certificate.flipped), certificate.degree
-    (False, 80, -1)
+    >>> certificate.folding_free, len(certificate.flipped), certificate.degree, certificate.orientation
+    (False, 80, -1, -1)
     """
 
     flipped: IntArray
@@ -61,6 +63,7 @@ class Certificate:
     off_sphere: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     boundary_loops: int = 0
     crossings: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    faces: int = 0
 
     @classmethod
     @stage("certificate")
@@ -81,11 +84,12 @@ class Certificate:
         """
         nothing = np.empty(0, dtype=np.int64)
         if not np.isfinite(x).all():
-            return cls(nothing, nothing, 0, not_finite=np.flatnonzero(~np.isfinite(x).all(axis=1)))
+            return cls(nothing, nothing, 0, not_finite=np.flatnonzero(~np.isfinite(x).all(axis=1)), faces=len(f))
         signs = orientation_signs(x, f)
         off_sphere = np.flatnonzero(np.abs(row_lengths(x) - 1) > UNIT_TOLERANCE)
         degree = _degree(x, scale_rows(x) if len(off_sphere) else x, f, signs)
-        return cls(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), degree, off_sphere=off_sphere)
+        return cls(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), degree, off_sphere=off_sphere,
+                   faces=len(f))
 
     @classmethod
     @stage("certificate")
@@ -108,17 +112,29 @@ class Certificate:
         """
         nothing = np.empty(0, dtype=np.int64)
         if not np.isfinite(p).all():
-            return cls(nothing, nothing, 0, np.flatnonzero(~np.isfinite(p).all(axis=1)), boundary_loops=1)
+            return cls(nothing, nothing, 0, np.flatnonzero(~np.isfinite(p).all(axis=1)), boundary_loops=1,
+                       faces=len(f))
         signs, crossings = plane_signs(p, f), rim[rim_crossings(p, rim)]
         degree = 0 if len(crossings) else rim_direction(p, rim)
-        return cls(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), degree, boundary_loops=1, crossings=crossings)
+        return cls(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), degree, boundary_loops=1, crossings=crossings,
+                   faces=len(f))
+
+    @property
+    def orientation(self) -> int | None:
+        """1 or -1 if the map is proved to be a homeomorphism that keeps or reverses orientation; None if it is not.
+
+        Its image is the unit sphere, or a part of the plane. One of orientation -1 is folding-free once a coordinate is
+        negated.
+        """
+        if any(map(len, (self.degenerate, self.not_finite, self.off_sphere, self.crossings))):
+            return None
+        signs = {(0, 1): 1, (self.faces, -1): -1}
+        return signs.get((len(self.flipped), self.degree))
 
     @property
     def folding_free(self) -> bool:
-        """True if the map is proved to be a homeomorphism onto the unit sphere, or onto its image in the plane."""
-        faults = (len(self.flipped) + len(self.degenerate) + len(self.not_finite) + len(self.off_sphere)
-                  + len(self.crossings))
-        return faults == 0 and self.degree == 1
+        """True if the map is proved to be a homeomorphism that keeps orientation."""
+        return self.orientation == 1
 
     @property
     def foldings(self) -> int:
@@ -132,9 +148,13 @@ class Certificate:
         return f"Certificate(folding_free={self.folding_free}, {self.foldings} foldings, degree {self.degree})"
 
     def __str__(self) -> str:
-        if self.folding_free:
-            once = "the boundary crosses itself nowhere" if self.boundary_loops else "the sphere is covered once"
+        once = "the boundary crosses itself nowhere" if self.boundary_loops else "the sphere is covered once"
+        if self.orientation == 1:
             return f"folding-free: every face is positively oriented and {once} (exact)"
+        if self.orientation == -1:
+            repair = "" if self.boundary_loops else f" ({Remedy('repair_foldings', given='v, f, x')} does)"
+            return (f"a mirror image, not folded: every face is negatively oriented and {once} (exact); negate a "
+                    f"coordinate{repair}, or reverse the faces if the surface is inside out")
         faults = [f"{len(bad)} {what}, e.g. {', '.join(map(str, bad[:3].tolist()))}" for bad, what in (
             (self.not_finite, "vertices not finite"),
             (self.off_sphere, "vertices off the unit sphere"),

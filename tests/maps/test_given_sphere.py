@@ -45,14 +45,21 @@ def test_a_planted_fold_is_named_and_its_map_kept(pear):
 def test_refusals(pear):
     v, f, result = pear
     x = result.sphere
-    with pytest.raises(ism.MeshError, match="reflection"):
-        ism.sphere_map(v, f, x * [-1, 1, 1])
     with pytest.raises(ism.MeshError, match="rows but the mesh has"):
         ism.sphere_map(v, f, x[:-1])
     with pytest.raises(ism.MeshError, match=r"zero or not finite in 1 row, e\.g\. 3;"):
         ism.sphere_map(v, f, np.where(np.arange(len(x))[:, None] == 3, np.nan, x))
     with pytest.raises(ism.FoldingsRemain, match="another mesh"):
         ism.sphere_map(v, f, np.random.default_rng(0).permutation(x))
+
+
+@pytest.mark.parametrize("function", [ism.sphere_map, ism.repair_foldings])
+def test_a_mirror_image_is_turned_and_said_to_have_been_one(pear, function):
+    v, f, result = pear
+    found = function(v, f, result.sphere * [1, 1, -1])
+    assert np.array_equal(found.sphere, result.sphere)
+    assert found.certificate.folding_free
+    assert found.notes == ("the sphere was a mirror image, not folded: z is negated",)
 
 
 def test_any_map_is_repaired_and_the_listener_sees_foldings_vanish():
