@@ -58,6 +58,10 @@ class SphereMap(Result):
         """The input's faces, (m, 3) int64; positively oriented (outward) on the sphere."""
         return self.mesh.f
 
+    @property
+    def _images(self) -> FloatArray:
+        return self.sphere
+
     @own_errstate
     def angle_differences(self) -> FloatArray:
         """Angle differences in degrees, image minus source.
@@ -176,6 +180,10 @@ class OpenMap(Result):
     sphere: FloatArray
     vertex_source: IntArray
     whole: SphereMap
+
+    @property
+    def _images(self) -> FloatArray:
+        return self.sphere
 
     @property
     def certificate(self) -> Certificate:

@@ -68,10 +68,12 @@ def takes_mesh(function: Callable[Concatenate[ArrayLike, ArrayLike, P], R]) -> T
     >>> count(samples.sphere(42)) == count(*samples.sphere(42)) == (42, 80)
     True
     """
-    names = list(inspect.signature(function).parameters)
+    parameters = inspect.signature(function).parameters
+    names, places = list(parameters), sum(each.kind is each.POSITIONAL_OR_KEYWORD for each in parameters.values())
 
     @wraps(function)
     def call(*args: Any, **kwargs: Any) -> R:
+        args = _of_reader(args) if len(args) > places else args
         given = args[0] if args else kwargs.get("v")
         if "f" not in kwargs and is_mesh(given):
             if "caps" in names and (caps := getattr(given, "caps", None)) is not None:
@@ -86,9 +88,17 @@ def takes_mesh(function: Callable[Concatenate[ArrayLike, ArrayLike, P], R]) -> T
     return call
 
 
+def _of_reader(args: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Vertices and faces among what a reader returned: libigl's readOBJ six arrays, napari values beside the two."""
+    if len(args) == 6 and np.ndim(args[3]) == 2:
+        return args[0], args[3]
+    return args[:2] if len(args) == 3 and np.ndim(args[1]) == 2 and np.ndim(args[2]) == 1 else args
+
+
 def is_mesh(given: object) -> bool:
     """Whether something holds vertices and faces, or is the name of a file, which `vertices_and_faces` refuses."""
     if isinstance(given, tuple | list):  # no mesh has two vertices
+        given = _of_reader(tuple(given))
         return len(given) == 2 and isinstance(given[1], tuple | list | np.ndarray) and np.ndim(given[1][:1]) == 2
     return (isinstance(given, str | os.PathLike) or hasattr(given, "points")
             or any(hasattr(given, v) and hasattr(given, f) for v, f in _NAMES))
@@ -97,7 +107,8 @@ def is_mesh(given: object) -> bool:
 def vertices_and_faces(mesh: Any) -> tuple[ArrayLike, ArrayLike]:
     """The arrays of a mesh object; a MeshError where it holds no triangles alone, a TypeError for a file's name."""
     if isinstance(mesh, tuple | list):
-        return mesh[0], mesh[1]
+        v, f = _of_reader(tuple(mesh))
+        return v, f
     kind = type(mesh).__name__
     if isinstance(mesh, str | os.PathLike):
         raise TypeError(f"{os.fspath(mesh)!r} is the name of a file; give read_mesh({os.fspath(mesh)!r})")

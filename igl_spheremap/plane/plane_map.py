@@ -59,6 +59,10 @@ class PlaneMap(Result):
         return self.mesh.f
 
     @property
+    def _images(self) -> FloatArray:
+        return self.plane
+
+    @property
     def rim(self) -> IntArray:
         """Vertices of the boundary loop (k,), counterclockwise in the plane."""
         return self.mesh.rim

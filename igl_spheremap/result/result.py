@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..draw.shown import Shown
 from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
@@ -38,6 +41,12 @@ class Result(Shown):
         def vertices(self) -> FloatArray: ...
         @property
         def faces(self) -> IntArray: ...
+        @property
+        def _images(self) -> FloatArray: ...
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        """The images of the vertices, which numpy takes a map for."""
+        return np.array(self._images, dtype=dtype, copy=copy)  # None: if needed
 
     @property
     def energy(self) -> float:

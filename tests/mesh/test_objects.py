@@ -6,6 +6,7 @@ import inspect
 from pathlib import Path
 from types import SimpleNamespace
 
+import igl
 import numpy as np
 import pytest
 from doors import PUBLIC
@@ -31,8 +32,8 @@ def as_read():
 
 @pytest.mark.parametrize("make", [
     of_trimesh, of_pyvista, as_read, lambda: MESHIO, lambda: (V, F), lambda: [V.tolist(), F.tolist()],
-    lambda: ism.check_mesh(V, F), lambda: ism.repair_mesh(V, F),
-], ids=["trimesh", "PyVista", "read_mesh", "meshio", "pair", "lists", "check_mesh", "repair_mesh"])
+    lambda: ism.check_mesh(V, F), lambda: ism.repair_mesh(V, F), lambda: (V, F, V[:, 0]), lambda: readobj(V, F),
+], ids=["trimesh", "PyVista", "read_mesh", "meshio", "pair", "lists", "check_mesh", "repair_mesh", "napari", "readOBJ"])
 def test_a_mesh_object_stands_for_its_arrays(make, tmp_path):
     mesh = make()
     assert np.array_equal(ism.check_mesh(mesh).v, V)
@@ -42,6 +43,30 @@ def test_a_mesh_object_stands_for_its_arrays(make, tmp_path):
     assert ism.certify(mesh, F).foldings == ism.certify(V, mesh).foldings == ism.certify(V, F).foldings
     ism.write_mesh(tmp_path / "a.obj", mesh)
     assert np.array_equal(ism.read_mesh(tmp_path / "a.obj").f, F)
+
+
+def readobj(v, f):
+    """What igl.readOBJ returns: positions, texture coordinates and normals, and the faces of each."""
+    return v, np.empty((0, 2)), v, f, np.empty((0, 3), int), f
+
+
+def test_what_a_reader_returns_stands_for_its_mesh(tmp_path):
+    igl.writeOBJ(str(tmp_path / "a.obj"), V, F)
+    for given in (igl.readOBJ(str(tmp_path / "a.obj")), readobj(V, F), (V, F, V[:, 0])):
+        assert np.allclose(ism.gauss_map(*given), ism.gauss_map(V, F))
+    with pytest.raises(TypeError, match="positional arguments"):
+        ism.gauss_map(V, F, F)
+
+
+def test_a_map_is_an_array_of_its_images():
+    result = ism.spherical_conformal_map(V, F)
+    assert np.asarray(result).shape == (len(V), 3)
+    assert np.array_equal(igl.doublearea(np.asarray(result), F), igl.doublearea(result.sphere, F))
+    assert np.asarray(result, np.float32).dtype == np.float32
+    assert np.array(result, copy=True).flags.writeable
+    cap = F[(V[F, 2] > 0).all(axis=1)]
+    disk = ism.disk_conformal_map(*igl.remove_unreferenced(V, cap)[:2])
+    assert np.array_equal(disk, disk.plane)
 
 
 def test_every_public_function_of_v_and_f_takes_a_mesh_object():

@@ -99,6 +99,10 @@ class SurfaceMap(Result):
         return table([*rows, *(("note", note) for note in self.notes)])
 
     @property
+    def _images(self) -> FloatArray:
+        return interpolate(self.target.vertices, self.target.faces, self.location)
+
+    @property
     def certificate(self) -> Certificate:
         """Of the map to the sphere."""
         return self.map.certificate
