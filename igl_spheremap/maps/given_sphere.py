@@ -84,8 +84,7 @@ def certified(mesh: Mesh, x: ArrayLike) -> SphereMap:
     y = check_start(x, len(mesh.v), "images")
     certificate = Certificate.of(y, mesh.f)
     if certificate.orientation == -1:
-        raise MeshError("the sphere is a reflection: all faces are flipped; negate one of its coordinates, "
-                        "or reverse the faces of a mesh that is inside out")
+        raise MeshError(f"the sphere is {certificate}")
     run = Run(Status.DONE, HarmonicEnergy.of(mesh).evaluate(y)[0], "given", gauge="given")
     result = SphereMap(mesh, y, certificate, run)
     if not certificate.folding_free:

@@ -39,12 +39,8 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
 
 def star_map(setup: Setup, last: Iterate, round: int) -> Iterate:
     """The start of a round: the star map of the eigenfunctions that the map of the last round weights."""
-
-    def projected(x: FloatArray) -> Iterate:
-        found = project(setup.mesh, setup.L, x)  # Algorithm 2, step 2
-        return setup.start(  # Algorithm 2, step 3
-            "star map", found.star_map, round,
-            details={"phi": found.phi, "eigenvalues": found.eigenvalues},
-            safeguards=nonzero(floored=found.floored, undirected=found.undirected))
-
-    return setup.beside.star_map(projected(last.x), projected)
+    found = project(setup.mesh, setup.L, last.x)  # Algorithm 2, step 2
+    return setup.start(  # Algorithm 2, step 3
+        "star map", found.star_map, round,
+        details={"phi": found.phi, "eigenvalues": found.eigenvalues},
+        safeguards=nonzero(floored=found.floored, undirected=found.undirected))

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
 
 import numpy as np
 
 from ..descent.problem import Problem
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
-from ..result.run import Iterate
 from ..untangle.local_repair import has_few_foldings, repair_locally
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces
@@ -18,9 +16,6 @@ from ..verify.signs import folded_faces
 #: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored; where the map is
 #: kept free of foldings, hardly at all: a larger Moebius map of the corners can fold a thin face.
 _OFF_CENTRE, _OFF_CENTRE_INJECTIVE = 1e-2, 1e-9
-#: Eigen-projections of a round at most, and the change of the energy, as a share of it, at which they end: Algorithm 1,
-#: which follows, lowers it by far more.
-_PROJECTIONS, _SETTLED = 40, 1e-4
 
 
 class AsPrinted:
@@ -56,10 +51,6 @@ class AsPrinted:
         self._count("undefined")
         return taken
 
-    def star_map(self, star: Iterate, projected: Callable[[FloatArray], Iterate]) -> Iterate:
-        """The star map that a round starts from; the function makes one of any map."""
-        return star
-
 
 def nonzero(**counts: int) -> dict[str, int] | None:
     """The counts that are not 0; None if all are."""
@@ -67,7 +58,7 @@ def nonzero(**counts: int) -> dict[str, int] | None:
 
 
 class Safeguards(AsPrinted):
-    """Moebius maps are held fixed, maps without foldings are kept so, and star maps are made until they settle.
+    """Moebius maps are held fixed, and maps without foldings are kept so.
 
     The discrete energy falls for ever where a Moebius map crowds the mesh into a point, so the map is centred at the
     start and when it has drifted, if the problem says so (`Problem.gauge`). A start without foldings is kept so, unless
@@ -103,11 +94,3 @@ class Safeguards(AsPrinted):
         y = self._problem.centred(x, off)
         self._count("centred", y is not x)
         return y
-
-    def star_map(self, star: Iterate, projected: Callable[[FloatArray], Iterate]) -> Iterate:
-        """Star maps of star maps, until their energy settles: they approach a conformal map."""
-        for _ in range(_PROJECTIONS):
-            before, star = star, projected(star.x)
-            if abs(star.energy - before.energy) < _SETTLED * before.energy:
-                break
-        return star

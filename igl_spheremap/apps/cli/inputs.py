@@ -21,7 +21,7 @@ from ...io.reading import read_lines
 from ...io.records import Label, LoadedMesh
 from ...io.scalars import LANDMARK_LISTS, read_labels, read_landmarks, read_named
 from ...io.templates import TEMPLATES, template_sphere
-from ...maps.given_sphere import sphere_map
+from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import BoolArray, FloatArray, IntArray, check_directions
 from ...mesh.check import check_faces, check_mesh
@@ -83,9 +83,9 @@ class InputMap:
         return np.asarray(x / np.median(row_lengths(x)))
 
     def map(self) -> SphereMap:
-        """The map as a certified result; errors name its file."""
+        """The map as a certified result; errors name its file. A mirror image is refused: others lie in its frame."""
         try:
-            return sphere_map(self.source.v, self.source.f, self.x, caps=self.source.caps)
+            return certified(check_mesh(self.source.v, self.source.f, caps=self.source.caps), self.x)
         except (MeshError, FoldingsRemain) as error:
             raise within(error, f"{self.name}: ") from None
 

@@ -96,7 +96,7 @@ def test_a_reflected_sphere_and_one_of_another_mesh_are_refused(folder, monkeypa
     write_mesh("mirrored.obj", read_mesh("fixed.obj").v * [-1, 1, 1], F, force=True)
     out = str(tmp_path / "out.obj")
     assert main(["register", SOURCE, "mirrored.obj", SOURCE, "fixed.obj", out]) == 2
-    assert "mirrored.obj: the sphere is a reflection" in capsys.readouterr().err
+    assert "mirrored.obj: the sphere is a mirror image" in capsys.readouterr().err
     assert main(["register", SOURCE, "fixed.obj", "sample:pear:n_vertices=500", "fixed.obj", out]) == 2
     assert "give a map of this mesh" in capsys.readouterr().err
 

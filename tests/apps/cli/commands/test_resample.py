@@ -26,6 +26,6 @@ def test_resample_refuses(sphere, tmp_path, capsys):
     x, f = read_mesh(sphere)
     write_mesh(tmp_path / "mirror.ply", -x, f)
     assert main(["resample", SAMPLE, str(tmp_path / "mirror.ply"), str(tmp_path / "out.ply")]) == 2
-    assert "the sphere is a reflection" in one_line(capsys)
+    assert "the sphere is a mirror image" in one_line(capsys)
     assert main(["resample", SAMPLE, str(sphere), str(tmp_path / "out.ply"), "--to", "ico:99"]) == 64
     one_line(capsys)
