@@ -96,7 +96,8 @@ def p_harmonic_map(
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The conformal map by default.
     may_fold : bool
-        Take steps that fold faces, too. By default a start without foldings is kept free of them.
+        Take steps that fold faces, too. By default a start without foldings is kept free of them, and one with few
+        is repaired first.
     gradient_tolerance : float
         L2 norm of the tangential gradient at which the run ends, the source having unit area; 1e-3 by default.
     max_iterations : int
@@ -181,7 +182,8 @@ def fidelity_map(
         others, such as of curves: then the map stays Moebius-centred on the source's area, for the discrete harmonic
         energy falls where a Moebius map crowds the mesh into a point. Neither turns the map.
     may_fold : bool
-        Take steps that fold faces, too. By default a start without foldings is kept free of them.
+        Take steps that fold faces, too. By default a start without foldings is kept free of them, and one with few
+        is repaired first.
     sobolev_gradient_tolerance : float
         Norm of the gradient at which the run ends, 1e-3 by default, both taken in the metric of smooth fields.
     max_iterations : int
@@ -297,7 +299,7 @@ def landmark_map(
     may_fold : bool
         Take steps that fold faces, too: the map then folds near landmarks, since a point has zero capacity in the
         plane, and the energy is lowest where a thin spike of the surface reaches the target. By default a start without
-        foldings is kept free of them.
+        foldings is kept free of them, and one with few is repaired first.
     sobolev_gradient_tolerance : float
         Norm of the gradient at which the run ends, 1e-3 by default, both taken in the Sobolev metric of smooth fields:
         it is not an L2 norm as the ``gradient_tolerance`` of other methods, which single vertices would dominate.
@@ -411,7 +413,7 @@ def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float =
 def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Variational, tolerance: float,
             listener: Listener) -> tuple[FloatArray, Run]:
     """Algorithm 1 on a problem."""
-    beside = Safeguards(mesh, problem, options.may_fold, may_repair=False)
+    beside = Safeguards(mesh, problem, options.may_fold)
     minimum = minimize(CayleyBB().iterates(problem, x, beside), tolerance=tolerance,
                        max_iterations=options.max_iterations, plateau=options.plateau, listener=listener)
     record = minimum.as_round(mesh, Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0]))

@@ -63,19 +63,19 @@ class Safeguards(AsPrinted):
     The discrete energy falls for ever where a Moebius map crowds the mesh into a point, so the map is centred at the
     start and when it has drifted, if the problem says so (`Problem.gauge`). A start without foldings is kept so, unless
     it `may_fold`: a step that would fold is refused, for "the minimization must be confined to the set of
-    diffeomorphisms" (section 1), and limbs, whose image is tiny, fold for next to no energy. A start of which few faces
-    fold is repaired if it `may_repair`, since only one without any is kept so.
+    diffeomorphisms" (section 1), and limbs, whose image is tiny, fold for next to no energy. For that a start of which
+    few faces fold is repaired first.
     """
 
-    def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool, may_repair: bool = True) -> None:
+    def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
         super().__init__()
-        self._mesh, self._problem, self._may_fold, self._may_repair = mesh, problem, may_fold, may_repair
+        self._mesh, self._problem, self._may_fold = mesh, problem, may_fold
 
     def start(self, x: FloatArray) -> FloatArray:
         """The map in the Moebius gauge, repaired where at most 1 percent of its faces fold."""
         y = self._centred(x, 0.0)
         certificate = Certificate.of(y, self._mesh.f)
-        if self._may_repair and certificate.foldings and has_few_foldings(certificate, self._mesh.f):
+        if not self._may_fold and certificate.foldings and has_few_foldings(certificate, self._mesh.f):
             self._count("repaired", certificate.foldings)
             y = repair_locally(self._mesh, y)
         self._injective = not self._may_fold and not folded_faces(y, self._mesh.f).any()

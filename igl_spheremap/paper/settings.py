@@ -65,7 +65,8 @@ class Lai2014(Method):
         1e20; and a run has converged, too, when map and energy hardly change (`as_programmed`). There are no safeguards
         then.
     may_fold : bool, default False
-        Take steps that fold faces, too. By default a map without foldings is kept so.
+        Take steps that fold faces, too. By default a map without foldings is kept so, and a start that folds in at most
+        1 percent of its faces is repaired first.
     gauge : {"centred", "free"}, default "centred"
         "centred" holds the Moebius freedom fixed: starts and drifting maps are centred on the source's area, boosts are
         taken out of the gradient, and the result is turned to the Gauss map. "free" leaves all maps as they come. If
