@@ -14,6 +14,7 @@ from .groups.series import series as series
 from .groups.template import template as template
 from .harmonics.files import read_coefficients as read_coefficients
 from .harmonics.files import write_coefficients as write_coefficients
+from .harmonics.geometry_image import mesh_from_grid as mesh_from_grid
 from .harmonics.grid import from_grid as from_grid
 from .harmonics.grid import to_grid as to_grid
 from .harmonics.harmonics import SphericalHarmonics as SphericalHarmonics

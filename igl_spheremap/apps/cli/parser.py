@@ -185,12 +185,20 @@ COMMANDS = (
         *shared.pair("SURFACE"),
         *shared.target("a picture (.png), or the numbers (.npz, array `grid`, or .npy)"),
         shared.DATA,
-        choice("--kind", ("equirectangular", "equiangular", "gauss"), "cell centres of a picture (default); equal "
-               "steps from pole to pole (torch-harmonics: equiangular; s2fft: mwss, of L + 1 rows and 2 L columns); or "
-               "Gauss-Legendre latitudes (legendre-gauss; gl, of L rows and 2 L - 1 columns)",
+        choice("--kind", ("equirectangular", "equiangular", "gauss", "octahedral"), "cell centres of a picture "
+               "(default); equal steps from pole to pole (torch-harmonics: equiangular; s2fft: mwss, of L + 1 rows and "
+               "2 L columns); Gauss-Legendre latitudes (legendre-gauss; gl, of L rows and 2 L - 1 columns); or the "
+               "octahedral square, of which `mesh` makes a mesh again",
                default="equirectangular"),
-        argument("--rows", "N", "latitudes (default: 180)", type=POSITIVE_COUNT, default=180),
-        argument("--columns", "N", "longitudes; default: twice the latitudes", type=POSITIVE_COUNT),
+        argument("--rows", "N", "rows (default: 180; of the octahedral square 181)", type=POSITIVE_COUNT),
+        argument("--columns", "N", "columns; default: twice the rows, but of the octahedral square as many",
+                 type=POSITIVE_COUNT),
+        *shared.OUTPUT,
+    )),
+    Command("mesh", "harmonics", (
+        argument("image", "IMAGE", "positions on the octahedral square, as `grid --kind octahedral` writes them: .npz "
+                 "(array `grid`) or .npy"),
+        *shared.target("the mesh"),
         *shared.OUTPUT,
     )),
     Command("register", "register", (
@@ -354,7 +362,7 @@ GROUPS = {
     "the paper, and other energies": ("play", "reproduce", "p-harmonic", "landmarks"),
     "surfaces, and what is done with a map": ("info", "samples", "export", "transfer", "resample"),
     "surfaces with a boundary, in the plane": ("disk", "flatten"),
-    SHAPES: ("match", "register", "sphere-reg", "template", "harmonics", "grid", "spharm-pdm"),
+    SHAPES: ("match", "register", "sphere-reg", "template", "harmonics", "grid", "mesh", "spharm-pdm"),
     "many files, and the shell": ("batch", "summarise", "completion"),
 }
 

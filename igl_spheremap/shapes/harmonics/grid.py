@@ -1,4 +1,4 @@
-"""Data over a mapped mesh as an image on a grid of latitudes and longitudes, and back."""
+"""Data over a mapped mesh as an image on a grid of the sphere, and back."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from ...mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ...resampling.transfer import check_map, transfer, weighted
 from ...sphere.rows import unit_rows
 from .basis import gauss_rows, grid_points, longitudes
+from .geometry_image import check_square, octahedral_cells, octahedral_points
 
-Kind = Literal["equirectangular", "equiangular", "gauss"]
+Kind = Literal["equirectangular", "equiangular", "gauss", "octahedral"]
 
 
 @own_errstate
@@ -27,7 +28,7 @@ def to_grid(
     labels: bool = False,
     columns: int | None = None,
 ) -> NDArray[Any]:
-    """Sample a mapped surface, or data over it, on a grid of latitudes and longitudes.
+    """Sample a mapped surface, or data over it, on a grid of latitudes and longitudes, or on the octahedral one.
 
     Parameters
     ----------
@@ -35,18 +36,20 @@ def to_grid(
         The surface and its map.
     values : (n,) or (n, ...) array_like, optional
         Data at the vertices; by default the positions, which gives a geometry image.
-    kind : {"equirectangular", "equiangular", "gauss"}
+    kind : {"equirectangular", "equiangular", "gauss", "octahedral"}
         "equirectangular": cell centres of a picture whose upper edge is the north pole (+z) and whose left edge has
         longitude -180 degrees, as `texture_atlas` lays it out. The others have rows from north to south and columns
         from longitude 0, as spherical harmonic transforms take them. "equiangular": rows at equal steps from pole to
         pole, both included (torch-harmonics: "equiangular"; s2fft: "mwss", of L + 1 rows and 2 L columns). "gauss":
         Gauss-Legendre latitudes (torch-harmonics: "legendre-gauss"; s2fft: "gl", of L rows and 2 L - 1 columns).
+        "octahedral": a square with the north pole in the middle and the south pole in its corners; of positions,
+        `mesh_from_grid` makes a mesh again.
     rows : int
-        Rows of the grid, 180 by default; "equiangular" needs 2 or more.
+        Rows of the grid, 180 by default; "equiangular" needs 2 or more, "octahedral" an odd number.
     labels : bool
         The values are labels: take the nearest corner's; linear by default.
     columns : int, optional
-        Columns of the grid, twice the rows by default.
+        Columns of the grid, by default twice the rows; of the octahedral one as many as rows.
 
     Returns
     -------
@@ -72,30 +75,34 @@ def to_grid(
     (32, 64, 3)
     """
     check_whole(rows, "rows", 2 if kind == "equiangular" else 1)
-    columns = check_whole(2 * int(rows) if columns is None else columns, "columns", 1)
+    columns = check_whole((2 - (kind == "octahedral")) * int(rows) if columns is None else columns, "columns", 1)
     check_map(source)
-    theta, phi = _coordinates(kind, int(rows), columns)
-    points = grid_points(np.cos(theta), phi).reshape(-1, 3)
+    if kind == "octahedral":
+        points = octahedral_points(check_square(int(rows), columns))
+    else:
+        theta, phi = _coordinates(kind, int(rows), columns)
+        points = grid_points(np.cos(theta), phi).reshape(-1, 3)
     sampled = transfer(source, source.vertices if values is None else values, points, labels=labels)
-    return sampled.reshape(len(theta), len(phi), *sampled.shape[1:])
+    return sampled.reshape(int(rows), columns, *sampled.shape[1:])
 
 
 @own_errstate
 def from_grid(
     grid: ArrayLike, target: SphereMap | ArrayLike, *, kind: Kind = "equirectangular", labels: bool = False
 ) -> NDArray[Any]:
-    """Read values off a grid of latitudes and longitudes, at the vertices of a map or at points of the sphere.
+    """Read values off a grid, at the vertices of a map or at points of the sphere.
 
     Parameters
     ----------
     grid : (rows, columns) or (rows, columns, ...) array_like
-        Values as `to_grid` lays them out, in an even number of columns.
+        Values as `to_grid` lays them out, in an even number of columns, or on the octahedral grid.
     target : SphereMap or (k, 3) array_like
         A map, at whose vertices values are wanted, or points of the sphere.
-    kind : {"equirectangular", "equiangular", "gauss"}
+    kind : {"equirectangular", "equiangular", "gauss", "octahedral"}
         As for `to_grid`.
     labels : bool
-        Take the nearest grid point's value; bilinear by default, across the poles and the seam.
+        Take the nearest grid point's value; by default bilinear, across the poles and the seam, or linear on the
+        triangles of the octahedral grid.
 
     Returns
     -------
@@ -118,10 +125,13 @@ def from_grid(
     True
     """
     values = plain_array(grid, "values of the grid")
-    if values.ndim < 2 or values.size == 0 or values.shape[1] % 2:
+    if values.ndim < 2 or values.size == 0 or (kind != "octahedral" and values.shape[1] % 2):
         raise MeshError(f"the grid has shape {values.shape}; give rows and an even number of columns")
     points = target.sphere if isinstance(target, SphereMap) else unit_rows(check_rows(target, name="points"))
-    corners, weights = _cells(kind, values.shape[0], values.shape[1], points)
+    if kind == "octahedral":
+        corners, weights = octahedral_cells(check_square(*values.shape[:2]), points)
+    else:
+        corners, weights = _cells(kind, values.shape[0], values.shape[1], points)
     return weighted(values.reshape(-1, *values.shape[2:]), corners, weights, labels)
 
 

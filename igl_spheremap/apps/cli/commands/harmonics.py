@@ -1,14 +1,16 @@
-"""`harmonics` and `grid`: a mapped surface, or data over it, in a basis and on latitudes and longitudes."""
+"""`harmonics`, `grid` and `mesh`: a surface, or data over it, in a basis and on a grid, and back from the grid."""
 
 from argparse import Namespace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....draw.palette import colours
-from ....errors import FileError, MapError, MeshError, one_line, without_name
+from ....errors import FileError, MapError, MeshError, one_line, within, without_name
 from ....io.files import write_mesh
-from ....io.npz import write_arrays
+from ....io.npz import array_of, read_arrays, write_arrays
+from ....io.reading import reading
 from ....io.replacing import replacing
 from ....io.tables import SEPARATORS
 from ....io.textured import write_picture
@@ -17,31 +19,34 @@ from ....mesh.timings import counted
 from ....populations.map_many import filled
 from ....shapes.groups.coefficients import coefficient_table, in_common_frame, write_coefficient_table
 from ....shapes.harmonics.files import read_coefficients, write_coefficients
+from ....shapes.harmonics.geometry_image import mesh_from_grid
 from ....shapes.harmonics.grid import to_grid
 from ....shapes.harmonics.harmonics import spherical_harmonics
 from ..exits import Exit, UsageError
 from ..inputs import expand, load_pair, read_data, read_target_sphere
-from ..output import LISTED, Findings, check_outputs
+from ..output import LISTED, Findings, check_outputs, target_format, write_target
 
 
 def run_grid(args: Namespace) -> None:
-    """Sample a mapped surface, or data over it, on latitudes and longitudes.
+    """Sample a mapped surface, or data over it, on a grid of the sphere.
 
     igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss --rows 64
     igl-spheremap grid bunny.ply bunny_sphere.ply bunny_mwss.npz --kind equiangular --rows 65 --columns 128
     igl-spheremap grid lh.pial lh.sphere.conformal lh_sulc.png --data lh.sulc
+    igl-spheremap grid bunny.ply bunny_sphere.ply bunny_image.npz --kind octahedral --rows 129
     """
     target: str = args.target
     if not target.lower().endswith((".png", ".npz", ".npy")):
         raise UsageError(f"OUT is a .png, .npz or .npy file, not {target}")
-    if args.kind == "equiangular" and args.rows < 2:
+    rows = args.rows or 180 + (args.kind == "octahedral")
+    if args.kind == "equiangular" and rows < 2:
         raise UsageError("--kind equiangular has both poles: give --rows 2 or more")
     check_outputs(args)
     pair = load_pair(args)
     source = pair.source
     values = source.v if args.data is None else read_data(args.data, source)
     args.progress.stage(f"sampling {source.name}")
-    grid = to_grid(pair.map(), values, kind=args.kind, rows=args.rows, columns=args.columns)
+    grid = to_grid(pair.map(), values, kind=args.kind, rows=rows, columns=args.columns)
     if target.lower().endswith(".png"):
         write_picture(target, _picture(grid), force=args.force)
     else:
@@ -53,6 +58,27 @@ def run_grid(args: Namespace) -> None:
                     np.save(file, grid)
     found = Findings(source=source.name, sphere=pair.name, target=target, kind=args.kind, shape=grid.shape)
     found.add("written", f"{target}: {args.kind}, {grid.shape[0]} x {grid.shape[1]}")
+    found.report(args)
+
+
+def run_mesh(args: Namespace) -> None:
+    """Make a mesh of a geometry image: positions on the octahedral square.
+
+    igl-spheremap mesh bunny_image.npz bunny_regular.ply
+    """
+    check_outputs(args, surface=True)
+    with reading(Path(args.image)):
+        archive = args.image.lower().endswith(".npz")
+        held = read_arrays(args.image) if archive else {"grid": array_of(Path(args.image).read_bytes())}
+    if "grid" not in held:
+        raise MeshError(f"{args.image} holds no array `grid`; write it by `grid --kind octahedral`")
+    try:
+        v, f = mesh_from_grid(held["grid"])
+    except MeshError as error:
+        raise within(error, f"{args.image}: ") from None
+    write_target(args, lambda path: write_mesh(path, v, f, force=args.force))
+    found = Findings(image=args.image, target=args.target, vertices=len(v), faces=len(f))
+    found.add("written", f"{args.target} ({target_format(args).name}): {len(v)} vertices, {len(f)} faces")
     found.report(args)
 
 
