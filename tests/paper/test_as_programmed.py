@@ -3,6 +3,7 @@
 import igl
 import numpy as np
 import pytest
+from triangulations import icosphere
 
 import igl_spheremap as ism
 from igl_spheremap.paper.program import AsProgrammed
@@ -48,9 +49,20 @@ def programmed_algorithm_1(v, f, k):
         C, Q = (0.85 * Q * C + energy) / (0.85 * Q + 1), 0.85 * Q + 1
 
 
-@pytest.mark.parametrize(("name", "n"), [("sphere", 642), ("spheroid", 500), ("spheroid", 2000)])
-def test_algorithm_1_as_programmed_is_the_programs(name, n):
-    v, f = ism.samples.make(name, n_vertices=n)
+def stretched(level, stretch):
+    x, f = icosphere(level)
+    return x * [1, 1, stretch], f
+
+
+#: Surfaces, and the rules that end the program's run on them.
+ENDS = [(stretched(1, 1.2), ["gradient", "last change"]), (stretched(1, 1.5), ["gradient"]),
+        (stretched(2, 1.5), ["last change"]), (stretched(3, 1.2), ["last five"]),
+        (ism.samples.make("spheroid", n_vertices=2000), ["last change"])]
+
+
+@pytest.mark.parametrize(("surface", "rules"), ENDS, ids=range(len(ENDS)))
+def test_algorithm_1_as_programmed_takes_the_programs_steps_and_ends_by_its_rules(surface, rules):
+    v, f = surface
     seen = []
     method = ism.Lai2014.as_programmed()
     result = ism.algorithm_1(v, f, method=method, listener=lambda it: it.stage == "harmonic" and seen.append(it))
@@ -59,7 +71,7 @@ def test_algorithm_1_as_programmed_is_the_programs(name, n):
     for iterate, (x, energy, norm, tau, _) in list(zip(seen[1:], expected, strict=True))[:100]:
         assert np.abs(iterate.x - x).max() < 1e-7
         assert np.allclose((iterate.energy, iterate.residual, iterate.tau), (energy, norm, tau), rtol=1e-4)
-    assert expected[-1][-1]  # both end in one iteration, by a rule
+    assert [ends for *_, ends in expected if ends] == [rules]
 
 
 def test_a_quotient_without_a_value_gives_way_to_the_first_step_and_others_are_bounded():
