@@ -18,8 +18,8 @@ from scipy.spatial.transform import Rotation
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.operators.features import depth_potential
-from igl_spheremap.shapes.harmonics.basis import analysis, gauss_rows, grid_synthesis, legendre, synthesis
-from igl_spheremap.shapes.harmonics.rotation import best_rotations, rotate, rotation_angle, turning
+from igl_spheremap.shapes.harmonics.basis import analysis, gauss_rows, grid_points, legendre, longitudes, synthesis
+from igl_spheremap.shapes.harmonics.rotation import best_rotations, rotate, rotation_angle
 from igl_spheremap.sphere.rows import unit_rows
 
 from .common import parser, timed
@@ -121,7 +121,8 @@ def harmonics(data):
     for degree in (50, 200):
         c = np.random.default_rng(degree).normal(size=((degree + 1) ** 2, 3))
         z, w = gauss_rows(degree + 1)
-        off = np.abs(analysis(grid_synthesis(c, z, 2 * degree + 2), z, w, degree) - c).max()
+        values = synthesis(c, grid_points(z, longitudes(2 * degree + 2)).reshape(-1, 3))
+        off = np.abs(analysis(values.reshape(degree + 1, -1, 3), z, w, degree) - c).max()
         print(f"round trip at degree {degree}: {off:.1e}")
     for name in ("choi_hippocampus", "paper_putamen_10002", "dino", "brain", "white_left"):
         for balance in (0.0, 1.0):
@@ -212,6 +213,13 @@ def warps(data):
         start, middle, end = (mean(degrees(y, truth), areas) for y in (x, rigid.map.sphere, result.map.sphere))
         print(f"warp of {np.degrees(size):.0f} degrees: {start:.1f}, Moebius {middle:.2f}, end {end:.3f} degrees, "
               f"{result.map.certificate}, {seconds:.2f} s", flush=True)
+
+
+def turning(c):
+    """Coefficients (3, (L + 1)^2, k) of x cross grad f: how f changes as x turns about each axis."""
+    h = 1e-6
+    turns = (Rotation.from_rotvec(h * axis).as_matrix() for axis in np.eye(3))
+    return np.stack([(rotate(c, R.T) - rotate(c, R)) / (2 * h) for R in turns])
 
 
 def warped(x, size, steps=20):

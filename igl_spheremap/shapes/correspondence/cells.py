@@ -10,6 +10,7 @@ import numpy as np
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
 from ...mesh.edges import marked, touching
 from ...sphere.rows import row_crosses, row_dots, unit_rows
+from .complex import Complex, Faces
 from .walk import Segments, Triangulation
 
 #: Distances, in units of the largest coordinate, that come out of the rounding of points and of their images.
@@ -78,9 +79,8 @@ class Coincidences:
 
     The refinement comes from exact signs, but its nodes are rounded, so that a face between nodes, or between a node
     and an edge, that float64 can't tell apart may come out flat or negative. Such a face is taken out by the collapse
-    of a side as short as rounding, or by the flip of its longest side where that hands over no area but rounding. Both
-    keep a triangulated sphere: a collapse if its ends have two common neighbours, a flip if its new side is not there
-    yet. Each leaves fewer such faces.
+    of a side as short as rounding, or by the flip of its longest side where that hands over no area but rounding. Each
+    leaves fewer such faces.
 
     Attributes
     ----------
@@ -103,66 +103,52 @@ class Coincidences:
 
     def merge(self) -> int:
         """Take out what faces a collapse or a flip takes out; how many are left that are not positive."""
-        rows = np.flatnonzero(self.left)
-        flat = rows[self._flat(rows)].tolist()
-        if not flat:
+        rows, n = np.flatnonzero(self.left), len(self.node)
+        flat = rows[self._flat(self.faces[rows], self.owners[:, rows])]
+        if not len(flat):
             return 0
-        inner = marked(self.faces[touching(self.faces, marked(self.faces[flat], len(self.node))) & self.left],
-                       len(self.node))
-        near = np.flatnonzero(touching(self.faces, inner) & self.left)
-        # Few faces at a time are looked at: lists of numbers are faster than arrays then.
-        self._whole = set(np.flatnonzero(inner).tolist())  # nodes whose faces are all in `_at`
-        self._corners = dict(zip(near.tolist(), self.faces[near].tolist(), strict=True))
-        self._owner = dict(zip(near.tolist(), self.owners[:, near].T.tolist(), strict=True))
-        self._at: dict[int, set[int]] = {}
-        for i, corners in self._corners.items():
-            for v in corners:
-                self._at.setdefault(v, set()).add(i)
-        self._bad = set(flat)
-        while any([self._collapse(i) or self._flip(i) for i in flat if i in self._bad]):
+        beside = touching(self.faces, marked(self.faces[flat], n)) & self.left
+        self._whole = marked(self.faces[beside], n)  # nodes whose faces are all in the complex
+        near = np.flatnonzero(touching(self.faces, self._whole) & self.left)
+        self._complex = Complex(dict(zip(near.tolist(), map(tuple, self.faces[near].tolist()), strict=True)))
+        self._bad = set(flat.tolist())
+        while any([self._collapse(i) or self._flip(i) for i in flat.tolist() if i in self._bad]):
             pass
-        kept = list(self._corners)
+        kept = list(self._complex.faces)
         self.left[near] = False
-        self.left[kept] = True
-        self.faces[kept], self.owners[:, kept] = list(self._corners.values()), np.transpose(list(self._owner.values()))
+        self.left[kept], self.faces[kept] = True, list(self._complex.faces.values())
         return len(self._bad)
 
-    def _flat(self, rows: IntArray) -> BoolArray:
+    def _flat(self, faces: IntArray, owners: IntArray) -> BoolArray:
         """Which faces are not positive beyond rounding on a surface whose face there is not flat itself, or have a side
         as short as rounding on both."""
-        faces, flat, square = self.faces[rows], np.zeros(len(rows), dtype=bool), np.zeros((3, len(rows)))
-        for p, normals, owner in zip(self.on, self._normals, self.owners[:, rows], strict=True):
+        flat, square = np.zeros(len(faces), dtype=bool), np.zeros((3, len(faces)))
+        for p, normals, owner in zip(self.on, self._normals, owners, strict=True):
             a, b, c = p[faces].transpose(1, 0, 2)
             normal, own = normals[owner], np.stack([_squares(side) for side in (b - a, c - b, a - c)])
             flat |= ~(row_dots(row_crosses(b - a, c - a), normal) > _FLAT * own.max(axis=0)) & normal.any(axis=1)
             square = np.maximum(square, own)
         return flat | (square.min(axis=0) <= _ROUNDING**2)
 
-    def _is_flat(self, corners: list[int], owners: list[int]) -> bool:
-        """What `_flat` says, of one face."""
-        sides = [0.0, 0.0, 0.0]
-        for p, normals, owner in zip(self.on, self._normals, owners, strict=True):
-            (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (p[v].tolist() for v in corners)
-            nx, ny, nz = normals[owner].tolist()
-            bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
-            own = [bx * bx + by * by + bz * bz, (cx - bx) ** 2 + (cy - by) ** 2 + (cz - bz) ** 2,
-                   cx * cx + cy * cy + cz * cz]
-            twice = (by * cz - bz * cy) * nx + (bz * cx - bx * cz) * ny + (bx * cy - by * cx) * nz
-            if not twice > _FLAT * max(own) and (nx or ny or nz):
-                return True
-            sides = list(map(max, sides, own))
-        return bool(min(sides) <= _ROUNDING**2)
-
-    def _neighbours(self, v: int) -> set[int]:
-        return {w for i in self._at[v] for w in self._corners[i]} - {v}
+    def _put(self, faces: Faces, owners: IntArray, gone: set[int]) -> bool:
+        """Put faces in the complex if that leaves fewer flat ones; whether it did."""
+        rows = np.array(list(faces))
+        flat = self._flat(np.array(list(faces.values())), owners)
+        before = self._bad & {*faces, *gone}
+        if flat.sum() >= len(before):
+            return False
+        self._complex.put(faces, gone)
+        self._bad = self._bad - before | set(rows[flat].tolist())
+        self.owners[:, rows] = owners
+        return True
 
     def _distance(self, v: int, w: int) -> float:
-        """Of two nodes, the larger one of both surfaces."""
+        """The distance of two nodes on the surface where it is larger."""
         return max(dist(p[v].tolist(), p[w].tolist()) for p in self.on)
 
     def _collapse(self, i: int) -> bool:
         """Collapse the shortest side of a face if it is as short as rounding; whether it did."""
-        a, b, c = self._corners[i]
+        a, b, c = self._complex.faces[i]
         length, v, w = min((self._distance(v, w), v, w) for v, w in ((a, b), (b, c), (c, a)))
         first, second = ([fixed[u] for fixed in self._vertex] for u in (v, w))
         if length > SHORT or (first[0] and second[0]) or (first[1] and second[1]):
@@ -172,30 +158,18 @@ class Coincidences:
         return (not any(second) and self._onto(w, v)) or (not any(first) and self._onto(v, w))
 
     def _onto(self, out: int, into: int) -> bool:
-        """Collapse the edge between two nodes onto one of them, if that leaves fewer flat faces."""
-        if not {out, into} <= self._whole or len(self._neighbours(out) & self._neighbours(into)) != 2:
+        """Collapse the side between two nodes onto one of them, if that leaves fewer flat faces."""
+        if not (self._whole[[out, into]].all() and (edit := self._complex.collapsed(out, into))):
             return False
-        around = self._at[out] | self._at[into]
-        gone = self._at[out] & self._at[into]
         old = [p[into].copy() for p in self.on]
         for p, fixed in zip(self.on, self._vertex, strict=True):
-            if fixed[out]:
-                p[into] = p[out]
-        corners = {i: [into if v == out else v for v in self._corners[i]] for i in around - gone}
-        bad = {i for i, each in corners.items() if self._is_flat(each, self._owner[i])}
-        if len(bad) >= len(self._bad & around):
+            p[into] = p[out] if fixed[out] else p[into]
+        if not self._put(edit[0], self.owners[:, list(edit[0])], edit[1]):
             for p, place in zip(self.on, old, strict=True):
                 p[into] = place
             return False
         for fixed in self._vertex:
             fixed[into] |= fixed[out]
-        for i in gone:
-            for v in self._corners.pop(i):
-                self._at[v].discard(i)
-            del self._owner[i]
-        self._corners |= corners
-        self._at[into] |= self._at.pop(out)
-        self._bad = self._bad - around | bad
         self.node[out] = into
         return True
 
@@ -203,30 +177,15 @@ class Coincidences:
         """Flip the longest side of a face that is as thin as rounding; whether it did."""
         if i not in self._bad:
             return False
-        a, b, c = self._corners[i]
+        a, b, c = self._complex.faces[i]
         _, v, p, q = max((self._distance(p, q), v, p, q) for v, p, q in ((a, b, c), (b, c, a), (c, a, b)))
-        if not {v, p, q} <= self._whole:
+        if not (self._whole[[v, p, q]].all() and (edit := self._complex.flipped(i, v))):
             return False
-        (j,) = self._at[p] & self._at[q] - {i}
-        (u,) = set(self._corners[j]) - {p, q}
-        if u == v or u in self._neighbours(v):
-            return False
-        for x, own, other in zip(self.on, self._owner[i], self._owner[j], strict=True):
-            height = np.linalg.norm(np.cross(x[p] - x[v], x[q] - x[v])) / (dist(x[p], x[q]) or 1.0)
-            if own != other and height > SHORT:
-                return False
-        corners = {i: [v, p, u], j: [v, u, q]}
-        bad = {k for k, each in corners.items() if self._is_flat(each, self._owner[j])}
-        if len(bad) >= len(self._bad & {i, j}):
-            return False
-        self._corners |= corners
-        self._owner[i] = self._owner[j]
-        self._at[q].discard(i)
-        self._at[p].discard(j)
-        self._at[v].add(j)
-        self._at[u].add(i)
-        self._bad = self._bad - {i, j} | bad
-        return True
+        own, other = self.owners[:, list(edit)].T
+        for x, there in zip(self.on, own != other, strict=True):
+            if there and np.linalg.norm(np.cross(x[p] - x[v], x[q] - x[v])) > SHORT * (dist(x[p], x[q]) or 1.0):
+                return False  # the face hands over an area
+        return self._put(edit, np.stack((other, other), axis=1), set())
 
 
 def nudge(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray, fixed: IntArray) -> None:

@@ -103,13 +103,14 @@ class Descent:
 
     def _turned(self, candidate: RotationCandidate, width: float | None) -> FloatArray:
         """The source's sphere after a rotation, and a Moebius map by features of that width."""
-        found = [unfolded(self._source.mesh, self._source.x @ candidate.rotation.T)]  # rounding may fold slivers
+        source = self._source.map
+        found = [unfolded(source.mesh, source.sphere @ candidate.rotation.T)]  # rounding may fold slivers
 
         def keep(y: FloatArray, _: float) -> None:
             found[0] = y
 
         if width is not None:
-            fit_moebius(found[0], self._source.f, self._pair.weights, self._pair.source([width]),
+            fit_moebius(found[0], source.faces, self._pair.weights, self._pair.source([width]),
                         self._pair.target([width]), keep)
         return found[0]
 
@@ -124,7 +125,8 @@ class Descent:
 
     def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
         """The map that a start on the source's own mesh leads to, and its level, which is refined near landmarks."""
-        work = [(stage, (size or len(self._source.x)) * stage.steps) for size, stages in self._plan for stage in stages]
+        own = len(self._source.map.sphere)
+        work = [(stage, (size or own) * stage.steps) for size, stages in self._plan for stage in stages]
         total, ahead, now, step = sum(cost for _, cost in work), 0, 0, 0
 
         def take(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
@@ -179,22 +181,22 @@ class Descent:
     def _terms(self, source: Level, target: Level, y: FloatArray, stage: Stage) -> list[VertexTerm]:
         """What is to agree beside low strain."""
         terms: list[VertexTerm] = []
-        areas = 4 * np.pi * source.mesh.A
+        areas = 4 * np.pi * source.map.mesh.A
         if stage.weight:
             values = self._pair.source(stage.widths)
             if source.own is not None:
-                values = source.own.at(source.x, values)
+                values = source.own.at(source.map.sphere, values)
             terms.append(Misfit(stage.weight * areas, values, self._pair.target(stage.widths)))
         if self._soft:
             weights, rows = np.zeros(len(y)), np.zeros_like(y)
             weights[source.landmarks], rows[source.landmarks] = _SOFT, self._goals
             terms.append(Misfit(weights, rows, _position))
         if self._position_weight:
-            places = Lift(target.cached_locator, target.unit).values(y)
+            places = target.at(y, target.map.mesh.unit)
             scale = 4 * np.pi  # positions of a surface of area 4 pi, as strains are
-            aligned = similar(places, source.unit, source.mesh.A, target.unit)
-            there = Lift(target.cached_locator, aligned)
-            terms.append(Misfit(self._position_weight * areas * scale, source.unit, there))
+            aligned = similar(places, source.map.mesh.unit, source.map.mesh.A, target.map.mesh.unit)
+            there = Lift(target, aligned)
+            terms.append(Misfit(self._position_weight * areas * scale, source.map.mesh.unit, there))
         return terms
 
 
@@ -205,9 +207,9 @@ def _position(y: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _distance(source: Level, target: Level, y: FloatArray) -> float:
     """Root mean square distance of the source's points from their places on the target, after a similarity."""
-    there = Lift(target.cached_locator, target.unit).values(y)
-    off = similar(there, source.unit, source.mesh.A, there) - source.unit
-    return float(np.sqrt(source.mesh.A @ row_dots(off, off)))
+    there = target.at(y, target.map.mesh.unit)
+    off = similar(there, source.map.mesh.unit, source.map.mesh.A, there) - source.map.mesh.unit
+    return float(np.sqrt(source.map.mesh.A @ row_dots(off, off)))
 
 
 def similar(p: FloatArray, q: FloatArray, weights: FloatArray, points: FloatArray) -> FloatArray:

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from ...mesh.arrays import FloatArray, check_values, own_unit
 from ...operators.features import FeatureSurface, check_varies
+from ...resampling.locate import locator_of
 from ...sphere.rows import row_crosses, row_lengths, weighted_sum
 from ..harmonics.basis import expand
 from ..harmonics.rotation import RotationCandidate, best_rotations
-from .levels import CachedLocator, Level
+from .levels import Level
 from .strain import Lift
 
 _BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined by Newton's method
@@ -24,8 +25,8 @@ _OVERSAMPLING = 2.0  # finer grids change no registration
 class VertexFunction:
     """Values (n, k) over a surface as a smooth function on its sphere: values and gradients are linear in faces."""
 
-    def __init__(self, locator: CachedLocator, values: FloatArray) -> None:
-        x, f = locator.x, locator.f
+    def __init__(self, level: Level, values: FloatArray) -> None:
+        x, f = level.map.sphere, level.map.faces
         a, b, c = (x[f[:, k]] for k in range(3))
         normal = row_crosses(b - a, c - a)
         area = row_lengths(normal)  # twice the face's
@@ -40,7 +41,7 @@ class VertexFunction:
         mean = mean.reshape(len(x), -1, 3)
         mean -= np.einsum("nkd,nd->nk", mean, x)[:, :, None] * x[:, None]
         self._columns = values.shape[1]
-        self._lift = Lift(locator, np.concatenate((values, mean.reshape(len(x), -1)), axis=1))
+        self._lift = Lift(level, np.concatenate((values, mean.reshape(len(x), -1)), axis=1))
 
     def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (n, k) at points of the sphere, and gradients (n, k, 3)."""
@@ -64,10 +65,10 @@ class FeaturePair:
     def __init__(self, source: Level, target: Level, given: tuple[ArrayLike, ArrayLike] | None,
                  widths: Sequence[float]) -> None:
         self._levels = source, target
-        self._surfaces = FeatureSurface(source.mesh), FeatureSurface(target.mesh)
+        self._surfaces = FeatureSurface(source.map.mesh), FeatureSurface(target.map.mesh)
         surfaces = self._surfaces
         self.weights = surfaces[0].areas / surfaces[0].areas.sum()
-        checked = None if given is None else _checked(given, (len(source.x), len(target.x)))
+        checked = None if given is None else _checked(given, (len(source.map.sphere), len(target.map.sphere)))
         self._by_width: dict[float, list[FloatArray]] = {
             width: [s.standardize(s.potential(width)[:, None] if checked is None else s.diffuse(checked[k], width))
                     for k, s in enumerate(surfaces)] for width in widths}
@@ -86,11 +87,11 @@ class FeaturePair:
     def target(self, widths: Sequence[float]) -> VertexFunction:
         """The target's features."""
         values = np.concatenate([self._by_width[width][1] for width in widths], axis=1)
-        return VertexFunction(self._levels[1].cached_locator, values)
+        return VertexFunction(self._levels[1], values)
 
     def rotations(self, width: float) -> list[RotationCandidate]:
         """Rotations of the source's sphere for which the features of one width agree best, the best first."""
-        source, target = (expand(level.locator, values, _BAND, _OVERSAMPLING)
+        source, target = (expand(locator_of(level.map), values, _BAND, _OVERSAMPLING)
                          for level, values in zip(self._levels, self._by_width[width], strict=True))
         return best_rotations(target, source, _BAND)
 

@@ -67,7 +67,7 @@ def _flow(level: Level, y: FloatArray, goals: FloatArray) -> FloatArray:
         z = trial.x.copy()
         near = np.abs(z[at] - goals).max(axis=1) < _MET
         z[at[near]] = goals[near]
-        if np.isfinite(trial.value) and not folded_faces(z, level.f).any():
+        if np.isfinite(trial.value) and not folded_faces(z, level.map.faces).any():
             y = z
         else:
             longest /= 2

@@ -13,10 +13,12 @@ from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import HALF_DIGITS, FloatArray, IntArray, check_values, plain_array
 from ...mesh.check import check_mesh
+from ...mesh.edges import marked, touching
 from ...resampling.locate import Location, at_vertices, joined, take_points
 from ...resampling.transfer import interpolate
 from ...sphere.rows import row_crosses, row_dots, row_lengths, unit_rows
 from ...untangle.local_repair import unfolded
+from .complex import Complex
 from .surface_map import checked_location, nearest
 
 #: Vertices, or places by face and weights.
@@ -130,52 +132,49 @@ def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Locat
     Faces are divided at points within them, and two of them at points of their common side. Points that are nearer to a
     side or a corner than 1e-8 of the face lie there.
     """
-    f = np.column_stack((result.faces, np.arange(len(result.faces))))  # the last column: of which face it is a part
-    n = len(result.sphere)
-    vertices = np.empty(len(points.face), dtype=np.int64)
-    corners, weights = list[IntArray](), list[FloatArray]()  # of each vertex that is added, in its face
+    f, n = result.faces, len(result.sphere)
+    near = np.flatnonzero(touching(f, marked(f[points.face], n)))
+    complex = Complex(dict(zip(near.tolist(), map(tuple, f[near].tolist()), strict=True)))
+    owner = np.arange(len(f))  # the face that each one is a part of
+    vertices, added = np.empty(len(points.face), dtype=np.int64), list[tuple[IntArray, FloatArray]]()
     for k, (face, w) in enumerate(zip(*points, strict=True)):
         w = np.where(w < HALF_DIGITS, 0.0, w)
-        own = result.faces[face]
-        parts = np.flatnonzero(f[:, 3] == face)
-        height = _heights(w / w.sum(), np.array([_weights(f[part, :3], own, n, corners, weights) for part in parts]))
+        w, parts = w / w.sum(), np.flatnonzero(owner == face)
+        corners = np.array([complex.faces[i] for i in parts.tolist()])
+        height = _heights(w, np.array([[_weights(u, f[face], n, added) for u in part] for part in corners.tolist()]))
         best = height.min(axis=1).argmax()
-        part, near = parts[best], np.flatnonzero(height[best] < HALF_DIGITS)
-        if len(near) > 1:
-            vertices[k] = f[part, height[best].argmax()]
+        beside = np.flatnonzero(height[best] < HALF_DIGITS)
+        if len(beside) > 1:
+            vertices[k] = corners[best, height[best].argmax()]
             continue
-        vertices[k] = new = n + len(corners)
-        corners.append(own)
-        weights.append(w / w.sum())
-        if len(near):
-            i, j = np.delete(f[part, :3], near[0])
-            around = np.flatnonzero((f[:, :3] == i).any(axis=1) & (f[:, :3] == j).any(axis=1))
-            ahead, behind = f[around].copy(), f[around]
-            ahead[:, :3][ahead[:, :3] == i] = new
-            behind[:, :3][behind[:, :3] == j] = new
-            f[around] = ahead
-            f = np.concatenate((f, behind))
+        vertices[k] = new = n + len(added)
+        added.append((f[face], w))
+        if len(beside):
+            i, j = np.delete(corners[best], beside[0]).tolist()
+            divided, edit = complex.beside(i, j), complex.halved(i, j, new, len(owner))
         else:
-            star = np.repeat(f[part][None], 3, axis=0)
-            star[np.arange(3), np.arange(3)] = new
-            f[part] = star[0]
-            f = np.concatenate((f, star[1:]))
-    if not corners:
+            divided, edit = [parts[best]] * 2, complex.divided(int(parts[best]), new, len(owner))
+        complex.put(edit)
+        owner = np.append(owner, owner[divided])
+    if not added:
         return result, take_points(points, slice(0, 0)), vertices
-    first = np.array([np.flatnonzero(vertices == n + k)[0] for k in range(len(corners))])
-    places = Location(points.face[first], np.array(weights))
-    v, x = (np.concatenate((p, interpolate(p, result.faces, places))) for p in (result.vertices, result.sphere))
+    first = np.array([np.flatnonzero(vertices == n + k)[0] for k in range(len(added))])
+    places = Location(points.face[first], np.array([w for _, w in added]))
+    v, x = (np.concatenate((p, interpolate(p, f, places))) for p in (result.vertices, result.sphere))
+    faces = np.concatenate((f, np.empty((len(owner) - len(f), 3), dtype=np.int64)))
+    faces[list(complex.faces)] = list(complex.faces.values())
     caps = result.mesh.caps
-    mesh = check_mesh(v, f[:, :3], caps=None if caps is None else caps[f[:, 3]])
+    mesh = check_mesh(v, faces, caps=None if caps is None else caps[owner])
     found = certified(mesh, unfolded(mesh, unit_rows(x)))
     return replace(found, run=result.run), places, vertices
 
 
-def _weights(part: IntArray, own: IntArray, n: int, corners: list[IntArray], weights: list[FloatArray]) -> FloatArray:
-    """Barycentric weights (3, 3) of the corners of a part of a face, by the corners of the face."""
-    rows = [(own == u).astype(float) if u < n else ((corners[u - n] == own[:, None]) * weights[u - n]).sum(axis=1)
-            for u in part]
-    return np.array(rows)
+def _weights(vertex: int, face: IntArray, n: int, added: list[tuple[IntArray, FloatArray]]) -> FloatArray:
+    """Barycentric weights of a vertex by the corners of a face, from those of added ones in the faces they lie in."""
+    if vertex < n:
+        return (face == vertex).astype(float)
+    corners, weights = added[vertex - n]
+    return np.asarray(((corners == face[:, None]) * weights).sum(axis=1))
 
 
 def _heights(w: FloatArray, parts: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -12,9 +12,9 @@ from ...errors import MeshError
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
-from ...mesh.check import Mesh, check_mesh
+from ...mesh.check import check_mesh
 from ...newton.system import VertexSystem
-from ...resampling.locate import Location, SphereLocator, locator_of
+from ...resampling.locate import Location, locator_of
 from ...resampling.transfer import weighted
 from ...samples import sphere as regular_sphere
 from ...sphere.rows import row_dets, row_lengths, unit_rows
@@ -23,21 +23,7 @@ from ...verify.certificate import UNIT_TOLERANCE
 from ...verify.signs import folded_faces
 
 
-class CachedLocator:
-    """A locator that keeps where the points of the last map lie: all terms of a problem ask for the same ones."""
-
-    def __init__(self, locator: SphereLocator) -> None:
-        self._locator, self.x, self.f = locator, locator.x, locator.f
-        self._last: tuple[FloatArray, Location] | None = None
-
-    def locate(self, y: FloatArray) -> Location:
-        """Where points lie; the caller does not change them in place."""
-        if self._last is None or self._last[0] is not y:
-            self._last = y, self._locator.locate(y)
-        return self._last[1]
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Level:
     """A surface at a resolution.
 
@@ -57,6 +43,7 @@ class Level:
     metric: FloatArray
     landmarks: IntArray
     own: Level | None = None
+    _last: tuple[FloatArray, Location] | None = field(default=None, init=False)
 
     @classmethod
     def of(cls, result: SphereMap, name: str, landmarks: IntArray | None = None) -> Level:
@@ -73,74 +60,44 @@ class Level:
 
         Of points and landmarks nearer than half the spacing only landmarks are kept.
         """
-        x, kept = regular_sphere(size)[0], self.x[self.landmarks]
+        x, kept = regular_sphere(size)[0], self.map.sphere[self.landmarks]
         for landmark in kept:
             x = x[np.linalg.norm(x - landmark, axis=1) > np.sqrt(np.pi / size)]
         x = np.concatenate((kept, x))
-        v = self.at(x, self.mesh.v)
+        v = self.at(x, self.map.mesh.v)
         return Level(certified(check_mesh(v, hull_faces(x)), x), self.at(x, self.metric), np.arange(len(kept)), self)
-
-    @property
-    def mesh(self) -> Mesh:
-        """The surface."""
-        return self.map.mesh
-
-    @property
-    def x(self) -> FloatArray:
-        """Images of the vertices."""
-        return self.map.sphere
-
-    @property
-    def unit(self) -> FloatArray:
-        """Positions of unit area."""
-        return self.mesh.unit
-
-    @property
-    def f(self) -> IntArray:
-        """Faces."""
-        return self.mesh.f
-
-    @property
-    def locator(self) -> SphereLocator:
-        """Finds points of the sphere."""
-        return locator_of(self.map)
-
-    @cached_property
-    def cached_locator(self) -> CachedLocator:
-        """Finds the points of the map that all terms of a problem ask for."""
-        return CachedLocator(self.locator)
 
     @cached_property
     def system(self) -> VertexSystem:
         """Newton's equations."""
-        return VertexSystem(self.f, len(self.x))
+        return VertexSystem(self.map.faces, len(self.map.sphere))
 
-    def at(self, x: FloatArray, values: FloatArray) -> FloatArray:
+    def locate(self, y: FloatArray) -> Location:
+        """Where points lie, which is kept for the last ones: all terms of a problem ask for them, and change none."""
+        if self._last is None or self._last[0] is not y:
+            self._last = y, locator_of(self.map).locate(y)
+        return self._last[1]
+
+    def at(self, y: FloatArray, values: FloatArray) -> FloatArray:
         """Values at points of the sphere, from those at the vertices."""
-        face, weights = self.locator.locate(x)
-        return weighted(values, self.f[face], weights, labels=False)
+        face, weights = self.locate(y)
+        return weighted(values, self.map.faces[face], weights, labels=False)
 
     def carried(self, y: FloatArray, other: Level) -> FloatArray:
         """A map of another level that is like the map y of this one, free of foldings."""
-        face, weights = self._own_places if other is self.own else self.locator.locate(other.x)
-        return unfolded(other.mesh, unit_rows(weighted(y, self.f[face], weights, labels=False)))
-
-    @cached_property
-    def _own_places(self) -> Location:
-        """Where the vertices of the surface's own mesh lie."""
-        assert self.own is not None
-        return self.locator.locate(self.own.x)
+        return unfolded(other.map.mesh, unit_rows(self.at(other.map.sphere, y)))
 
     def split(self, y: FloatArray, marked: BoolArray) -> tuple[Level, FloatArray]:
         """The level with edges of marked faces bisected, and its map that is like the map y; new vertices come last."""
-        edges = np.stack([row_lengths(y[self.f[:, k - 2]] - y[self.f[:, k - 1]]) for k in range(3)], axis=1)
-        f, ends, parts = bisected(self.f, edges * marked[:, None], len(y))
+        own = self.map.mesh
+        edges = np.stack([row_lengths(y[own.f[:, k - 2]] - y[own.f[:, k - 1]]) for k in range(3)], axis=1)
+        f, ends, parts = bisected(own.f, edges * marked[:, None], len(y))
         v, metric, x, z = (np.concatenate((p, p[ends].mean(axis=1)))
-                           for p in (self.mesh.v, self.metric, self.x, y))
+                           for p in (own.v, self.metric, self.map.sphere, y))
         x[len(y) :], z[len(y) :] = unit_rows(x[len(y) :]), unit_rows(z[len(y) :])
         if folded_faces(x, f).any() or folded_faces(z, f).any():  # slivers, by rounding
             return self, y
-        caps = None if self.mesh.caps is None else self.mesh.caps[parts]
+        caps = None if own.caps is None else own.caps[parts]
         return Level(certified(check_mesh(v, f, caps=caps), x), metric, self.landmarks, self.own or self), z
 
 

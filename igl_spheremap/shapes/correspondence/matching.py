@@ -140,7 +140,7 @@ def match(
     descent = _descent(own, Level.of(target, "the target"), features, feature_weight, goals, position_weight, soft)
     start, candidates = _start(own, descent, goals)
     level, x = _lowered(own, descent, start, history)
-    result = certified(level.mesh, x)
+    result = certified(level.map.mesh, x)
     result = replace(result, run=history.complete(result.run, "match"))
     if not soft:
         _check_met(result, given, goals)
@@ -158,10 +158,11 @@ def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike]
     """What is lowered: from coarse levels to fine ones, with ever less of the spheres' strain."""
     guide = last = weight
     if features is None:
-        features = FeatureSurface(source.mesh).curvature_and_depth, FeatureSurface(target.mesh).curvature_and_depth
+        curved = [FeatureSurface(level.map.mesh).curvature_and_depth for level in (source, target)]
+        features = curved[0], curved[1]
         guide, last = _GUIDE, 0.0
     pair = FeaturePair(source, target, features, [_WIDTH, *_SHARES.values()])
-    sizes = *(size for size in _SIZES if size <= len(source.x)), None
+    sizes = *(size for size in _SIZES if size <= len(source.map.sphere)), None
     plan = [Stage(size, share, (width,), guide, _GUARD, _STEPS) if share < 1
             else Stage(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS)
             for size in sizes for share, width in _SHARES.items()]
@@ -172,13 +173,13 @@ def _start(source: Level, descent: Descent, goals: FloatArray) -> tuple[FloatArr
     """A map of the source's sphere by its landmarks, if they are enough, or by features; and the rotations tried."""
     if len(goals) < _ENOUGH:
         return descent.start(_WIDTH, moebius=True)
-    held = check_landmarks(len(source.x), source.landmarks, goals, 1.0)
-    return match_landmarks(source.x, held, _STIFFNESS), ()
+    held = check_landmarks(len(source.map.sphere), source.landmarks, goals, 1.0)
+    return match_landmarks(source.map.sphere, held, _STIFFNESS), ()
 
 
 def _lowered(source: Level, descent: Descent, start: FloatArray, history: History) -> tuple[Level, FloatArray]:
     """The map that the descent leads to, or had come to when a listener stopped it, and the level that it is on."""
-    found = source, unfolded(source.mesh, start)
+    found = source, unfolded(source.map.mesh, start)
 
     def report(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
         nonlocal found

@@ -101,9 +101,8 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     """
     A, B = Triangulation(source.mesh, source.sphere), Triangulation(target.mesh, _snapped(target, source.sphere))
     of_a, of_b = places(A.x, B), places(B.x, A)
-    alone = of_b.vertex < 0
-    own = np.arange(len(A.x))
-    other = np.where(alone, len(own) + np.cumsum(alone) - 1, of_b.vertex)
+    alone, own = of_b.corners > 1, np.arange(len(A.x))
+    other = np.where(alone, len(own) + np.cumsum(alone) - 1, of_b.part)
     first = len(own) + int(alone.sum())
     cut_a, cut_b = walk(A, B, of_a, own, other, first), walk(B, A, of_b, other, own, first)
     half_a, half_b = A.forward[cut_a.crossed[:, 0]], cut_a.crossed[:, 1]

@@ -195,7 +195,7 @@ def register(
     a, b = pair.smoothed(_SMOOTHING)
     first = _WIDEST if features is None else WIDTHS[-1]  # data are compared nearly as they are
     columns = pair.source([first]).shape[1]
-    plan = [Stage(min(size, len(a.x)), share, each, 1 / (stiffness * columns * len(each)), _GUARD, _STEPS)
+    plan = [Stage(min(size, len(a.map.sphere)), share, each, 1 / (stiffness * columns * len(each)), _GUARD, _STEPS)
             for size, share, each in _CHAIN]
     descent = Descent(a, b, plan, pair, np.empty((0, 3)))
     course = _Course(source, pair, history)
@@ -207,7 +207,7 @@ def register(
                 course(turned, 1 - candidates[0].correlation)
         if "moebius" in stages:
             with course.stage("moebius"):
-                fit_moebius(course.x, a.f, pair.weights, pair.source([first]), pair.target([first]), course)
+                fit_moebius(course.x, a.map.faces, pair.weights, pair.source([first]), pair.target([first]), course)
         if "elastic" in stages:
             def step(_: Stage, level: Level, y: FloatArray, energy: float) -> None:
                 course(course.x if listener is None else level.carried(y, a), energy)  # the history keeps numbers only

@@ -8,9 +8,8 @@ from ...balance.energy import BalancedEnergy
 from ...balance.flat_faces import FaceImages, FlatFaces
 from ...mesh.arrays import FloatArray, IntArray
 from ...newton.system import PAIRS
-from ...resampling.transfer import weighted
 from ...sphere.rows import row_crosses, row_dots
-from .levels import CachedLocator, Level
+from .levels import Level
 
 #: Angles and areas count alike, by MIPS and J + 1/J.
 _WEIGHT, _POWER = 0.5, 1
@@ -19,22 +18,19 @@ _WEIGHT, _POWER = 0.5, 1
 class Lift:
     """Values over a surface, linear in its faces, as functions on its sphere."""
 
-    def __init__(self, locator: CachedLocator, values: FloatArray) -> None:
-        self._locator, self._values = locator, values
+    def __init__(self, level: Level, values: FloatArray) -> None:
+        self._level, self._values = level, values
 
     def values(self, y: FloatArray) -> FloatArray:
         """Values (n, d) at points of the sphere."""
-        face, weights = self._locator.locate(y)
-        return weighted(self._values, self._locator.f[face], weights, labels=False)
+        return self._level.at(y, self._values)
 
     def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values (n, d) at points of the sphere, and gradients (n, d, 3) within the faces that hold them."""
-        face, weights = self._locator.locate(y)
-        corners = self._locator.f[face]
-        values = weighted(self._values, corners, weights, labels=False)
+        values, corners = self.values(y), self._level.map.faces[self._level.locate(y).face]
         # With a' = det(y, b, c) / det(a, b, c) and so on for b and c, weights are these over their sum. Differences
         # from y keep digits in faces of any size.
-        a, b, c = (self._locator.x[corners[:, k]] - y for k in range(3))
+        a, b, c = (self._level.map.sphere[corners[:, k]] - y for k in range(3))
         normal = row_crosses(b - a, c - a)
         total = row_dots(normal, y)  # det(a, b, c) times the sum of the a'
         changes = np.stack([row_crosses(y, q - p) + row_crosses(p, q) for p, q in ((b, c), (c, a), (a, b))], axis=1)
@@ -72,7 +68,8 @@ class SpaceStrain(BalancedEnergy):
 
 def sphere_strain(level: Level) -> BalancedEnergy:
     """The strain of maps of a level's sphere to itself."""
-    return BalancedEnergy(FlatFaces.of(level.x, level.f), _WEIGHT, _POWER, np.zeros(len(level.f)))
+    faces = FlatFaces.of(level.map.sphere, level.map.faces)
+    return BalancedEnergy(faces, _WEIGHT, _POWER, np.zeros(len(level.map.faces)))
 
 
 class ComposedStrain:
@@ -92,11 +89,11 @@ class ComposedStrain:
     """
 
     def __init__(self, source: Level, target: Level, share: float, guard: float) -> None:
-        self.f, self._guard = source.f, guard
-        faces = FlatFaces.of(_blended(source, share), source.f)
-        self._strain = SpaceStrain(faces, _WEIGHT, _POWER, np.zeros(len(source.f)))
+        self.f, self._guard = source.map.faces, guard
+        faces = FlatFaces.of(_blended(source, share), source.map.faces)
+        self._strain = SpaceStrain(faces, _WEIGHT, _POWER, np.zeros(len(source.map.faces)))
         self._sphere = sphere_strain(source)
-        self._lift = Lift(target.cached_locator, _scaled(_blended(target, share), target.f))
+        self._lift = Lift(target, _scaled(_blended(target, share), target.map.faces))
 
     @property
     def area(self) -> FloatArray:
@@ -124,15 +121,15 @@ class ComposedStrain:
 
 def log_strain(source: Level, target: Level, y: FloatArray) -> float:
     """Sum of squared logarithms of stretches from source to target: single faces of high strain count little there."""
-    strain = SpaceStrain(FlatFaces.of(source.metric, source.f), _WEIGHT, 0, np.zeros(len(source.f)))
-    lift = Lift(target.cached_locator, _scaled(target.metric, target.f))
+    strain = SpaceStrain(FlatFaces.of(source.metric, source.map.faces), _WEIGHT, 0, np.zeros(len(source.map.faces)))
+    lift = Lift(target, _scaled(target.metric, target.map.faces))
     return float(strain.by_face(lift.values(y)).sum())
 
 
 def _blended(level: Level, share: float) -> FloatArray:
     """Positions whose squared lengths are the weighted mean of the sphere's and the surface's."""
-    v = _scaled(level.metric, level.f)
-    return v if share == 1 else np.concatenate((np.sqrt(1 - share) * level.x, np.sqrt(share) * v), axis=1)
+    v = _scaled(level.metric, level.map.faces)
+    return v if share == 1 else np.concatenate((np.sqrt(1 - share) * level.map.sphere, np.sqrt(share) * v), axis=1)
 
 
 def _scaled(p: FloatArray, f: IntArray) -> FloatArray:

@@ -64,14 +64,26 @@ class Triangulation:
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Where points lie on a triangulation: the face, and the side or the vertex where it is one, else -1.
+    """Where points lie on a triangulation.
 
-    Weights are exactly 0 at corners that have no part in the point.
+    Attributes
+    ----------
+    location : Location
+        Weights are exactly 0 at corners that have no part in the point.
+    corners : (k,) int64 array
+        How many corners have one: 1 at a vertex, 2 on a side, 3 within a face.
+    part : (k,) int64 array
+        That vertex, that side as a half-edge, or that face.
     """
 
     location: Location
-    side: IntArray
-    vertex: IntArray
+    corners: IntArray
+    part: IntArray
+
+    def rows(self, points: IntArray, corners: int) -> tuple[IntArray, IntArray]:
+        """Which of some points lie at a vertex (1), on a side (2) or within a face (3), and at or on or in which."""
+        rows = np.flatnonzero(self.corners[points] == corners)
+        return rows, self.part[points[rows]]
 
 
 def places(points: FloatArray, on: Triangulation) -> Places:
@@ -79,12 +91,11 @@ def places(points: FloatArray, on: Triangulation) -> Places:
     face, weights = on.locator.locate(points)
     corners = [on.x[on.f[face, k]] for k in range(3)]
     inner = np.stack([determinant_signs(points, corners[k - 2], corners[k - 1]) != 0 for k in range(3)], axis=1)
-    parts = inner.sum(axis=1)
+    count = inner.sum(axis=1)
     weights = np.where(inner, weights, 0.0)
-    weights[parts == 1] = inner[parts == 1]
-    side = np.where(parts == 2, 3 * face + inner.argmin(axis=1), -1)
-    vertex = np.where(parts == 1, on.f[face, inner.argmax(axis=1)], -1)
-    return Places(Location(face, weights / weights.sum(axis=1, keepdims=True)), side, vertex)
+    weights[count == 1] = inner[count == 1]
+    part = np.choose(count - 1, (on.f[face, inner.argmax(axis=1)], 3 * face + inner.argmin(axis=1), face))
+    return Places(Location(face, weights / weights.sum(axis=1, keepdims=True)), count, part)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,22 +140,22 @@ def walk(path: Triangulation, over: Triangulation, found: Places, own: IntArray,
         node[i] = to
 
     while len(i):
-        there = np.where(along, _on_edge(over, h, found, b[i]), _in_face(over, h // 3, found, b[i]))
+        there = _ends(over, h, along, found, b[i])
         go(i[there], own[b[i[there]]], h[there], along[there])
         i, h, along = i[~there], h[~there], along[~there]
         # The half-edge h has its start to the left of the path and its end to the right, or runs along it.
         apex = determinant_signs(path.x[a[i]], path.x[b[i]], over.x[over.apex(h)])
-        vertex = np.where(along, over.end[h], np.where(apex == 0, over.apex(h), -1))
-        out = h - h % 3 + (h + np.where(apex > 0, 1, 2)) % 3
-        crosses = vertex < 0
-        to = other[vertex]
-        to[crosses] = first + np.arange(crosses.sum())
-        first += int(crosses.sum())
-        crossed.append(np.stack((i[crosses], out[crosses]), axis=1))
+        meets = along | (apex == 0)
+        vertex = np.where(along, over.end[h], over.apex(h))[meets]
+        out = (h - h % 3 + (h + np.where(apex > 0, 1, 2)) % 3)[~meets]
+        to = np.empty_like(i)
+        to[meets], to[~meets] = other[vertex], np.arange(first, first + len(out))
+        first += len(out)
+        crossed.append(np.stack((i[~meets], out), axis=1))
         go(i, to, h, along)
-        along = np.zeros(len(i), dtype=bool)
-        h = over.twin[out]
-        h[~crosses], along[~crosses] = over.leave(vertex[~crosses], path.x[b[i[~crosses]]])
+        h, along = np.empty_like(h), np.zeros_like(along)
+        h[~meets] = over.twin[out]
+        h[meets], along[meets] = over.leave(vertex, path.x[b[i[meets]]])
     edge, start, end, half, runs = (np.concatenate(column) for column in zip(*segments, strict=True))
     return Segments(edge, start, end, half, runs, np.concatenate(crossed))
 
@@ -152,35 +163,39 @@ def walk(path: Triangulation, over: Triangulation, found: Places, own: IntArray,
 def _begin(a: FloatArray, b: FloatArray, over: Triangulation, found: Places, vertices: IntArray) -> tuple[
         IntArray, BoolArray]:
     """The first half-edge of each path from a to b, as `walk` keeps it."""
-    face, side, vertex = found.location.face[vertices], found.side[vertices], found.vertex[vertices]
-    along = np.zeros(len(a), dtype=bool)
-    inside = np.flatnonzero((side < 0) & (vertex < 0))
-    corners = over.f[face[inside]]
-    signs = np.stack([determinant_signs(a[inside], b[inside], over.x[corners[:, k]]) for k in range(3)], axis=1)
-    # The path leaves by a side with its start to the right and its end to the left, or on the path.
-    leaves = (np.roll(signs, 1, axis=1) < 0) & ((signs > 0) | (signs == 0) & (np.roll(signs, -1, axis=1) > 0))
-    h = 3 * face
-    h[inside] += leaves.argmax(axis=1)
-    on = np.flatnonzero(side >= 0)
-    g = side[on]
-    turn = determinant_signs(over.x[over.start[g]], over.x[over.end[g]], b[on])
-    back = determinant_signs(a[on], over.x[over.apex(g)], b[on])
-    h[on] = np.where((turn > 0) | (turn == 0) & (back < 0), g, over.twin[g])
-    along[on] = turn == 0
-    at = np.flatnonzero(vertex >= 0)
-    h[at], along[at] = over.leave(vertex[at], b[at])
+    h, along = np.empty(len(a), dtype=np.int64), np.zeros(len(a), dtype=bool)
+    rows, vertex = found.rows(vertices, 1)
+    h[rows], along[rows] = over.leave(vertex, b[rows])
+    rows, side = found.rows(vertices, 2)
+    h[rows], along[rows] = _from_side(over, side, a[rows], b[rows])
+    rows, face = found.rows(vertices, 3)
+    h[rows] = _from_face(over, face, a[rows], b[rows])
     return h, along
 
 
-def _in_face(over: Triangulation, face: IntArray, found: Places, b: IntArray) -> BoolArray:
-    """Whether points of `found` lie in a face or on its boundary."""
-    vertex, side = found.vertex[b], found.side[b]
-    beside = (side // 3 == face) | (over.twin[side] // 3 == face)
-    corner = (over.f[face] == vertex[:, None]).any(axis=1)
-    return np.where(vertex >= 0, corner, np.where(side >= 0, beside, found.location.face[b] == face))
+def _from_side(over: Triangulation, side: IntArray, a: FloatArray, b: FloatArray) -> tuple[IntArray, BoolArray]:
+    """The half-edges of sides on which paths begin, of the face that they enter or in their direction."""
+    turn = determinant_signs(over.x[over.start[side]], over.x[over.end[side]], b)
+    back = determinant_signs(a, over.x[over.apex(side)], b)
+    return np.where((turn > 0) | (turn == 0) & (back < 0), side, over.twin[side]), turn == 0
 
 
-def _on_edge(over: Triangulation, h: IntArray, found: Places, b: IntArray) -> BoolArray:
-    """Whether points of `found` lie on a half-edge or at its end."""
-    vertex, side = found.vertex[b], found.side[b]
-    return np.where(vertex >= 0, vertex == over.end[h], (side == h) | (side == over.twin[h]))
+def _from_face(over: Triangulation, face: IntArray, a: FloatArray, b: FloatArray) -> IntArray:
+    """The half-edges by which paths leave faces: the start lies to the right, the end to the left or on the path."""
+    signs = np.stack([determinant_signs(a, b, over.x[over.f[face, k]]) for k in range(3)], axis=1)
+    leaves = (np.roll(signs, 1, axis=1) < 0) & ((signs > 0) | (signs == 0) & (np.roll(signs, -1, axis=1) > 0))
+    return np.asarray(3 * face + leaves.argmax(axis=1))
+
+
+def _ends(over: Triangulation, h: IntArray, along: BoolArray, found: Places, b: IntArray) -> BoolArray:
+    """Whether paths end at points in the faces that they cross, boundaries included, or on the sides they run along."""
+    ends, face = np.zeros(len(b), dtype=bool), h // 3
+    rows, vertex = found.rows(b, 1)
+    ends[rows] = np.where(along[rows], over.end[h[rows]] == vertex, (vertex == over.f[face[rows]].T).any(axis=0))
+    rows, side = found.rows(b, 2)
+    own = np.where(along[rows], h[rows], face[rows])
+    sides = side, over.twin[side]
+    ends[rows] = np.any([own == np.where(along[rows], each, each // 3) for each in sides], axis=0)
+    rows, within = found.rows(b, 3)
+    ends[rows] = ~along[rows] & (within == face[rows])
+    return ends

@@ -140,19 +140,3 @@ def expand(locator: SphereLocator, values: FloatArray, degree: int, oversampling
     z, w = gauss_rows(n)
     points = grid_points(z, longitudes(2 * n)).reshape(-1, 3)
     return analysis(transfer(locator, values, points).reshape(n, 2 * n, -1), z, w, degree)
-
-
-def grid_synthesis(c: FloatArray, z: FloatArray, columns: int) -> FloatArray:
-    """Values (rows, columns, k); columns must be more than twice the degree."""
-    degree, k = degree_of(c), c.shape[1]
-    waves = np.zeros((degree + 1, len(z), 2 * k))
-    for ell, P in enumerate(legendre(degree, z, np.sqrt((1 - z) * (1 + z)))):
-        middle = ell * ell + ell
-        each = np.zeros((ell + 1, 2 * k))
-        each[:, :k] = c[middle : middle + ell + 1]
-        each[1:, k:] = c[middle - ell : middle][::-1]
-        waves[: ell + 1] += P[:, :, None] * each[:, None]
-    waves[1:] /= np.sqrt(2)
-    F = np.zeros((len(z), columns // 2 + 1, k), dtype=complex)
-    F[:, : degree + 1] = (waves[..., :k] - 1j * waves[..., k:]).transpose(1, 0, 2)
-    return np.fft.irfft(F, columns, axis=1, norm="forward")

@@ -82,13 +82,6 @@ def angular_momentum(rows: ComplexArray, steps: FloatArray) -> ComplexArray:
     return np.stack((lowered + raised, 1j * (lowered - raised), np.arange(-ell, ell + 1)[:, None] * rows))
 
 
-def turning(c: FloatArray) -> FloatArray:
-    """Coefficients (3, (L + 1)^2, k) of x cross grad f: how f changes as x turns about each axis."""
-    degrees = (angular_momentum(to_complex(c[rows_of(ell)]), ladder(ell)) for ell in range(degree_of(c) + 1))
-    parts = ([from_complex(1j * axis) for axis in axes] for axes in degrees)
-    return np.stack([np.concatenate(axis) for axis in zip(*parts, strict=True)])
-
-
 def rotate_complex(rows: ComplexArray, R: FloatArray, U: FloatArray) -> ComplexArray:
     """Complex coefficients (..., 2 l + 1, k) of x -> f(R^-1 x): Wigner's D times `rows`; U holds the `spin`."""
     ell = rows.shape[-2] // 2

@@ -14,7 +14,6 @@ from igl_spheremap.shapes.harmonics.rotation import (
     rotate,
     rotation_angle,
     to_complex,
-    turning,
 )
 from igl_spheremap.sphere.rows import unit_rows
 
@@ -93,15 +92,6 @@ def test_constants_and_higher_degrees_do_not_count():
     changed[0] += 100
     changed[rows_of(6)] = rng.normal(size=(13, 1))
     assert np.array_equal(best_rotations(c, c, 6)[0].rotation, best_rotations(changed, c, 6)[0].rotation)
-
-
-def test_turning_is_the_derivative_by_rotations():
-    rng = np.random.default_rng(2)
-    c, x, h = rng.normal(size=(36, 2)), unit_rows(rng.normal(size=(9, 3))), 1e-6
-    for axis, rate in zip(np.eye(3), turning(c), strict=True):
-        R = Rotation.from_rotvec(h * axis).as_matrix()
-        change = (synthesis(c, x @ R.T) - synthesis(c, x @ R)) / (2 * h)
-        assert np.abs(change - synthesis(rate, x)).max() < 1e-8
 
 
 def test_angles_of_rotations():

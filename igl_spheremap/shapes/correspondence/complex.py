@@ -1,0 +1,85 @@
+"""A part of a closed triangulation that can be edited: faces and sides are divided, sides flip and collapse."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+#: Corners of faces, counter-clockwise, by the faces' numbers.
+Faces = Mapping[int, tuple[int, ...]]
+
+
+class Complex:
+    """Triangles by their numbers, and the triangles around each vertex.
+
+    Each side at a vertex whose triangles are all here has two of them, which run it in opposite directions. The edits
+    keep that. They return the faces that they would make, each in the place of the one of its number; `put` makes them.
+
+    Attributes
+    ----------
+    faces : dict of int to tuple of int
+        The corners of each face.
+    around : dict of int to set of int
+        The faces at each vertex.
+    """
+
+    def __init__(self, faces: Faces) -> None:
+        self.faces: dict[int, tuple[int, ...]] = {}
+        self.around: dict[int, set[int]] = {}
+        self.put(faces)
+
+    def put(self, faces: Faces, gone: Iterable[int] = ()) -> None:
+        """Put faces in the place of those of their numbers, and take others out."""
+        for i in (*faces, *gone):
+            for v in self.faces.pop(i, ()):
+                self.around[v].discard(i)
+        for i, corners in faces.items():
+            self.faces[i] = corners
+            for v in corners:
+                self.around.setdefault(v, set()).add(i)
+
+    def neighbours(self, v: int) -> set[int]:
+        """The other ends of the sides at a vertex."""
+        return {w for i in self.around[v] for w in self.faces[i]} - {v}
+
+    def beside(self, p: int, q: int) -> list[int]:
+        """The faces at the side between two vertices."""
+        return sorted(self.around[p] & self.around[q])
+
+    def beyond(self, i: int, v: int) -> tuple[int, int]:
+        """The face on the other side of a face's side opposite a corner, and the corner opposite it there."""
+        p, q = self._opposite(i, v)
+        (j,) = self.around[p] & self.around[q] - {i}
+        (u,) = set(self.faces[j]) - {p, q}
+        return j, u
+
+    def _opposite(self, i: int, v: int) -> tuple[int, int]:
+        """The two corners of a face that follow one of them."""
+        k = self.faces[i].index(v)
+        return self.faces[i][k - 2], self.faces[i][k - 1]
+
+    def collapsed(self, out: int, into: int) -> tuple[Faces, set[int]] | None:
+        """The faces around the side between two vertices once it is shrunk onto one of them, and the two that go.
+
+        None if the ends have other common neighbours than the two beside them: two sheets would touch.
+        """
+        if len(self.neighbours(out) & self.neighbours(into)) != 2:
+            return None
+        gone = self.around[out] & self.around[into]
+        kept = (self.around[out] | self.around[into]) - gone
+        return {i: tuple(into if v == out else v for v in self.faces[i]) for i in kept}, gone
+
+    def flipped(self, i: int, v: int) -> Faces | None:
+        """A face and the one beyond its side opposite a corner, with the side across; None if that is there already."""
+        (p, q), (j, u) = self._opposite(i, v), self.beyond(i, v)
+        return None if u == v or u in self.neighbours(v) else {i: (v, p, u), j: (v, u, q)}
+
+    def divided(self, i: int, new: int, number: int) -> Faces:
+        """A face divided at a vertex within it; `number` is the first of those that are free."""
+        a, b, c = self.faces[i]
+        return {i: (new, b, c), number: (a, new, c), number + 1: (a, b, new)}
+
+    def halved(self, p: int, q: int, new: int, number: int) -> Faces:
+        """The two faces at the side from p to q, and from `number` on as many new ones, with a vertex on that side."""
+        both = self.beside(p, q)
+        return {row: tuple(new if v == end else v for v in self.faces[i])
+                for end, rows in ((p, both), (q, (number, number + 1))) for i, row in zip(both, rows, strict=True)}

@@ -1,0 +1,79 @@
+"""Whatever is edited, the triangles stay those of a closed sphere, each side between two of them."""
+
+import numpy as np
+import pytest
+
+from igl_spheremap.mesh.edges import half_edges
+from igl_spheremap.samples import sphere
+from igl_spheremap.shapes.correspondence.complex import Complex
+
+
+def complex_of(n):
+    f = sphere(n)[1]
+    return Complex(dict(enumerate(map(tuple, f.tolist())))), n, len(f)
+
+
+def check(complex):
+    """Numbered anew the faces are a closed oriented sphere, and `around` names those at each vertex."""
+    faces = np.array(list(complex.faces.values()))
+    used, f = np.unique(faces, return_inverse=True)
+    assert half_edges(f.reshape(-1, 3), len(used)) is not None
+    assert len(faces) == 2 * len(used) - 4
+    at = {v: {i for i, corners in complex.faces.items() if v in corners} for v in used.tolist()}
+    assert {v: rows for v, rows in complex.around.items() if rows} == at
+
+
+def collapse(complex, rng, vertex, number):
+    out = int(rng.choice([v for v, rows in complex.around.items() if rows]))
+    edit = complex.collapsed(out, min(complex.neighbours(out)))
+    if edit and len(complex.faces) > 4:
+        complex.put(*edit)
+    return vertex, number
+
+
+def flip(complex, rng, vertex, number):
+    i = int(rng.choice(list(complex.faces)))
+    if edit := complex.flipped(i, complex.faces[i][rng.integers(3)]):
+        complex.put(edit)
+    return vertex, number
+
+
+def divide(complex, rng, vertex, number):
+    complex.put(complex.divided(int(rng.choice(list(complex.faces))), vertex, number))
+    return vertex + 1, number + 2
+
+
+def halve(complex, rng, vertex, number):
+    p, q, _ = complex.faces[int(rng.choice(list(complex.faces)))]
+    complex.put(complex.halved(p, q, vertex, number))
+    return vertex + 1, number + 2
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_edits_keep_a_sphere(seed):
+    rng = np.random.default_rng(seed)
+    complex, vertex, number = complex_of(42)
+    for edit in rng.choice([collapse, collapse, flip, divide, halve], 300):
+        vertex, number = edit(complex, rng, vertex, number)
+        check(complex)
+
+
+def test_a_side_whose_ends_have_a_third_common_neighbour_stays():
+    complex, vertex, number = complex_of(12)
+    a, b, c = complex.faces[0]
+    complex.put(complex.divided(0, vertex, number))
+    complex.put(complex.divided(complex.beyond(0, vertex)[0], vertex + 1, number + 2))
+    assert complex.collapsed(b, c) is None  # the ends have both new vertices and two others in common
+    assert complex.collapsed(vertex, a) is not None
+
+
+def test_a_flip_undone_by_a_flip():
+    complex, *_ = complex_of(12)
+    before = {frozenset(corners) for corners in complex.faces.values()}
+    v, p, q = complex.faces[0]
+    _, u = complex.beyond(0, v)
+    complex.put(complex.flipped(0, v))
+    assert u in complex.neighbours(v)
+    assert q not in complex.neighbours(p)
+    complex.put(complex.flipped(0, p))
+    assert {frozenset(corners) for corners in complex.faces.values()} == before
