@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import threading
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..draw.palette import FOLDED, GUIDE, INK, LINES
-from ..draw.plot import SMALL, new_figure, plot_angles, plot_areas
+from ..draw.plot import SMALL, extremes, new_figure, plot_angles, plot_areas
 from ..mesh.arrays import FloatArray, IntArray
 from ..verify.signs import folded_faces
 from .run import History, Iterate, Step
@@ -194,14 +193,16 @@ def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: F
     *curves, angles, areas = axes.ravel()
     if curved:
         energy = curves[0]
-        energy.plot(at, values, color=LINES[0], marker=_marker(values))
+        drawn = extremes(values)
+        energy.plot(at[drawn], values[drawn], color=LINES[0], marker=_marker(values))
         linear = linear_below(values)
         if np.isfinite(linear):
             energy.set_yscale(*(("symlog",) if linear else ("log",)), **({"linthresh": linear} if linear else {}))
         energy.set_title(name, fontsize=SMALL + 1)
     if counts is not None:
         most = counts.max()
-        curves[-1].plot(counts, color=FOLDED, marker=_marker(counts))
+        drawn = extremes(counts)
+        curves[-1].plot(drawn, counts[drawn], color=FOLDED, marker=_marker(counts))
         if most > _FEW:
             curves[-1].set_yscale("symlog", linthresh=1)
             curves[-1].set_ylim(bottom=-0.2)
@@ -258,18 +259,14 @@ def _marker(values: NDArray[Any]) -> str | None:
     return "." if len(values) < 30 else None
 
 
+def round_starts(history: Sequence[Step]) -> list[tuple[int, str]]:
+    """Places in the history where a round of Algorithm 2 begins, and the stage that begins it."""
+    return [(k, step.stage) for k, step in enumerate(history) if k and step.round > history[k - 1].round]
+
+
 def _mark_rounds(ax: Any, history: Sequence[Step]) -> None:
-    """A line where each round of Algorithm 2 begins."""
-    for k, (before, after) in enumerate(itertools.pairwise(history)):
-        if after.round > before.round:
-            ax.axvline(k + 1, color=GUIDE, linestyle=":", linewidth=1)
-            ax.annotate(
-                after.stage,
-                (k + 1, 1),
-                xycoords=("data", "axes fraction"),
-                fontsize=SMALL,
-                color=INK,
-                rotation=90,
-                ha="left",
-                va="top",
-            )
+    """A line where each round begins."""
+    for k, stage in round_starts(history):
+        ax.axvline(k, color=GUIDE, linestyle=":", linewidth=1)
+        ax.annotate(stage, (k, 1), xycoords=("data", "axes fraction"), fontsize=SMALL, color=INK, rotation=90,
+                    ha="left", va="top")  # fmt: skip

@@ -7,7 +7,7 @@ import pytest
 
 from igl_spheremap import samples
 from igl_spheremap.draw.palette import FOLDED
-from igl_spheremap.draw.plot import raster
+from igl_spheremap.draw.plot import extremes, raster
 
 RED, BLUE = [1.0, 0, 0], [0, 0, 1.0]
 
@@ -64,3 +64,12 @@ def test_large_faces_are_drawn_in_parts():
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 100e6
+
+
+@pytest.mark.parametrize(("count", "bins"), [(0, 5), (1, 5), (5, 5), (17, 5), (1000, 7)])
+def test_a_curve_keeps_the_least_and_the_largest_value_of_each_bin(count, bins):
+    values = np.random.default_rng(count).normal(size=count)
+    drawn = extremes(values, bins)
+    part = np.arange(count) * bins // max(count, 1)
+    least_and_largest = {f(np.flatnonzero(part == k), key=values.__getitem__) for k in set(part) for f in (min, max)}
+    assert drawn.tolist() == sorted(least_and_largest)

@@ -122,3 +122,16 @@ def test_ticks_of_iterations_are_whole_numbers():
     figure = plot_run(history, [2, 1, 1, 0], np.zeros((4, 3)), np.zeros(4))
     for ax in figure.axes[:2]:
         assert {float(tick).is_integer() for tick in ax.get_xticks()} == {True}
+
+
+def test_the_drawn_curve_has_each_folding_of_a_long_run():
+    history = [step("harmonic", 12.6)] * 30_000
+    folded = np.random.default_rng(1).choice(len(history) // 64, 90, replace=False) * 64 + 7
+    counts = np.zeros(len(history), dtype=int)
+    counts[folded] = np.arange(1, 91)
+    figure = plot_run(history, counts, np.zeros((4, 3)), np.zeros(4))
+    (curve,) = (ax.lines[0] for ax in figure.axes if ax.get_title() == "folded faces")
+    x, y = curve.get_data()
+    assert sorted(x[y > 0]) == sorted(folded)
+    assert (y == counts[x]).all()
+    assert len(x) < 3000

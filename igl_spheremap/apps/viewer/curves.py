@@ -7,13 +7,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ...draw import palette
+from ...draw.plot import extremes
 from ...mesh.arrays import FloatArray, IntArray
-from ...result.recording import linear_below, objective
+from ...result.recording import linear_below, objective, round_starts
 from ...result.run import Step
 from .window import imgui, implot
 
-#: Points of a curve that are drawn at most.
-_POINTS = 500
 #: Pixels of a plot above and below its curve, and between two numbers at its axis.
 _AROUND, _BETWEEN = 56.0, 18.0
 #: Pixels between two numbers below a curve.
@@ -30,14 +29,14 @@ def energy_plot(history: Sequence[Step], shown: int, size: tuple[float, float]) 
     elif np.isfinite(linear):
         unit = 10.0 ** np.ceil(np.log10(linear))  # so that round numbers stand at the axis
         scale = implot.ImPlotScale_SymLog, _symlog, np.append(0.0, np.column_stack((powers, -powers)))
-    return _curve(name, at, values / unit, len(history) - 1, shown, size, scale, unit=unit)
+    return _curve(name, at, values / unit, history, shown, size, scale, unit=unit)
 
 
-def folding_plot(foldings: IntArray, shown: int, size: tuple[float, float]) -> float | None:
+def folding_plot(history: Sequence[Step], foldings: IntArray, shown: int, size: tuple[float, float]) -> float | None:
     """Plot the number of folded faces over the iterations; the place at which it is pressed."""
     at, values = np.arange(len(foldings)), foldings.astype(np.float64)
     scale = implot.ImPlotScale_SymLog, _symlog, np.append(0.0, 10.0 ** np.arange(8))
-    return _curve("folded faces", at, values, len(foldings) - 1, shown, size, scale, zero=True, colour=palette.FOLDED)
+    return _curve("folded faces", at, values, history, shown, size, scale, zero=True, colour=palette.FOLDED)
 
 
 def _log(values: FloatArray) -> FloatArray:
@@ -71,7 +70,7 @@ def _curve(
     title: str,
     x: IntArray,
     y: FloatArray,
-    last: int,
+    history: Sequence[Step],
     shown: int,
     size: tuple[float, float],
     scale: tuple[int, Callable[[FloatArray], FloatArray], FloatArray] | None = None,
@@ -80,7 +79,7 @@ def _curve(
     zero: bool = False,
     colour: palette.Colour = palette.LINES[0],
 ) -> float | None:
-    """A curve up to the last iteration, with a line at the one that is shown; the place at which it is pressed.
+    """A curve over a run, with a line at the iteration that is shown, to be dragged; where it is, while it is.
 
     The scale of the axis is linear, or one of ImPlot's, the function that it applies, and numbers to be written there,
     in the unit of the axis; `zero` keeps 0 in sight.
@@ -91,7 +90,8 @@ def _curve(
         return None
     try:
         implot.SetupAxes("iteration", title, plain, plain | implot.ImPlotAxisFlags_AutoFit)
-        implot.SetupAxisLimits(implot.ImAxis_X1, 0, max(last, 1), implot.ImPlotCond_Always)
+        last = max(len(history) - 1, 1)
+        implot.SetupAxisLimits(implot.ImAxis_X1, 0, last, implot.ImPlotCond_Always)
         whole = _whole(last, size[0])
         implot.SetupAxisTicks(implot.ImAxis_X1, np.array(whole, dtype=np.float64), [f"{tick:,}" for tick in whole])
         good = np.flatnonzero(np.isfinite(y))
@@ -102,14 +102,30 @@ def _curve(
             ticks = _ticks(candidates, function(candidates), places, size[1] - _AROUND)
             implot.SetupAxisTicks(implot.ImAxis_Y1, ticks, [f"{unit * tick:,.6g}" for tick in ticks])
         if len(good):
-            chosen = good[np.unique(np.linspace(0, len(good) - 1, _POINTS).astype(np.int64))]
+            chosen = good[extremes(y[good])]
             implot.SetNextLineStyle((*colour, 1.0), 1.5)
             implot.PlotLine(title, x[chosen].astype(np.float64), np.ascontiguousarray(y[chosen]))
             if zero:
                 implot.SetNextLineStyle((0.0, 0.0, 0.0, 0.0), 1.0)
                 implot.PlotLine("zero", x[[0, -1]].astype(np.float64), np.zeros(2))
-            implot.SetNextLineStyle((*palette.INK, 0.6), 1.0)
-            implot.PlotInfLines("shown", np.array([float(shown)]))
-        return float(implot.GetPlotMousePos()[0]) if implot.IsPlotHovered() and imgui.IsMouseDown(0) else None
+            for k, stage in round_starts(history):
+                implot.SetNextLineStyle((*palette.GUIDE, 1.0), 1.0)
+                implot.PlotInfLines(f"##{k}", np.array([float(k)]))
+                implot.Annotation(k, float(y[good].max()), (0.0, 0.0, 0.0, 0.0), (4.0, 0.0), True, stage)
+        return _cursor(shown, last)
     finally:
         implot.EndPlot()
+
+
+def _cursor(shown: int, last: int) -> float | None:
+    """A line at an iteration, with its number; where the mouse is that was pressed in the plot and is held."""
+    if shown < 0:
+        return None
+    implot.DragLineX(0, float(shown), (*palette.INK, 0.8), 2.0, implot.ImPlotDragToolFlags_NoFit)
+    implot.TagX(float(shown), (*palette.INK, 1.0), f"{shown:,}")
+    (left, top), (width, height) = implot.GetPlotPos(), implot.GetPlotSize()
+    pressed = np.subtract(imgui.GetMousePos(), imgui.GetMouseDragDelta(0, 0.0))
+    inside = left <= pressed[0] <= left + width and top <= pressed[1] <= top + height
+    if not (inside and imgui.IsMouseDown(0) and imgui.IsWindowFocused()):
+        return None
+    return float(np.clip(implot.GetPlotMousePos()[0], 0, last))

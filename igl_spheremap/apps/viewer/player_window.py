@@ -114,7 +114,7 @@ class PlayerWindow(Player):
         size = (wide - 8) / 2, high
         goal = energy_plot(self.run.history, shown, size)
         imgui.SameLine()
-        other = folding_plot(self.run.foldings, shown, size)
+        other = folding_plot(self.run.history, self.run.foldings, shown, size)
         imgui.End()
         for place in (goal, other):
             if place is not None:

@@ -170,6 +170,25 @@ for frame in frames:
 
 
 @needs_drawing
+def test_the_curve_of_a_window_has_each_folding_of_its_run():
+    figures = play("""
+import polyscope.implot as implot
+shown = player('dino:n_vertices=1200', 'lai2014', PlayerWindow)
+shown.prepare()
+shown.tick()
+drawn, plot = {}, implot.PlotLine
+implot.PlotLine = lambda name, x, y: (drawn.update({name: (x.tolist(), y.tolist())}), plot(name, x, y))
+window.grab()
+figures = dict(drawn=drawn['folded faces'], foldings=shown.run.foldings.tolist())
+""")
+    x, y = figures["drawn"]
+    peaks = [k for k, count in enumerate(figures["foldings"]) if count]
+    assert [k for k, count in zip(x, y, strict=True) if count] == peaks
+    assert len(peaks) > 300
+    assert y == [figures["foldings"][int(k)] for k in x]
+
+
+@needs_drawing
 def test_the_player_draws_while_it_computes_and_starts_another_run():
     figures = play("""
 shown = player('dino:n_vertices=1500', 'lai2014', PlayerWindow, gradient_tolerance=1e-12, plateau=0.0, rounds=0)
