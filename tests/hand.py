@@ -25,6 +25,8 @@ _TYPED = {"InputText": "typed", "InputInt": "3", "InputFloat": "0.5", "InputDoub
 _TEXTS = ("TextUnformatted", "Text", "TextWrapped", "TextColored", "TextDisabled", "BulletText", "SetTooltip")
 #: Frames after which a window has answered to an event: ImGui acts on it in the next one, and lays out in one more.
 _ANSWER = 2
+#: Pixels at the border of a window in which nothing can be clicked.
+_BORDER = 4
 #: Notches of the wheel that are tried to bring a widget into sight.
 _NOTCHES = 60
 
@@ -141,7 +143,7 @@ class Hand:
             widget = self.find(label, kind)
             left, top, _, bottom = widget.window
             (_, y), beyond = widget.at(), ps.get_window_size()[1]
-            if not max(top, 0) <= y <= min(bottom, beyond):
+            if not max(top, 0) + _BORDER <= y <= min(bottom, beyond) - _BORDER:
                 self.wheel(left + 3, (max(top, 0) + min(bottom, beyond)) / 2, 1 if y < top else -1)
                 continue
             self.frame()

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..draw.markup import MOST_FACES, View, made_by, page, page_file, picture, scene, small_png, table
-from ..draw.palette import FOLDED, area_ramp, round_up, sizes
+from ..draw.palette import ANGLES, AREAS, FOLDED, fitting
 from ..draw.plot import fit, pose
 from ..errors import DisplayError, import_optional
 from ..io.replacing import make_folder, replacing
@@ -123,15 +123,15 @@ def _plane_scene(result: PlaneMap, up: str) -> str:
     if len(f) > MOST_FACES:
         return _TOO_LARGE.format(len(f))
     ratios, differences = result.log_area_ratios(), np.abs(result.angle_differences()).mean(axis=1)
-    sizes_of = sizes("angle difference in degrees", round_up(float(np.percentile(differences, 95))))
+    angles, areas = fitting(ANGLES, differences), fitting(AREAS, ratios)
     folded = np.sort(np.concatenate((certificate.flipped, certificate.degenerate)))
     image = fit(result.image, np.eye(3))
     views = [
         View(caption, x, ramp.colours(values), folded, ramp, image=x is image)
         for caption, x, ramp, values in (
-            ("Surface: areas", fit(disk.unit, pose(disk.unit, up)), area_ramp(ratios), ratios),
-            ("Image: areas", image, area_ramp(ratios), ratios),
-            ("Image: angles", image, sizes_of, differences),
+            ("Surface: areas", fit(disk.unit, pose(disk.unit, up)), areas, ratios),
+            ("Image: areas", image, areas, ratios),
+            ("Image: angles", image, angles, differences),
         )
     ]
     return f"{scene(f, views)}<p>{_TURN}</p>"

@@ -7,7 +7,8 @@ white (0) to green (magnified): red-green blindness leaves both apart from each 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,15 +39,6 @@ LINES: tuple[Colour, ...] = (
 _VIRIDIS = "440154 472c7a 3b518b 2c718e 21908d 27ad81 5cc863 aadc32 fde725"
 _LIGHT_BLUE = "ffffd9 edf8b1 c7e9b4 7fcdbb 41b6c4 1d91c0 225ea8 253494 081d58"
 _PURPLE_GREEN = "762a83 9970ab c2a5cf e7d4e8 f7f7f7 d9f0d3 a6dba0 5aae61 1b7837"
-
-#: Percentage of the logarithms of area ratios, and of conformal factors, that lie within their colours.
-WITHIN = 60
-#: Where all areas agree, differences of less than a percent stay white: the logarithm of a factor that is rounded up to
-#: 1.01; that of 1.01 itself would be rounded up to 1.02.
-_LEAST = 0.0099
-#: Factors of areas are written out up to this power of ten.
-_POWERS = 5
-
 
 @dataclass(frozen=True, eq=False)
 class Ramp:
@@ -98,33 +90,39 @@ def diverging(label: str, reach: float) -> Ramp:
     return Ramp(label, -reach, reach, _stops(_PURPLE_GREEN))
 
 
-def area_ramp(logarithms: FloatArray, reach: float | None = None) -> Ramp:
-    """The scale of all logarithms of area ratios (n,): purple where a map shrinks, its ends named by factors.
+def areas(factor: float) -> Ramp:
+    """The scale of logarithms of area ratios up to a factor, by which its ends are named: purple where a map shrinks.
 
-    Three fifths of what is finite lie within, unless a `reach` is given: limbs shrink by powers of ten, and a scale
-    that holds their tips would show all else white.
-
-    >>> area_ramp(np.array([0.0, -0.3, 0.4, 0.1, 9.0])).ends, area_ramp(np.array([-9.0, 8.0])).ends
-    (('1/1.5', '1.5'), ('1/10000', '10000'))
-    >>> area_ramp(np.array([0.01, -0.04])).ends, area_ramp(np.array([-2000.0])).ends, area_ramp(np.zeros(9)).ends
-    (('1/1.05', '1.05'), ('1e-869', '1e869'), ('1/1.01', '1.01'))
+    >>> areas(10000).ends
+    ('1/10000', '10000')
     """
-    if reach is None:
-        finite = np.abs(logarithms[np.isfinite(logarithms)])
-        reach = max(float(np.percentile(finite, WITHIN)) if len(finite) else 0.0, _LEAST)
-    power = math.ceil(reach / math.log(10) - 1e-9)
-    if power > _POWERS:
-        ends, reach = (f"1e-{power}", f"1e{power}"), power * math.log(10)
-    else:
-        above = round_up(math.expm1(reach))
-        factor = 1 + above if above < 1 else round_up(math.exp(reach))
-        ends, reach = (f"1/{factor:g}", f"{factor:g}"), math.log(factor)
-    return Ramp("image area / source area", -reach, reach, _stops(_PURPLE_GREEN), ends)
+    return replace(diverging("image area / source area", math.log(factor)), names=(f"1/{factor:g}", f"{factor:g}"))
+
+
+def fitting(ramps: Sequence[Ramp], values: FloatArray) -> Ramp:
+    """The first of some scales, from fine to coarse, within which most finite values lie, or the last.
+
+    Most are 95 percent of errors, and three fifths of ratios: limbs shrink by powers of ten, and a scale that holds
+    their tips would show all else pale.
+
+    >>> [fitting(AREAS, np.array(values)).ends[1] for values in ([0.0, -0.3, 0.4, 0.1, 9.0], [-9.0, 8.0], [-2000.0])]
+    ['2', '10000', '10000']
+    """
+    finite = np.abs(values[np.isfinite(values)])
+    reach = float(np.percentile(finite, 60 if ramps[0].low else 95)) if len(finite) else 0.0
+    return next((ramp for ramp in ramps if reach <= ramp.high), ramps[-1])
 
 
 def _stops(colours: str) -> FloatArray:
     """Colours (k, 3) between 0 and 1 from their hexadecimal names."""
     return np.frombuffer(bytes.fromhex(colours), np.uint8).reshape(-1, 3) / 255
+
+
+#: Scales of a measure, from fine to coarse: of angle differences, and of logarithms of area ratios and of conformal
+#: factors. All are pale where a map is good. Few steps, so that pictures can be compared.
+ANGLES = tuple(sizes("angle difference in degrees", high) for high in (5, 20, 90))
+AREAS = tuple(areas(factor) for factor in (2, 10, 100, 10_000))
+FACTORS = tuple(diverging("log factor u (purple: shrunk)", reach) for reach in (0.5, 1, 2, 5))
 
 
 def round_up(value: float) -> float:

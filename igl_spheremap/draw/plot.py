@@ -15,7 +15,7 @@ from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import face_areas
 from .folds import MANY, SEEN
-from .palette import FOLDED, GUIDE, INK, LINES, SURFACE, Ramp, area_ramp, sequential
+from .palette import AREAS, FOLDED, GUIDE, INK, LINES, SURFACE, Ramp, fitting, sequential
 
 #: What a figure can be saved as.
 FORMATS = (".png", ".svg", ".pdf")
@@ -141,7 +141,7 @@ def plot_plane(p: FloatArray, f: IntArray, rim: IntArray, differences: FloatArra
     figure, ((left, middle, right),) = new_figure(1, 3, title, size=(3.6, 3.4))
     from matplotlib.collections import PolyCollection
 
-    ramp, corners = area_ramp(ratios), p[f]
+    ramp, corners = fitting(AREAS, ratios), p[f]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     folded = a[:, 0] * b[:, 1] <= a[:, 1] * b[:, 0]
     for faces, colours in ((corners, ramp.colours(ratios)), (corners[folded], [FOLDED])):

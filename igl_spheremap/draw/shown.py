@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,13 +14,12 @@ from ..mesh.check import Mesh
 from ..mesh.disk import Disk
 from ..verify.certificate import Certificate
 from .markup import picture, png
-from .palette import area_ramp, pale
+from .palette import AREAS, fitting, pale
 from .plot import pose, raster, shading
 
 _SIZE = 288  # pixels along a side of a body's picture: three of them fit beside one another
 _MARK = 8  # the same of the mark of a folded face, twice
 _LEVELS = 31  # of each colour above 0: the file takes a third less, and it is not seen
-_PALE = math.log(2)  # of the darkest colours at least, so that a map that keeps areas looks as if it did
 #: Notebooks set all cells to the right, as numbers are.
 _STYLE = "<style>.shown figure { margin: 0 } .shown [scope=row] + td { text-align: left }</style>"
 
@@ -75,7 +73,7 @@ def area_drawing(
     """A surface and its image (n, 3) by logarithms of area ratios, both without caps; an image in the plane z = 0 is
     seen from above.
     """
-    ramp = max(area_ramp(ratios), area_ramp(ratios, _PALE), key=lambda ramp: ramp.high)
+    ramp = fitting(AREAS, ratios)
     folded = np.zeros(len(mesh.f), dtype=bool)
     folded[certificate.flipped] = folded[certificate.degenerate] = True
     kept = np.flatnonzero(folded[mesh.surface])

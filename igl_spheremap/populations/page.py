@@ -18,7 +18,7 @@ import numpy as np
 
 from ..draw.cards import Card, card_sheet, histogram
 from ..draw.markup import data_address, made_by, page, page_file, small_png
-from ..draw.palette import FOLDED, Colour, Ramp, area_ramp
+from ..draw.palette import AREAS, FOLDED, Colour, Ramp, fitting
 from ..draw.plot import both_sides, pose
 from ..errors import FileError, import_optional
 from ..io.files import read_sphere
@@ -160,7 +160,7 @@ def share_certified(rows: Sequence[JobRow]) -> str:
 
 def scale(rows: Sequence[Row]) -> Ramp:
     """Colours of areas, the same for all maps: the mean logarithms of three fifths of them lie within."""
-    return area_ramp(np.array([row.mean_area for row in rows]))
+    return fitting(AREAS, np.array([row.mean_area for row in rows]))
 
 
 def _short(names: Sequence[str]) -> tuple[str, str, dict[str, str]]:

@@ -116,7 +116,7 @@ figures['files'] = os.listdir()
 """)
     assert figures.pop("files") == []
     used = {name.split("/")[-1]: set(labels) for name, labels in figures.items()}
-    assert used["every_iteration.py"] == {"play ", "pause", "<", ">", "##step"}
+    assert {"play ", "<", ">", "##iteration", "stops", "lens", "folded faces"} <= used["every_iteration.py"]
     assert "colours" in used["compare_methods.py"]
     assert {"balance", "colours", "squares", "lens", "Moebius map"} <= used["checkerboard.py"]
 
@@ -131,17 +131,20 @@ sys.argv = ['every_iteration', 'sample:dino:n_vertices=1200', 'unused.png']
 runpy.run_path({str(ROOT / "demos" / "every_iteration.py")!r}, run_name='__main__')
 view, seen = apps[0], []
 ps.set_user_callback(lambda: app.draw_app(view))
+view.prepare()
 for frame in np.linspace(0, view.frames() - 1, 7).astype(int):
     view.go_to(int(frame))
-    image = window.grab()
-    captions = [body.caption for body in view.grid.bodies.values()]
-    seen.append([captions[1:], [vermilion(image[:, 400 * k : 400 * k + 400]) for k in range(3)]])
+    image = window.grab()[:500]
+    captions = [sphere.body.caption for sphere in view.spheres]
+    powers = [sphere.lens.power for sphere in view.spheres]
+    seen.append([captions, [vermilion(image[:, 640 + 320 * k :][:, :320]) for k in range(2)], powers])
 figures = dict(seen=seen)
 """)
     folded = 0
-    for captions, (_, *red) in figures["seen"]:
-        for word, caption, share in zip(("before", "after"), captions, red, strict=True):
-            assert caption.startswith(f"{word}: ")
-            assert (share > 1e-5) == (not caption.startswith(f"{word}: 0 "))
+    for captions, red, (power, same) in figures["seen"]:
+        assert power == same
+        for word, caption, share in zip(("Before", "After"), captions, red, strict=True):
+            assert caption.startswith(f"{word}\n")
+            assert (share > 1e-5) == (not caption.endswith("\n0 folded faces"))
             folded += share > 1e-5
     assert 0 < folded < 2 * len(figures["seen"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from igl_spheremap.draw.palette import area_ramp, colours
+from igl_spheremap.draw.palette import ANGLES, AREAS, FACTORS, colours, fitting
 
 
 def test_colours_of_anything():
@@ -13,12 +13,14 @@ def test_colours_of_anything():
         assert all(channel.dtype == np.uint8 for channel in colours(values).values())
 
 
-def test_colours_of_areas_fit_the_data():
-    """Whatever the size of the differences, most are coloured, and few reach the ends; their factors are named."""
+def test_a_scale_is_one_of_few_and_the_first_that_fits():
+    """Most of what is measured lies within, and a map that keeps areas is pale."""
     normal = np.random.default_rng(0).normal(size=999)
-    for size in (0.02, 0.3, 4.0, 300.0):
-        ramp = area_ramp(np.append(size * normal, [50 * size, -np.inf]))
-        assert 0.55 < (np.abs(size * normal) < ramp.high).mean() < 0.99
+    for size in (0.02, 0.3, 4.0):
+        ramp = fitting(AREAS, np.append(size * normal, [50 * size, -np.inf]))
+        assert (np.abs(size * normal) < ramp.high).mean() > 0.55
         assert ramp.low == -ramp.high
-        if size < 300:
-            assert np.log(float(ramp.ends[1])) == pytest.approx(ramp.high)
+        assert np.log(float(ramp.ends[1])) == pytest.approx(ramp.high)
+    assert fitting(AREAS, 0.037 * normal).colours(0.037 * normal).min() > 0.8
+    for ramps, good in ((AREAS, 0.0), (ANGLES, 0.0), (FACTORS, 0.0)):
+        assert all(ramp.colours(np.array([good])).min() > 0.84 for ramp in ramps)

@@ -22,7 +22,7 @@ from ...shapes.correspondence import STIFFNESS, USUAL
 from ...shapes.groups import FARTHEST
 from ...shapes.harmonics import LARGEST_DEGREE
 from ..reproduce.items import ALL, ITEMS, PICTURES
-from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, PLAYER_SIZE, SHOWN
+from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, SHOWN
 from . import arguments as shared
 from .arguments import (
     COUNT,
@@ -121,7 +121,7 @@ COMMANDS = (
         argument("--rounds", "N", "the most rounds of Algorithm 2; default: the method's", type=COUNT),
         argument("--keep", "MB", f"megabytes of iterations to keep (default {KEEP:g}); of a run that takes more, "
                  "starts, ends and changes of foldings stay", type=POSITIVE, default=KEEP),
-        *shared.pictures(PLAYER_SIZE),
+        *shared.pictures(),
         *shared.OUTPUT,
     )),
     Command("repair", "check", (

@@ -12,22 +12,26 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ...draw.palette import Ramp
 from ...errors import DisplayError, FileError
 from ...io.written_map import write_map
 from ...maps.sphere_map import SphereMap
-from ...mesh.arrays import IntArray
+from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.check import Mesh
 from ...result.run import Iterate, Listener
 from . import window
+from .body import STRONGEST
 from .choices import LENGTH, RATE, SIZE, SUBJECTS, Pictures
-from .grid import Grid
+from .colouring import SCALES, SQUARES, Colouring, checkerboard, colouring, deepest_tips, poles_at, scale
+from .grid import Grid, magnification
 from .window import imgui, implot, ps
 
 #: How a sentence begins that a window shows in place of a traceback.
 FAILED = "Something went wrong here: "
+#: Pixels of a line of a tooltip.
+_TIP = 360.0
 #: A menu lists at most this number of clusters; the button leads to all.
 _LISTED = 200
-#: The slider for the lens multiplies its own magnification by 1 / ZOOM to ZOOM.
-_ZOOM = 30.0
 
 
 class App:
@@ -115,10 +119,11 @@ def present(
     *,
     title: str = "igl_spheremap",
     size: tuple[int, int] = SIZE,
+    frame: int | None = None,
 ) -> list[dict[str, Any]]:
-    """Open a window with an app, or write a picture or a video of it if `target` names one."""
+    """Open a window with an app, or write a picture of a frame or a video of all if `target` names one."""
     picture = target is not None and Path(target).suffix.lower() in window.PICTURES
-    pictures = Pictures(screenshot=target if picture else None, video=None if picture else target, size=size)
+    pictures = Pictures(target if picture else None, None if picture else target, size, frame)
     open_for(pictures, title, "screenshot(result, 'map.png'), play(v, f, out='run.gif')")
     return run_app(build(), pictures)
 
@@ -269,28 +274,108 @@ def menu(label: str, shown: str, entries: Iterable[str]) -> str | None:
     return chosen
 
 
-def subject_combo(subject: str, subjects: tuple[str, ...] = SUBJECTS) -> str:
-    """Choose what the colours show."""
-    return menu("colours", subject, subjects) or subject
+class Colours:
+    """What colours show, with a scale and poles of squares that stay while maps change, and the widgets for them."""
+
+    def __init__(self, subject: str) -> None:
+        self.subject, self.squares = subject, SQUARES
+        self._scales: dict[str, Ramp | None] = {}
+        self._tips: IntArray | None = None
+
+    def of(
+        self, mesh: Mesh, x: FloatArray, folded: IntArray | None = None, like: FloatArray | None = None
+    ) -> Colouring:
+        """The colours of a map; scale and poles are those that fit the first map, or the one that it is `like`."""
+        like = x if like is None else like
+        if self.subject == "checkerboard":
+            if self._tips is None:
+                self._tips = deepest_tips(mesh, like)
+            return checkerboard(mesh, x, poles_at(x, self._tips), self.squares, folded)
+        if self.subject not in self._scales:
+            self._scales[self.subject] = scale(mesh, like, self.subject)
+        return colouring(mesh, x, self.subject, self._scales[self.subject], folded)
+
+    @property
+    def ramp(self) -> Ramp | None:
+        """The scale of the subject, if it has one."""
+        return self._scales.get(self.subject)
+
+    @property
+    def state(self) -> tuple[object, ...]:
+        """What decides on the colours of a map."""
+        return self.subject, self.squares, self.ramp
+
+    def widgets(self) -> bool:
+        """Choose a subject, its scale or the number of squares; whether one was chosen just now."""
+        before = self.state
+        self.subject = menu("colours", self.subject, SUBJECTS) or self.subject
+        if self.subject == "checkerboard":  # an even number: with an odd one two squares of a colour would meet
+            self.squares = 2 * round(imgui.SliderInt("squares", self.squares, 4, 96)[1] / 2)
+        else:
+            names = {" to ".join(ramp.ends): ramp for ramp in SCALES.get(self.subject, ())}
+            imgui.BeginDisabled(not names)
+            if chosen := menu("scale", " to ".join(self.ramp.ends) if self.ramp else "none", names):
+                self._scales[self.subject] = names[chosen]
+            imgui.EndDisabled()
+            tip("It stays while the map changes. The legend says how much lies beyond its ends.")
+        return before != self.state
 
 
-def zoom_slider(zoom: float) -> float:
-    """Choose a factor of the lens's own magnification; the least leaves no lens on most maps."""
-    flags = imgui.ImGuiSliderFlags_Logarithmic
-    return float(imgui.SliderFloat("lens", zoom, 1 / _ZOOM, _ZOOM, "x%.2f", flags)[1])
+def lens_widgets(power: float, sizes: IntArray, shown: int) -> tuple[float | None, int | None] | None:
+    """Choose how much the lens magnifies, and the cluster of folded faces, of these sizes, that it shows.
 
-
-def cluster_widgets(sizes: IntArray, shown: int) -> int | None:
-    """Buttons and a list of the clusters of folded faces, by their sizes; the one that was chosen just now."""
-    if not len(sizes):
-        return None
+    What was chosen just now: the power, None for what fits, and a cluster if it is another one.
+    """
+    moved, chosen = imgui.SliderFloat("lens", power, 1.0, STRONGEST, magnification(power),
+                                      imgui.ImGuiSliderFlags_Logarithmic)
+    tip("A Moebius map, which keeps angles, magnifies what the small sphere circles.")
+    if moved:
+        return min(max(float(chosen), 1.0), STRONGEST), None
     entries = [f"{k + 1}: {size:,} faces" for k, size in enumerate(sizes[:_LISTED])]
-    chosen = menu("clusters", entries[shown] if shown < len(entries) else f"{shown + 1}", entries)
-    if imgui.Button("next cluster"):
-        return (shown + 1) % len(sizes)
+    here = entries[shown] if shown < len(entries) else f"{shown + 1} of {len(sizes):,}" if entries else "nothing folds"
+    imgui.BeginDisabled(not entries)
+    picked = menu("clusters", here, entries)
+    imgui.EndDisabled()
+    if imgui.Button("whole sphere"):
+        return 1.0, None
     imgui.SameLine()
-    imgui.TextUnformatted(f"{shown + 1:,} of {len(sizes):,}")
-    return None if chosen is None else entries.index(chosen)
+    if imgui.Button("fit"):
+        return None, None
+    tip("As strong as shows all of the cluster.")
+    imgui.SameLine()
+    imgui.BeginDisabled(len(sizes) < 2)
+    following = imgui.Button("next cluster")
+    imgui.EndDisabled()
+    if following or picked:
+        return None, (shown + 1) % len(sizes) if picked is None else entries.index(picked)
+    return None
+
+
+def tip(text: str) -> None:
+    """Say what the last widget does while the mouse is on it."""
+    if imgui.BeginItemTooltip():
+        imgui.PushTextWrapPos(_TIP)
+        imgui.TextUnformatted(text)
+        imgui.PopTextWrapPos()
+        imgui.EndTooltip()
+
+
+@contextmanager
+def strip(
+    title: str, place: tuple[float, float], size: tuple[float, float], *, ground: bool = True
+) -> Iterator[None]:
+    """Widgets or plots at a place, on a grey ground or on none."""
+    imgui.StyleColorsLight()  # polyscope gives every context its own colours
+    implot.StyleColorsLight()
+    imgui.SetNextWindowPos(place)
+    imgui.SetNextWindowSize(size)
+    flags = (imgui.ImGuiWindowFlags_NoDecoration | imgui.ImGuiWindowFlags_NoSavedSettings
+             | imgui.ImGuiWindowFlags_NoFocusOnAppearing)  # which would close a menu
+    imgui.Begin(title, flags if ground else flags | imgui.ImGuiWindowFlags_NoBackground)
+    try:
+        yield
+    finally:
+        imgui.End()
 
 
 def paragraph(text: str) -> None:

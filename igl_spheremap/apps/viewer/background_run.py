@@ -39,35 +39,31 @@ class Solve(Protocol):
     def __call__(self, v: FloatArray, f: IntArray, *, listener: Listener) -> SphereMap: ...
 
 
-class BackgroundRun:
-    """Load a mesh and map it; `poll` takes over what has come of it so far, into a `Recording`.
+class ShownRun:
+    """A run as far as it is known: the iterates that are kept, and what there is to say of them."""
 
-    >>> from functools import partial
-    >>> import igl_spheremap as ism
-    >>> run = BackgroundRun(partial(ism.samples.make, "spheroid", n_vertices=500), ism.spherical_conformal_map)
-    >>> run.wait()
-    >>> run.result.certificate.folding_free, run.title(run.frames[0]), run.title(run.frames[-1])
-    (True, 'Gauss map, iteration 0', 'Result: certified folding-free')
-    """
-
-    def __init__(self, load: Callable[[], Source], solve: Solve, *, budget: int = BUDGET) -> None:
-        """`load` and `solve` are sent to the process: they must be picklable."""
+    def __init__(self, budget: int = BUDGET) -> None:
+        self.name = ""
         self.mesh: Mesh | None = None
         self.result: SphereMap | None = None
         self.error: Exception | None = None
         self.frames: tuple[Frame, ...] = ()
-        #: Places of the frames that the next iteration follows, their iterations, and those that change the foldings.
-        self.steps = self.iterations = self.changes = np.empty(0, dtype=np.int64)
+        #: Places of the frames that the next iteration follows, and their iterations.
+        self.steps = self.iterations = np.empty(0, dtype=np.int64)
         self.foldings = np.empty(0, dtype=np.int64)
         self.seconds = 0.0
         self._recording: Recording | None = None
         self._budget = budget
-        spawn = multiprocessing.get_context("spawn")  # a fork would share the OpenGL context
-        self._stopped = spawn.Event()
-        self._messages: multiprocessing.Queue[Any] = spawn.Queue(_IN_TRANSIT)
-        work = (load, solve, self._messages, self._stopped)
-        self._process = spawn.Process(target=_work, args=work, daemon=True)
-        self._process.start()
+
+    @classmethod
+    def of(cls, recording: Recording, result: SphereMap) -> ShownRun:
+        """A run that has ended, and was recorded."""
+        run = cls()
+        run._take_mesh((result.vertices, result.faces))
+        run._take_iterates((result.seconds, [frame.iterate for frame in recording.frames]))
+        run._take_result(result)
+        run._update()
+        return run
 
     @property
     def running(self) -> bool:
@@ -86,37 +82,15 @@ class BackgroundRun:
 
     def stop(self) -> None:
         """End at the next iterate, with what there is then."""
-        self._stopped.set()
 
     def close(self) -> None:
         """End at once."""
-        self._process.kill()
-        self._process.join()
 
-    def wait(self, progress: Callable[[BackgroundRun], None] = lambda run: None) -> None:
+    def wait(self, progress: Callable[[ShownRun], None] = lambda run: None) -> None:
         """Wait until it is done; `progress` is called with the run several times a second."""
-        while self.running:
-            self.poll(_TURN, wait=_TURN / 3)
-            progress(self)
 
     def poll(self, seconds: float, wait: float = 0.0) -> None:
         """Take over what has arrived, for this many seconds at most, and wait up to `wait` seconds for a message."""
-        until = time.monotonic() + seconds
-        while self.running and time.monotonic() < until:
-            alive = self._process.is_alive()  # before the queue is read, so that no last word is missed
-            try:
-                kind, content = self._messages.get(timeout=wait) if wait else self._messages.get_nowait()
-            except queue.Empty:
-                if not alive:
-                    self.error = RuntimeError(f"the computation ended with exit code {self._process.exitcode}")
-                break
-            getattr(self, f"_take_{kind}")(content)
-        if self._recording is not None and len(self._recording.steps) > len(self.foldings):
-            self.frames, self.foldings = self._recording.frames, self._recording.foldings
-            places = np.array([frame.index for frame in self.frames])
-            self.steps = np.flatnonzero(np.diff(places) == 1)
-            self.iterations = places[self.steps]
-            self.changes = self.iterations[np.diff(self.foldings)[self.iterations] != 0]
 
     def title(self, frame: Frame) -> str:
         """What a frame shows, in words."""
@@ -135,6 +109,24 @@ class BackgroundRun:
             elif stage == "repair":
                 marks.append((f"repair{again}", k))
         return [*marks, ("end", len(self.frames) - 1)]
+
+    def change(self, iteration: int, way: int) -> int | None:
+        """The next step (way 1) or the one before (-1) at which there are half or twice as many foldings, or none."""
+        kept, counts = self.iterations, self.foldings
+        if not len(kept):
+            return None
+        steps, end = (kept[kept > iteration], 1) if way > 0 else (kept[kept < iteration][::-1], 0)
+        now, there = counts[iteration + end], counts[steps + end]
+        far = (there != now) & (np.maximum(there, now) >= 2 * np.minimum(there, now))
+        return int(steps[far.argmax()]) if far.any() else None
+
+    def _update(self) -> None:
+        """Count what was taken over."""
+        if self._recording is not None and len(self._recording.steps) > len(self.foldings):
+            self.frames, self.foldings = self._recording.frames, self._recording.foldings
+            places = np.array([frame.index for frame in self.frames])
+            self.steps = np.flatnonzero(np.diff(places) == 1)
+            self.iterations = places[self.steps]
 
     def _take_mesh(self, source: Source) -> None:
         self.mesh = check_mesh(*source)
@@ -161,6 +153,53 @@ class BackgroundRun:
 
     def _take_error(self, error: Exception) -> None:
         self.error = error
+
+
+class BackgroundRun(ShownRun):
+    """Load a mesh and map it; `poll` takes over what has come of it so far, into a `Recording`.
+
+    >>> from functools import partial
+    >>> import igl_spheremap as ism
+    >>> run = BackgroundRun(partial(ism.samples.make, "spheroid", n_vertices=500), ism.spherical_conformal_map)
+    >>> run.wait()
+    >>> run.result.certificate.folding_free, run.title(run.frames[0]), run.title(run.frames[-1])
+    (True, 'Gauss map, iteration 0', 'Result: certified folding-free')
+    """
+
+    def __init__(self, load: Callable[[], Source], solve: Solve, *, budget: int = BUDGET) -> None:
+        """`load` and `solve` are sent to the process: they must be picklable."""
+        super().__init__(budget)
+        spawn = multiprocessing.get_context("spawn")  # a fork would share the OpenGL context
+        self._stopped = spawn.Event()
+        self._messages: multiprocessing.Queue[Any] = spawn.Queue(_IN_TRANSIT)
+        work = (load, solve, self._messages, self._stopped)
+        self._process = spawn.Process(target=_work, args=work, daemon=True)
+        self._process.start()
+
+    def stop(self) -> None:
+        self._stopped.set()
+
+    def close(self) -> None:
+        self._process.kill()
+        self._process.join()
+
+    def wait(self, progress: Callable[[ShownRun], None] = lambda run: None) -> None:
+        while self.running:
+            self.poll(_TURN, wait=_TURN / 3)
+            progress(self)
+
+    def poll(self, seconds: float, wait: float = 0.0) -> None:
+        until = time.monotonic() + seconds
+        while self.running and time.monotonic() < until:
+            alive = self._process.is_alive()  # before the queue is read, so that no last word is missed
+            try:
+                kind, content = self._messages.get(timeout=wait) if wait else self._messages.get_nowait()
+            except queue.Empty:
+                if not alive:
+                    self.error = RuntimeError(f"the computation ended with exit code {self._process.exitcode}")
+                break
+            getattr(self, f"_take_{kind}")(content)
+        self._update()
 
 
 def stage_of(iterate: Iterate) -> tuple[str, int]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ...draw import palette
-from ...draw.folds import ABOVE, MANY, NEARER, Clusters, Marks
+from ...draw.folds import ABOVE, MANY, NEARER, Marks
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
 from ...mesh.measure import face_areas
 from ...samples import sphere
@@ -41,10 +42,14 @@ _DIRECTIONS = 162
 
 @dataclass(frozen=True, eq=False)
 class Lens:
-    """Moebius map that magnifies angles at a unit vector `place` by `power`, with the place towards +z."""
+    """Moebius map that magnifies angles at a unit vector `place` by `power`, with the place towards +z.
+
+    With a rotation `facing` it is +z after that.
+    """
 
     place: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     power: float = 1.0
+    facing: FloatArray = field(default_factory=lambda: np.eye(3))
 
     def __call__(self, x: FloatArray) -> FloatArray:
         """Apply to unit rows: scale the stereographic chart that is centred at the place.
@@ -58,16 +63,27 @@ class Lens:
         return from_chart(self.power * to_chart(x, pole), pole) @ self.axes().T
 
     def axes(self) -> FloatArray:
-        """Rows to the right, up and to the place: the shortest turn of the place to +z."""
-        p, z = self.place, np.array([0.0, 0.0, 1.0])
-        if p[2] < -1 + 1e-12:
-            return np.diag([-1.0, 1.0, -1.0])
-        return np.eye(3) - np.outer(p + z, p + z) / (1 + p[2]) + 2 * np.outer(z, p)
+        """The shortest turn of the place to +z, in the frame in which the viewer is there."""
+        p, z = self.facing @ self.place, np.array([0.0, 0.0, 1.0])
+        turn = np.diag([-1.0, 1.0, -1.0])
+        if p[2] >= -1 + 1e-12:
+            turn = np.eye(3) - np.outer(p + z, p + z) / (1 + p[2]) + 2 * np.outer(z, p)
+        return np.asarray(self.facing.T @ turn @ self.facing)
 
 
-def follow(x: FloatArray, f: IntArray, folded: IntArray, cluster: int = 0) -> Lens:
-    """Lens on a cluster of folded faces, the largest by default; the plain view where there is none."""
-    return look_at(x, f[Clusters.of(f, folded)[cluster]]) if len(folded) else Lens()
+def follow(
+    maps: Sequence[FloatArray], f: IntArray, faces: IntArray, aim: int = 0, power: float | None = None,
+    facing: FloatArray | None = None,
+) -> list[Lens]:  # fmt: skip
+    """Lenses on the same faces of several maps, of one power: the one that fits the map `aim` unless it is given.
+
+    Without faces they are the plain view. The faces are in front after a rotation `facing`.
+    """
+    if not len(faces):
+        return [Lens()] * len(maps)
+    lenses = [look_at(x, f[faces]) for x in maps]
+    shared = lenses[aim].power if power is None else power
+    return [replace(lens, power=shared, facing=np.eye(3) if facing is None else facing) for lens in lenses]
 
 
 def look_at(x: FloatArray, faces: IntArray) -> Lens:

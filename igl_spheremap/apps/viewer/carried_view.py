@@ -15,10 +15,10 @@ from ...resampling.transfer import interpolate
 from ...shapes.correspondence.surface_map import SurfaceMap
 from ...sphere.moebius import best_rotation
 from ...sphere.rows import unit_rows
-from .app import ColouredApp, panel, paragraph, subject_combo
+from .app import ColouredApp, menu, panel, paragraph
 from .body import Body
 from .choices import CARRIED
-from .colouring import SQUARES, Colouring, deepest_tips, mercator_corners, places
+from .colouring import SQUARES, Colouring, deepest_tips, mercator_corners, places, poles_at
 from .grid import PANEL, Grid
 from .window import imgui, is_offscreen
 
@@ -78,7 +78,8 @@ class CarriedView(ColouredApp):
         mesh, faces = self.result.map.mesh, self.common.faces
         none = np.empty(0, dtype=np.int64)
         if subject == "checkerboard":
-            corners = SQUARES * mercator_corners(self._x, faces, deepest_tips(mesh, self.result.map.sphere))
+            sphere = self.result.map.sphere
+            corners = SQUARES * mercator_corners(self._x, faces, poles_at(sphere, deepest_tips(mesh, sphere)))
             colours = Colouring(np.tile(SURFACE, (len(faces), 1)), none, None, corners)
         elif subject == "places":
             colours = Colouring(places(mesh)[self.common.source_face], none, None)
@@ -108,9 +109,8 @@ class CarriedView(ColouredApp):
         if not self.grid.panel:
             return
         with panel("Match", self.grid.panel):
-            subject = subject_combo(self.subject, CARRIED)
-            if subject != self.subject:
-                self.show_subject(subject)
+            if chosen := menu("colours", self.subject, CARRIED):
+                self.show_subject(chosen)
             self.show_way(float(imgui.SliderFloat("way", self.way, 0.0, 1.0, "%.2f")[1]))
             paragraph("0 is the source, 1 the target")
             imgui.Separator()

@@ -6,10 +6,8 @@ import os
 import re
 from dataclasses import dataclass
 
-#: Width and height in pixels of a window, of the player's, of a registration's, of a comparison's and
-#: of a map's between surfaces.
+#: Width and height in pixels of a window, of a registration's, of a comparison's and of a map's between surfaces.
 SIZE = (1280, 760)
-PLAYER_SIZE = (1400, 640)
 REGISTRATION_SIZE = (1200, 440)
 COMPARISON_SIZE = (1400, 780)
 CARRIED_SIZE = (1500, 560)
@@ -27,7 +25,7 @@ _Y_UP = (".glb", ".gltf")
 #: What says in the name of a surface, or in its file, on which side of a brain it lies; single letters only in GIFTI's.
 _SIDES = {"left": "lh|hemi-l|cortexleft", "right": "rh|hemi-r|cortexright"}
 _LETTERS = {"left": "l|left", "right": "r|right"}
-_NO_CUSTOM = (".obj", ".off", ".ply", ".stl", ".npz", "your mesh")
+_NO_CUSTOM = (".obj", ".off", ".ply", ".stl", ".npz", "the given mesh")
 #: What colours can show, in the order of the menus.
 SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortion", "checkerboard")
 #: The words for them on the command line.

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +31,8 @@ FOLDED_LEGEND = (f"{FOLDED_MARKS[0]}; same colour: same place", palette.FOLDED)
 _DARKEST = 0.72  # brightness of the deepest hollows
 #: Hollows of about this size are seen, on a surface as large as the unit sphere.
 _REACH = 0.1
-_U = "log factor u (purple: shrunk)"
-_ANGLES = "angle difference in degrees"
+#: The scales of what has one.
+SCALES = dict(zip(SUBJECTS[1:4], (palette.FACTORS, palette.ANGLES, palette.AREAS), strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +45,11 @@ class Colouring:
     checks: FloatArray | None = None
 
     def apply(self, *bodies: Body) -> None:
-        """Paint bodies with the faces of the map; the first bears the legend."""
-        for body in bodies:
+        """Paint bodies with the faces of the map; the first bears the legend, the second that of what is red."""
+        marks = FOLDED_MARKS if isinstance(self.legend, palette.Ramp) and len(self.folded) else None
+        for body, legend in zip_longest(bodies, (self.legend, marks)[: len(bodies)]):
             body.paint(self.colours, self.folded, self.checks)
-            body.legend = self.legend if body is bodies[0] else None
+            body.legend = legend
 
 
 def log_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
@@ -75,32 +77,42 @@ def places(mesh: Mesh) -> FloatArray:
     return palette.pale("", 0, float(rank.max())).colours(rank) * relief(mesh)[:, None]
 
 
+def measured(mesh: Mesh, x: FloatArray, subject: str) -> FloatArray:
+    """The values at the faces of a subject that has `SCALES`."""
+    if subject == "conformal factor":
+        return np.asarray(log_conformal_factor(mesh, x)[mesh.f].mean(axis=1))
+    if subject == "area distortion":
+        return log_area_ratios(mesh.unit, mesh.f, x)
+    return np.asarray(np.abs(angle_differences(mesh.unit, mesh.f, x)).mean(axis=1))
+
+
+def scale(mesh: Mesh, x: FloatArray, subject: str) -> palette.Ramp | None:
+    """The scale of a subject that fits a map."""
+    if subject not in SCALES:
+        return None
+    return palette.fitting(SCALES[subject], measured(mesh, x, subject)[mesh.surface])
+
+
 def colouring(
-    mesh: Mesh, x: FloatArray, subject: str, reach: float | None = None, folded: IntArray | None = None
+    mesh: Mesh, x: FloatArray, subject: str, ramp: palette.Ramp | None = None, folded: IntArray | None = None
 ) -> Colouring:
     """Colours of a subject for source and image alike; caps are grey.
 
-    `reach` is the value at the end of the colours, chosen from the map by default; `folded` saves the time to
-    find the folded faces.
+    `ramp` is the scale, by default the one that fits the map; the legend says how much lies beyond its ends. `folded`
+    saves the time to find the folded faces.
     """
     if subject not in SUBJECTS:
         raise ValueError(f"unknown subject {subject!r}: choose one of {', '.join(SUBJECTS)}")
     folded = np.flatnonzero(folded_faces(x, mesh.f)) if folded is None else folded
     if subject == "checkerboard":
         return checkerboard(mesh, x, folded=folded)
-    if subject == "foldings":
+    ramp = ramp or scale(mesh, x, subject)
+    if ramp is None:
         return Colouring(_without_caps(mesh, places(mesh)), folded, FOLDED_LEGEND)
-    if subject == "conformal factor":
-        u = log_conformal_factor(mesh, x)
-        ramp = palette.diverging(_U, reach or palette.round_up(float(np.percentile(np.abs(u), palette.WITHIN))))
-        values = u[mesh.f].mean(axis=1)
-    elif subject == "area distortion":
-        values = log_area_ratios(mesh.unit, mesh.f, x)
-        ramp = palette.area_ramp(values[mesh.surface], reach)
-    else:
-        values = np.abs(angle_differences(mesh.unit, mesh.f, x)).mean(axis=1)
-        ramp = palette.sizes(_ANGLES, reach or palette.round_up(float(np.percentile(values[mesh.surface], 95))))
-    return Colouring(_without_caps(mesh, ramp.colours(values)), folded, ramp)
+    values = measured(mesh, x, subject)
+    beyond = float((np.abs(values[mesh.surface]) > ramp.high).mean())
+    legend = replace(ramp, label=f"{ramp.label}; {beyond:.0%} beyond") if beyond >= 0.01 else ramp
+    return Colouring(_without_caps(mesh, ramp.colours(values)), folded, legend)
 
 
 def _without_caps(mesh: Mesh, colours: FloatArray) -> FloatArray:
@@ -115,7 +127,7 @@ def checkerboard(
     By default the poles are where the map shrinks limbs most, so that these show squares down to the tip.
     """
     folded = np.flatnonzero(folded_faces(x, mesh.f)) if folded is None else folded
-    corners = squares * mercator_corners(x, mesh.f, deepest_tips(mesh, x) if poles is None else poles)
+    corners = squares * mercator_corners(x, mesh.f, poles_at(x, deepest_tips(mesh, x)) if poles is None else poles)
     if mesh.caps is not None:
         corners[mesh.caps.repeat(3)] = 0.5
     legend = FOLDED_MARKS if len(folded) else None
@@ -124,23 +136,28 @@ def checkerboard(
 
 def square_colours(mesh: Mesh, x: FloatArray, squares: int = SQUARES) -> dict[str, NDArray[np.uint8]]:
     """Colours of a checkerboard at the vertices, as mesh files name them: that of the square in which a vertex lies."""
-    corners = squares * mercator_corners(x, mesh.f, deepest_tips(mesh, x))
+    corners = squares * mercator_corners(x, mesh.f, poles_at(x, deepest_tips(mesh, x)))
     odd = np.empty(len(x), dtype=np.int64)
     odd[mesh.f.ravel()] = np.floor(corners).astype(np.int64).sum(axis=1) % 2
     rgb = np.rint(255 * np.array(palette.CHECKS)[odd]).astype(np.uint8)
     return dict(zip(("red", "green", "blue"), rgb.T, strict=True))
 
 
-def deepest_tips(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """Images (2, 3) of the tips of the two limbs that a map shrinks most, at least 60 degrees apart if possible.
+def deepest_tips(mesh: Mesh, x: FloatArray) -> IntArray:
+    """Vertices at the tips of the two limbs that a map shrinks most, at least 60 degrees apart if possible.
 
     A chart with its poles there gives limbs squares down to the tip.
     """
     factor = finite_conformal_factor(mesh, x)[0]
-    first = x[int(np.argmin(factor))]
-    far = x @ first < _APART
-    second = x[int(np.argmin(np.where(far, factor, np.inf)))] if far.any() else -first
-    return np.vstack((first, second))
+    first = int(np.argmin(factor))
+    second = int(np.argmin(np.where(x @ x[first] < _APART, factor, np.inf)))
+    return np.array([first, second])
+
+
+def poles_at(x: FloatArray, tips: IntArray) -> FloatArray:
+    """The images (2, 3) of two vertices as poles; where they meet, the first and what is opposite to it."""
+    first, second = x[tips]
+    return np.vstack((first, second if first @ second < _APART else -first))
 
 
 def mercator_corners(y: FloatArray, f: IntArray, poles: FloatArray) -> FloatArray:

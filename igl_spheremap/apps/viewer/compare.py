@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 
@@ -20,21 +18,17 @@ from ...sphere.rows import unit_rows
 from ...verify.certificate import Certificate
 from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
-from .app import App, ColouredApp, present, subject_combo
+from .app import App, ColouredApp, Colours, present, strip
 from .body import Body, Legend, Lens
-from .choices import COMPARISON_SIZE
-from .colouring import FOLDED_MARKS, SQUARES, Colouring, colouring, relief
-from .grid import Grid, Inset, draw_legend, text_width
+from .choices import COMPARISON_SIZE, SUBJECTS
+from .colouring import FOLDED_MARKS, SQUARES, Colouring, relief
+from .grid import Grid, LensedSphere, draw_legend, text_width
 from .result_view import count_foldings, edge_width
 from .window import imgui, implot, is_offscreen, ps
 
-#: Degrees at the end of the colours and of the histograms of methods: the same for all, to be compared.
+#: Degrees at the end of the histograms of methods: the same for all, to be compared.
 _DEGREES = 20.0
-#: Ends of the colours of each subject, the same for all maps, to be compared; u and area ratios are logarithms.
-_ENDS = {"conformal factor": 2.0, "angle differences": _DEGREES, "area distortion": 10.0}
-_HEAD, _FOOT = 54, 150  # pixels above the surfaces, and of the histograms below
-#: Pixels of a slider over the width of a window.
-_BAR = 40
+_HEAD, _FOOT = 70, 150  # pixels above the surfaces, and of the histograms below
 #: Points of the line from a landmark to its target; radii of the dots of both and of the line, and how far landmarks
 #: are lifted off the sphere: a target is larger, and seen around a landmark that has met it.
 _STEPS, _DOT, _TARGET, _LINE, _LIFT = 40, 0.02, 0.032, 0.007, 1.02
@@ -65,89 +59,35 @@ Rows = Sequence[Sequence[Part]]
 
 
 class PartsView(App):
-    """Parts in rows, which turn together; with a function of a step, those of one of the `steps`, and a slider."""
+    """Parts in rows, which turn together."""
 
-    def __init__(self, rows: Rows | Callable[[int], Rows], steps: int = 1, first: int = 0) -> None:
-        self._rows = rows if callable(rows) else lambda step: rows
-        self._steps, self.step, self._playing = steps, first, False
-        shown = self._rows(first)
-        bar = steps > 1 and not is_offscreen()
-        self.grid = Grid(len(shown), max(map(len, shown)), panel=0, foot=_BAR if bar else 0)
-        self._place(shown)
-
-    def frames(self) -> int:
-        return self._steps
-
-    def last_frame(self) -> int:
-        return self.step
-
-    def go_to(self, frame: int) -> None:
-        if frame != self.step:
-            self.step = frame
-            self._place(self._rows(frame))
-
-    def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
-        if self._steps == 1:
-            return super().film(length)
-        steps = np.unique(np.linspace(0, self._steps - 1, length).astype(int)).tolist()
-        return [(partial(self.go_to, step), step == steps[-1]) for step in steps]
-
-    def tick(self) -> None:
-        if self._playing:
-            self.go_to(self.step + 1)
-            self._playing = self.step + 1 < self._steps
-
-    def panel(self) -> None:
-        for inset in self._insets:
-            inset.annotate()
-        if not self.grid.foot:
-            return
-        width, height = ps.get_window_size()
-        with _strip("steps", (0, height - _BAR), (width, _BAR)):
-            step, last = self.step, self._steps - 1
-            if imgui.Button("pause" if self._playing else "play "):
-                self._playing = not self._playing
-                step = 0 if step == last else step
-            imgui.SameLine()
-            for label, move in (("<", -1), (">", 1)):
-                if imgui.Button(label):
-                    step = min(max(step + move, 0), last)
-                imgui.SameLine()
-            imgui.PushItemWidth(-1)
-            moved, slid = imgui.SliderInt("##step", step, 0, last, f"%d of {last:,}")
-            imgui.PopItemWidth()
-        slid = min(max(slid, 0), last) if moved else step
-        if slid != self.step:
-            self._playing &= slid == 0
-            self.go_to(slid)
-
-    def _place(self, rows: Rows) -> None:
-        """Put the parts of a step on the grid, in place of those of another."""
-        self.grid.clear()
-        self._insets = []
+    def __init__(self, rows: Rows) -> None:
+        self.grid = Grid(len(rows), max(map(len, rows)), panel=0)
+        self._spheres = []
         for i, row in enumerate(rows):
             for k, part in enumerate(row):
-                x = part.x if part.lens is None else part.lens(part.x)
-                body = self.grid.place(i, k, Body(f"part {i} {k}", x, part.f, lift=part.folded is not None))
-                body.magnified = part.lens is not None and part.lens.power > 1
                 colours = np.tile(SURFACE, (len(part.f), 1)) if part.colours is None else part.colours
-                body.paint(colours, part.folded, part.checks)
-                body.show_edges(part.edges)
+                if part.lens is None:
+                    body = self.grid.place(i, k, Body(f"part {i} {k}", part.x, part.f, lift=part.folded is not None))
+                    body.paint(colours, part.folded, part.checks)
+                    body.show_edges(part.edges)
+                else:
+                    folded = np.empty(0, dtype=np.int64) if part.folded is None else part.folded
+                    self._spheres.append(LensedSphere(self.grid, i, k, part.f, part.x))
+                    self._spheres[-1].show(part.x, part.lens, Colouring(colours, folded, None, part.checks), part.edges)
+                    body = self._spheres[-1].body
                 for label, dots in part.dots.items():
                     body.dots(label, *dots)
                 body.caption, body.legend = part.caption, part.legend
-                if part.lens is not None:
-                    self._insets.append(Inset(self.grid, i, k, part.f, part.x))
-                    folded = np.empty(0, dtype=np.int64) if part.folded is None else part.folded
-                    self._insets[-1].show(part.x, part.lens, Colouring(colours, folded, None))
+
+    def panel(self) -> None:
+        for sphere in self._spheres:
+            sphere.annotate()
 
 
-def show_parts(
-    rows: Rows | Callable[[int], Rows], target: str | os.PathLike[str] | None = None, *, size: tuple[int, int],
-    steps: int = 1, first: int = 0,
-) -> None:  # fmt: skip
-    """Open a window with parts in rows, or write a picture of them or a video in which they turn or go by steps."""
-    present(lambda: PartsView(rows, steps, first), target, size=size)
+def show_parts(rows: Rows, target: str | os.PathLike[str] | None, *, size: tuple[int, int]) -> None:
+    """Open a window with parts in rows, or write a picture of them or a video in which they turn."""
+    present(lambda: PartsView(rows), target, size=size)
 
 
 def plane_view(name: str, disk: Disk, p: FloatArray, up: str) -> PartsView:
@@ -189,6 +129,8 @@ class Comparison(ColouredApp):
         self.differences = {name: angle_differences(mesh.unit, mesh.f, x)[mesh.surface] for name, x in maps.items()}
         self._histograms = {name: angle_histogram(one, _DEGREES) for name, one in self.differences.items()}
         self._folds = False
+        best = min(maps, key=lambda name: np.abs(self.differences[name]).mean())
+        self.colours, self._best = Colours(SUBJECTS[2]), maps[best]
         turn = pose(mesh.unit, up)
         for k, (name, x) in enumerate(maps.items()):
             surface = self.grid.place(0, k, Body(f"surface {k}", fit(mesh.unit, turn), mesh.f))
@@ -197,17 +139,16 @@ class Comparison(ColouredApp):
             self._folds |= folded > 0
             surface.caption = f"{name}\n{count_foldings(folded)}"
             image.caption = f"angles differ by\n{np.abs(self.differences[name]).mean():.3g} degrees"
-        self.show_subject("angle differences")
+        self.show_subject(self.colours.subject)
 
     def show_subject(self, subject: str) -> None:
-        self.subject = subject
-        reach = _ENDS.get(self.subject)
+        self.subject = self.colours.subject = subject
         for k, x in enumerate(self.maps.values()):
-            colours = colouring(self.mesh, x, self.subject, reach)
+            colours = self.colours.of(self.mesh, x, like=self._best)
             bodies = [self.grid.bodies[row, k] for row in (0, 1)]
             replace(colours, legend=None).apply(*bodies)
             bodies[1].show_edges(edge_width(self.mesh, self.subject))
-            self._legend = colours.legend
+        self._legend = self.colours.ramp or colours.legend
 
     def panel(self) -> None:
         self._draw_histograms()
@@ -219,12 +160,11 @@ class Comparison(ColouredApp):
             draw_legend(canvas, 0.82 * width, 8, 0.34 * width, FOLDED_MARKS)
         if is_offscreen():
             return
-        with _strip("show", (8, 4), (250, 38)):
+        with strip("show", (8, 4), (250, _HEAD)):
             imgui.PushItemWidth(160)
-            subject = subject_combo(self.subject)
+            if self.colours.widgets():
+                self.show_subject(self.colours.subject)
             imgui.PopItemWidth()
-        if subject != self.subject:
-            self.show_subject(subject)
 
     def _draw_histograms(self) -> None:
         """Angle differences of each map under its column, on the same axes; bars at the ends are cut off."""
@@ -233,7 +173,7 @@ class Comparison(ColouredApp):
         ticks, labels = np.linspace(-_DEGREES, _DEGREES, 5), ("degrees, image minus source", "degrees")
         for k, (name, (edges, share)) in enumerate(self._histograms.items()):
             left, upper, width, height = self.grid.cell(1, k)
-            with _strip(f"##histogram {k}", (left, upper + height), (width, _FOOT), ground=False):
+            with strip(f"##histogram {k}", (left, upper + height), (width, self.grid.foot), ground=False):
                 label = next((label for label in labels if text_width(label) < 0.9 * width), labels[-1])
                 implot.PushStyleVar(implot.ImPlotStyleVar_PlotMinSize, (50.0, 50.0))
                 if implot.BeginPlot(f"##{k}", (-1, -1), flags):
@@ -244,23 +184,6 @@ class Comparison(ColouredApp):
                     implot.PlotShaded(name, (edges[1:] + edges[:-1]) / 2, np.minimum(share, top))
                     implot.EndPlot()
                 implot.PopStyleVar()
-
-
-@contextmanager
-def _strip(
-    title: str, place: tuple[float, float], size: tuple[float, float], *, ground: bool = True
-) -> Iterator[None]:
-    """Widgets or a plot at a place, on a grey ground or on none."""
-    imgui.StyleColorsLight()  # polyscope gives every context its own colours
-    implot.StyleColorsLight()
-    imgui.SetNextWindowPos(place)
-    imgui.SetNextWindowSize(size)
-    flags = imgui.ImGuiWindowFlags_NoDecoration | imgui.ImGuiWindowFlags_NoSavedSettings
-    imgui.Begin(title, flags if ground else flags | imgui.ImGuiWindowFlags_NoBackground)
-    try:
-        yield
-    finally:
-        imgui.End()
 
 
 def compare(

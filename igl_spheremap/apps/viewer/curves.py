@@ -15,6 +15,8 @@ from .window import imgui, implot
 
 #: Pixels of a plot above and below its curve, and between two numbers at its axis.
 _AROUND, _BETWEEN = 56.0, 18.0
+#: Pixels around a plot: half of the last number below it stands there.
+_PADDING = (24.0, 8.0)
 #: Pixels between two numbers below a curve.
 _ASIDE = 60.0
 
@@ -86,7 +88,10 @@ def _curve(
     """
     flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
     plain = implot.ImPlotAxisFlags_NoLabel | implot.ImPlotAxisFlags_NoHighlight
+    implot.PushStyleVar(implot.ImPlotStyleVar_PlotPadding, _PADDING)
+    implot.PushStyleVar(implot.ImPlotStyleVar_PlotMinSize, _PADDING)
     if not implot.BeginPlot(title.replace("π", "pi"), size, flags | implot.ImPlotFlags_NoBoxSelect):
+        implot.PopStyleVar(2)
         return None
     try:
         implot.SetupAxes("iteration", title, plain, plain | implot.ImPlotAxisFlags_AutoFit)
@@ -115,6 +120,7 @@ def _curve(
         return _cursor(shown, last)
     finally:
         implot.EndPlot()
+        implot.PopStyleVar(2)
 
 
 def _cursor(shown: int, last: int) -> float | None:

@@ -26,6 +26,8 @@ _LEGEND = 44
 _GROUND = 0xD0FFFFFF
 #: Radius of an inset, as a share of its cell's width.
 _INSET = 0.13
+#: The largest share of the height for the strip at the lower edge.
+_FOOT = 0.28
 #: Pixels between an inset, or a caption, and what is next to it.
 _GAP = 6
 #: Radius of the circle that marks the place of the lens, in pixels.
@@ -48,7 +50,7 @@ class Grid:
     def __init__(
         self, rows: int, columns: int, panel: int = PANEL, head: int = 0, foot: int = 0, shares: Sequence[float] = ()
     ) -> None:
-        self.rows, self.columns, self.panel, self.head, self.foot = rows, columns, panel, head, foot
+        self.rows, self.columns, self.panel, self.head, self._foot = rows, columns, panel, head, foot
         self.bodies: dict[Place, Body] = {}
         self.insets: dict[Place, Body] = {}
         self.turn = np.eye(3)
@@ -57,6 +59,11 @@ class Grid:
         self.locked = False
         self._edges = np.append(0.0, np.cumsum(shares or [1.0] * columns) / sum(shares or [1.0] * columns))
         self._laid_out: object = None
+
+    @property
+    def foot(self) -> float:
+        """Pixels that are kept free at the lower edge; less in small windows."""
+        return min(self._foot, _FOOT * ps.get_window_size()[1])
 
     def place(self, row: int, column: int, body: Body) -> Body:
         """Put a body into a cell, in place of what was there."""
@@ -76,12 +83,11 @@ class Grid:
 
     @contextmanager
     def bare(self) -> Iterator[None]:
-        """Leave no room for the panel and the foot, which then are not drawn: for pictures that a window writes."""
-        room = self.panel, self.foot
-        self.panel = self.foot = 0
+        """Leave no room for the panel, which then is not drawn: for pictures that a window writes."""
+        room, self.panel = self.panel, 0
         self._laid_out = None
         yield
-        self.panel, self.foot = room
+        self.panel = room
         self._laid_out = None
 
     def clear(self) -> None:
@@ -311,32 +317,42 @@ def text_width(line: str) -> float:
     return float(imgui.CalcTextSize(line)[0])
 
 
-class Inset:
-    """The map without its lens, small in the corner of a cell whose lens magnifies, a circle at the lens's place."""
+class LensedSphere:
+    """A map in a cell, seen through a lens; while that magnifies, the map is small in the corner, its place circled."""
 
     def __init__(self, grid: Grid, row: int, column: int, f: IntArray, x: FloatArray) -> None:
-        self._grid, self._cell = grid, (row, column)
-        self._body = grid.inset(row, column, Body(f"inset {row} {column}", x, f, lift=True))
-        self._lens = Lens()
+        self._grid, self._cell, self.lens = grid, (row, column), Lens()
+        self.body = grid.place(row, column, Body(f"sphere {row} {column}", x, f, lift=True))
+        self.small = grid.inset(row, column, Body(f"inset {row} {column}", x, f, lift=True))
 
-    def show(self, x: FloatArray, lens: Lens, colours: Colouring) -> None:
-        """Show a map without the lens through which its cell shows it."""
-        self._lens = lens
-        self._body.visible = lens.power > 1
-        self._body.set_positions(x)
-        self._body.paint(colours.colours, colours.folded)
+    def show(self, x: FloatArray, lens: Lens, colours: Colouring, edges: float = 0.0) -> None:
+        """Show a map in colours through a lens."""
+        self.lens = lens
+        magnified = self.body.magnified = self.small.visible = lens.power > 1
+        for body, positions in ((self.body, lens(x) if magnified else x), (self.small, x)):
+            body.set_positions(positions)
+            body.paint(colours.colours, colours.folded, colours.checks)
+        self.body.show_edges(edges)
 
     def annotate(self) -> None:
         """Draw the circle and the text; to be called every frame."""
-        if not self._body.visible:
+        if not self.small.visible:
             return
         canvas = imgui.GetForegroundDrawList()
-        x, y = self._grid.inset_pixels(*self._cell, self._lens.place)
+        x, y = self._grid.inset_pixels(*self._cell, self.lens.place)
         canvas.AddCircle((x, y), _CIRCLE, packed((1.0, 1.0, 1.0)), 0, 4.0)
         canvas.AddCircle((x, y), _CIRCLE, packed(palette.INK), 0, 2.0)
         left, bottom = self._grid.inset_corner(*self._cell)
-        power = float(f"{self._lens.power:.2g}")
-        sentence = f"circled: magnified {power:,.{int(power < 10)}f}x"
-        lines = wrapped(sentence, left - 12 - self._grid.cell(*self._cell)[0])
+        lines = wrapped(f"circled: {magnification(self.lens.power)}", left - 12 - self._grid.cell(*self._cell)[0])
         for k, line in enumerate(reversed(lines)):
             text(canvas, left - 6 - text_width(line) / 2, bottom - _LINE * (k + 1), line)
+
+
+def magnification(power: float) -> str:
+    """What a lens does, with two digits.
+
+    >>> magnification(1.0), magnification(2.34), magnification(38765.0)
+    ('the whole sphere', 'magnified 2.3x', 'magnified 39,000x')
+    """
+    power = float(f"{power:.2g}")
+    return f"magnified {power:,.{int(power < 10)}f}x" if power > 1 else "the whole sphere"

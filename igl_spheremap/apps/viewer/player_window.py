@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import time
 from collections.abc import Callable
 from dataclasses import fields, replace
@@ -15,21 +16,21 @@ from numpy.typing import ArrayLike
 from ... import samples
 from ...io.files import read_mesh
 from ...maps.options import METHODS, Method
+from ...maps.sphere_map import SphereMap
+from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...mesh.objects import takes_mesh
-from .app import SaveWidgets, cluster_widgets, menu, panel, paragraph, present, subject_combo, zoom_slider
-from .background_run import Source
-from .choices import KEEP, PLAYER_SIZE
-from .curves import energy_plot, folding_plot
+from ...result.recording import Recording
+from .app import SaveWidgets, lens_widgets, menu, panel, paragraph, present, tip
+from .background_run import BackgroundRun, ShownRun, Source
+from .choices import KEEP, SIZE
 from .grid import PANEL, text_width
 from .player import Player
-from .window import imgui, ps
+from .window import imgui
 
-#: Height in pixels of the curves below the spheres: text and a hundred pixels of curve.
-_PLOTS = 180
 #: The name of a surface that is given as arrays.
-_GIVEN = "your mesh"
+_GIVEN = "the given mesh"
 #: Iterations that a picture goes on by.
 SPEEDS = (1, 2, 5, 10, 25, 100)
 #: Beside a computation, drawing rests for this many times as long as the last picture took.
@@ -38,8 +39,9 @@ _REST = 4
 _LATEST = 0.3
 
 _HINT = (
-    "The space bar plays, the arrow keys left and right step, up and down go to changes of foldings. Press on a curve "
-    "to go there. Drag to turn all, drag with the right button to shift, scroll to zoom, double-click to reset."
+    "The space bar plays, the arrow keys left and right step, up and down go to where foldings have halved or doubled. "
+    "Drag the line in a curve. Drag to turn all, drag with the right button to shift, scroll to zoom, double-click to "
+    "reset."
 )
 
 
@@ -53,16 +55,27 @@ def parameters(method: Method) -> dict[str, bool | int | float]:
     return {name: value for name, value in values.items() if type(value) in (bool, int, float)}
 
 
-class PlayerWindow(Player):
-    """A player with a panel, and curves below the spheres, while the run goes on."""
+def descriptions(method: Method) -> dict[str, str]:
+    """What each option of a method does, from its documentation.
 
-    def __init__(self, load: Callable[[str], Source], name: str, method: Method, **layout: Any) -> None:
-        self.method = method
+    >>> descriptions(METHODS["lai2014"]())["delta"]
+    'Factor by which a refused step is shortened.'
+    """
+    found = re.findall(r"^    (\w+) : .*\n((?: {8}.*\n)+)", type(method).__doc__ or "", re.MULTILINE)
+    return {name: " ".join(text.split()) for name, text in found}
+
+
+class PlayerWindow(Player):
+    """A player with a panel while the run goes on; with one that has ended there is nothing to run."""
+
+    def __init__(
+        self, start: Callable[[str, Method], ShownRun], name: str, method: Method, *, up: str = "auto"
+    ) -> None:
         self.playing, self.speed, self._refused = True, SPEEDS[0], ""
         self._cpu, self._rest_until, self._moved = 0.0, 0.0, False
         self._played, self._rate = time.monotonic(), 0.0
         self._save = SaveWidgets(self, "run", lambda: self.run.result)
-        super().__init__(load, name, method, panel=PANEL, foot=_PLOTS, **layout)
+        super().__init__(start, name, method, up=up, panel=PANEL)
 
     def tick(self) -> None:
         """Move on while playing, beside a computation now and then."""
@@ -88,61 +101,44 @@ class PlayerWindow(Player):
         if not self.grid.panel:
             return
         with panel("Player", self.grid.panel):
-            self._run_widgets()
+            if isinstance(self.run, BackgroundRun):
+                self._run_widgets()
+                imgui.Separator()
             if self.before is not None:
                 for widgets in (self._play_widgets, self._view_widgets, self._save):
-                    imgui.Separator()
                     widgets()
-            imgui.Separator()
-            paragraph(_HINT)
-        if self.before is not None:
-            self._plots(self.before.index)
+                    imgui.Separator()
+            if imgui.TreeNode("parameters"):  # what changes its height is below what is clicked
+                self._parameter_widgets()
+                imgui.TreePop()
+            for line in filter(None, (*self._state(), self._refused, _HINT)):
+                paragraph(line)
         self._keys()
 
-    def _plots(self, shown: int) -> None:
-        """The curves, side by side below the spheres; pressing on one goes there."""
-        width, height = ps.get_window_size()
-        imgui.SetNextWindowPos((self.grid.panel, height - self.grid.foot))
-        imgui.SetNextWindowSize((width - self.grid.panel, self.grid.foot))
-        imgui.Begin(
-            "curves",
-            imgui.ImGuiWindowFlags_NoDecoration
-            | imgui.ImGuiWindowFlags_NoSavedSettings
-            | imgui.ImGuiWindowFlags_NoFocusOnAppearing,  # which would close a menu
-        )
-        wide, high = imgui.GetContentRegionAvail()
-        size = (wide - 8) / 2, high
-        goal = energy_plot(self.run.history, shown, size)
-        imgui.SameLine()
-        other = folding_plot(self.run.history, self.run.foldings, shown, size)
-        imgui.End()
-        for place in (goal, other):
-            if place is not None:
-                self._leave_for(round(place))
+    def _curves(self) -> float | None:
+        place = super()._curves()
+        if place is not None and self.grid.panel:
+            self._leave_for(round(place))
+        return place
 
     def _run_widgets(self) -> None:
-        run = self.run
         _, self.name = imgui.InputText("mesh", self.name)
+        tip("A file, or a sample. The run before stays until this one is read.")
         names = [f"sample:{name}" for name in samples.names()]
-        self.name = menu("samples", self.name if self.name in names else "", names) or self.name
+        self.name = menu("samples", self.name if self.name in names else "choose one", names) or self.name
         if chosen := menu("method", self.method.name, METHODS):
             self.method, self._refused = METHODS[chosen](), ""
-        if imgui.TreeNode("parameters"):
-            self._parameter_widgets()
-            imgui.TreePop()
         if imgui.Button("run"):
-            run.close()
             self.start(self.name, self.method)
             self.playing = True
-        if run.running:
-            imgui.SameLine()
-            if imgui.Button("stop"):
-                run.stop()
-        for line in self._state():
-            paragraph(line)
+        imgui.SameLine()
+        imgui.BeginDisabled(not self.run.running)
+        if imgui.Button("stop"):
+            self.run.stop()
+        imgui.EndDisabled()
 
     def _parameter_widgets(self) -> None:
-        values = parameters(self.method)
+        values, described = parameters(self.method), descriptions(self.method)
         widest = max(text_width(name) for name in values)
         for name, value in values.items():
             imgui.SetNextItemWidth(imgui.GetContentRegionAvail()[0] - widest - 8)
@@ -153,10 +149,9 @@ class PlayerWindow(Player):
                 changed, value = imgui.InputInt(label, value)
             else:
                 changed, value = imgui.InputDouble(label, value, format="%.1e")
+            tip(described.get(name, ""))
             if changed:
                 self._set_parameter(name, value)
-        if self._refused:
-            paragraph(self._refused)
 
     def _set_parameter(self, name: str, value: float) -> None:
         try:
@@ -168,14 +163,15 @@ class PlayerWindow(Player):
         """How far the run is, what it takes, and what there is to say of it."""
         run = self.run
         if run.error is not None:
-            return [f"{type(run.error).__name__}: {run.error}"]
+            return [self.message, f"{type(run.error).__name__}: {run.error}"]
         if not run.frames:
-            return [f"reading {self.name}" if run.mesh is None else "making the first map"]
+            return [self.message, f"reading {run.name}" if run.mesh is None else "making the first map"]
         count = len(run.foldings) - 1
         if run.result is None:
-            return [f"computing: {count:,} iterations, {count / max(run.seconds, 1e-3):,.0f} a second", run.memory]
+            return [self.message, f"computing: {count:,} iterations, {count / max(run.seconds, 1e-3):,.0f} a second",
+                    run.memory, f"playing {self._rate:,.{int(self._rate < 10)}f} a second" * self.playing]
         notes = (f"note: {note}" for note in run.result.notes)
-        return [f"{count:,} iterations in {run.seconds:.3g} s", run.memory, *notes]
+        return [self.message, f"{count:,} iterations in {run.seconds:.3g} s", run.memory, *notes]
 
     def _play_widgets(self) -> None:
         assert self.before is not None
@@ -195,20 +191,17 @@ class PlayerWindow(Player):
         moved, iteration = imgui.SliderInt("##iteration", at, 0, last, "iteration %d")
         if moved:
             self._leave_for(iteration)
-        if self.playing:
-            paragraph(f"plays {self._rate:,.{int(self._rate < 10)}f} iterations a second")
-        imgui.AlignTextToFramePadding()
-        imgui.TextUnformatted("change of foldings:")
         for label, way in (("previous", -1), ("next", 1)):
-            change = self._change(way)
-            imgui.SameLine()
-            imgui.BeginDisabled(change is None)
+            imgui.BeginDisabled(self._change(way) is None)
             if imgui.Button(label):
                 self._leave_for_change(way)
             imgui.EndDisabled()
+            tip("To where there are half or twice as many foldings, none, or some.")
+            imgui.SameLine()
+        imgui.TextUnformatted("change of foldings")
         marks = dict(self.run.stops())
         here = [name for name, k in marks.items() if self.run.frames[k] is self.after]
-        if chosen := menu("stops", here[-1] if here else "", marks):
+        if chosen := menu("stops", here[-1] if here else "go to", marks):
             self._leave_for(self.run.frames[marks[chosen]].index - 1)
 
     def _keys(self) -> None:
@@ -231,11 +224,8 @@ class PlayerWindow(Player):
         self.playing = not self.playing
 
     def _change(self, way: int) -> int | None:
-        """The next iteration, or the one before, at which the number of foldings changes."""
         assert self.before is not None
-        changes = self.run.changes
-        k = int(np.searchsorted(changes, self.before.index, "left" if way < 0 else "right")) - (way < 0)
-        return int(changes[k]) if 0 <= k < len(changes) else None
+        return self.run.change(self.before.index, way)
 
     def _leave_for_change(self, way: int) -> None:
         if (change := self._change(way)) is not None:
@@ -258,11 +248,11 @@ class PlayerWindow(Player):
             self.go_to(int(kept[min(max(k, 0), len(kept) - 1)]))
 
     def _view_widgets(self) -> None:
-        self.subject, self.zoom = subject_combo(self.subject), zoom_slider(self.zoom)
         assert self.before is not None
+        self.colours.widgets()
+        if chosen := lens_widgets(self.spheres[0].lens.power, self.clusters.sizes, self.cluster):
+            self.look(*chosen)
         self.show(self.before, self.after)
-        if (chosen := cluster_widgets(self.clusters.sizes, self.cluster)) is not None:
-            self.follow(chosen)
 
 
 @takes_mesh
@@ -273,7 +263,7 @@ def play(
     method: str | Method = "lai2014",
     out: str | os.PathLike[str] | None = None,
     up: str = "auto",
-    size: tuple[int, int] = PLAYER_SIZE,
+    size: tuple[int, int] = SIZE,
     keep: float = KEEP,
 ) -> list[dict[str, Any]]:
     """Show a map coming about: before and after each iteration, with its folded faces in red.
@@ -297,7 +287,7 @@ def play(
         Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
         stands safely; "left" and "right" show it from that side, with z up.
     size : (int, int)
-        Width and height in pixels; 1400 by 640 by default.
+        Width and height in pixels; 1280 by 760 by default.
     keep : float
         Megabytes of positions to keep, 400 by default. Where those of all iterations take more, the window says which
         it keeps: those at starts, ends, star maps and changes of the number of foldings first.
@@ -326,9 +316,21 @@ def play(
     mesh = check_mesh(v, f)
     method = method if isinstance(method, Method) else METHODS[method]()
     kind = PlayerWindow if out is None else Player
-    load = partial(_load, mesh.v, mesh.f)
-    budget = round(1e6 * keep)
-    return present(lambda: kind(load, _GIVEN, method, up=up, budget=budget), out, size=size)
+    start = partial(in_background, partial(_load, mesh.v, mesh.f), round(1e6 * keep))
+    return present(lambda: kind(start, _GIVEN, method, up=up), out, size=size)
+
+
+def play_recording(result: SphereMap, recording: Recording, out: str | None, *, up: str = "auto") -> None:
+    """Open a window with a run that was recorded, or write its picture: the last step that changed the foldings."""
+    run = ShownRun.of(recording, result)
+    last = run.change(int(run.iterations[-1]), -1) or 0
+    kind = PlayerWindow if out is None else Player
+    present(lambda: kind(lambda name, method: run, "", METHODS[result.method](), up=up), out, frame=last)
+
+
+def in_background(load: Callable[[str], Source], budget: int, name: str, method: Method) -> BackgroundRun:
+    """Begin a run in another process; `load`, which must be picklable, takes a name to vertices and faces."""
+    return BackgroundRun(partial(load, name), partial(spherical_conformal_map, method=method), budget=budget)
 
 
 def _load(v: FloatArray, f: IntArray, name: str) -> Source:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -19,12 +20,11 @@ from ...result.run import Listener, title_of
 from ...sphere.moebius import moebius
 from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
-from .app import ColouredApp, SaveWidgets, cluster_widgets, panel, paragraph, subject_combo
+from .app import ColouredApp, Colours, SaveWidgets, lens_widgets, panel, paragraph, tip
 from .background_run import BackgroundRun, Source
-from .body import EDGE_WIDTH, STRONGEST, Body, Lens, look_at
+from .body import EDGE_WIDTH, Body, Lens, follow
 from .choices import SUBJECTS
-from .colouring import SQUARES, checkerboard, colouring, deepest_tips
-from .grid import PANEL, Grid, Inset, packed
+from .grid import PANEL, Grid, LensedSphere, packed
 from .window import imgui, ps
 
 #: Edges are drawn on images of at most this many faces; beyond they would be all that is seen.
@@ -56,10 +56,10 @@ class ResultView(ColouredApp):
         up: str = "auto",
         subject: str = SUBJECTS[0],
         panel: bool = True,
-        lens: Lens | None = None,
         result: SphereMap | None = None,
+        name: str = "sphere",
     ) -> None:
-        self.mesh, self.subject, self.squares = mesh, subject, SQUARES
+        self.mesh, self.subject, self.colours = mesh, subject, Colours(subject)
         self._up = up
         #: How much the lens magnifies; None: as fits what it is on.
         self.power: float | None = None
@@ -72,20 +72,19 @@ class ResultView(ColouredApp):
         self._run: BackgroundRun | None = None
         self._held, self._moebius = False, False
         self._clicked = np.zeros(2)
-        self._save = SaveWidgets(self, "map", self._shown_map)
+        self._save = SaveWidgets(self, name, self._shown_map)
         self.grid = Grid(1, 2, panel=PANEL if panel and result is not None else 0)
         self.turn = pose(mesh.unit, up)
         self.source = self.grid.place(0, 0, Body("source", fit(mesh.unit, self.turn), mesh.f))
-        self.image = self.grid.place(0, 1, Body("sphere", x @ self.turn.T, mesh.f, lift=True))
-        for body in (self.source, self.image):
+        self.sphere = LensedSphere(self.grid, 0, 1, mesh.f, x @ self.turn.T)
+        for body in (self.source, self.sphere.body):
             body.mesh.set_selection_mode("vertices_only")
-        self.inset = Inset(self.grid, 0, 1, mesh.f, x @ self.turn.T)
         self.source.caption = f"Source\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
-        self._show_map(x, caption, lens)
+        self._show_map(x, caption)
 
-    def _show_map(self, x: FloatArray, caption: str, lens: Lens | None = None) -> None:
-        self.map, self._caption, self._fixed_lens = x, caption, lens
-        self._poles = deepest_tips(self.mesh, x)
+    def _show_map(self, x: FloatArray, caption: str) -> None:
+        """Show another map, with the lens that fits it."""
+        self.map, self._caption, self.power = x, caption, None
         self._map_rows = [] if self.result is None else [
             (found.label, found.text)
             for found in (
@@ -104,7 +103,7 @@ class ResultView(ColouredApp):
         self._cluster = min(self._cluster, max(len(self._clusters) - 1, 0))
         self.show_subject(self.subject)
 
-    def look(self, power: float | None = None, *, cluster: int | None = None) -> None:
+    def look(self, power: float | None = None, cluster: int | None = None) -> None:
         """Magnify by a power, None by what fits; on a cluster if it is given, and no longer on the vertex picked."""
         self.power, self._facing = power, self.grid.turn
         if cluster is not None:
@@ -113,46 +112,37 @@ class ResultView(ColouredApp):
         self.show_subject(self.subject)
 
     def _aim(self, x: FloatArray) -> Lens:
-        """The lens on a map as it is seen."""
-        if self.power is not None and self.power <= 1:
-            return Lens()
+        """The lens on a map as it is seen: on the vertex that is picked, else on folded faces, else on the front."""
         if self.picked is not None:
-            around = self.mesh.f[(self.mesh.f == self.picked).any(axis=1)]
-            return Lens(x[self.picked], look_at(x, around).power if self.power is None else self.power)
-        lens = self._fixed_lens or Lens()
-        if self._fixed_lens is None and self._clusters:
-            lens = look_at(x, self.mesh.f[self._clusters[self._cluster]])
-        return lens if self.power is None else Lens(lens.place, self.power)
+            faces = np.flatnonzero((self.mesh.f == self.picked).any(axis=1))
+        else:
+            faces = self._clusters[self._cluster] if self._clusters else np.empty(0, dtype=np.int64)
+        (lens,) = follow([x], self.mesh.f, faces, power=self.power, facing=self._facing)
+        if self.picked is not None:
+            return replace(lens, place=x[self.picked])
+        return lens if len(faces) else Lens(self._facing[2], self.power or 1.0, self._facing)
 
     def show_subject(self, subject: str) -> None:
         """Colour both by one of `SUBJECTS`, and apply the lens."""
-        self.subject = subject
-        x = self.x @ self.turn.T
-        seen = x @ self._facing.T
-        lens = self._aim(seen)
-        self._magnified, folded = lens.power, np.sort(self._clusters.faces)
-        self.image.set_positions(lens(seen) @ self._facing if lens.power > 1 else x)
-        self.image.magnified = lens.power > 1
-        if subject == "checkerboard":
-            colours = checkerboard(self.mesh, self.x, self._poles, self.squares, folded)
-        else:
-            colours = colouring(self.mesh, self.x, subject, folded=folded)
-        colours.apply(self.source, self.image)
-        self.inset.show(x, Lens(lens.place @ self._facing, lens.power), colours)
-        self.image.show_edges(edge_width(self.mesh, subject))
+        self.subject = self.colours.subject = subject
+        folded, x = np.sort(self._clusters.faces), self.x @ self.turn.T
+        colours = self.colours.of(self.mesh, self.x, folded)
+        self.sphere.show(x, self._aim(x), colours, edge_width(self.mesh, subject))
+        colours.apply(self.source, self.sphere.body)
         strength = float(np.linalg.norm(self.centre))
         moved = f"{self._caption}, then a Moebius map of strength {strength:.2f}" if strength else self._caption
-        self.image.caption = f"{moved}\n{count_foldings(len(folded))}"
+        self.sphere.body.caption = f"{moved}\n{count_foldings(len(folded))}"
         self._mark(self.picked)
 
     def pick(self, vertex: int | None) -> None:
         """Mark a vertex on both sides; the lens follows it, as strong as it is. Without one, it is what fits again."""
+        magnified = self.sphere.lens.power
         if vertex is not None:
-            self.power = self._magnified
+            self.power = magnified
         elif self.picked is not None:
             self.power = None  # at the power of a limb's tip the rest of the sphere would be a speck
         self.picked, self._facing = vertex, self.grid.turn
-        if self._magnified > 1:
+        if magnified > 1:
             self.show_subject(self.subject)
         else:
             self._mark(vertex)
@@ -160,7 +150,7 @@ class ResultView(ColouredApp):
     def _mark(self, vertex: int | None) -> None:
         self._rows = self._map_rows if vertex is None else self.vertex_rows(vertex)
         rows = [] if vertex is None else [vertex]
-        for body in (self.source, self.image):
+        for body in (self.source, self.sphere.body):
             body.dots("picked", body.x[rows], _PICKED)
 
     def vertex_rows(self, vertex: int) -> list[tuple[str, str]]:
@@ -225,11 +215,11 @@ class ResultView(ColouredApp):
     def pick_at(self, pixel: FloatArray) -> None:
         """Pick the vertex that is seen at a pixel, on either side; none where there is none."""
         hit = ps.pick(screen_coords=tuple(pixel))
-        seen = hit.is_hit and hit.structure_name in (self.source.name, self.image.name)
+        seen = hit.is_hit and hit.structure_name in (self.source.name, self.sphere.body.name)
         self.pick(int(hit.structure_data["index"]) if seen else None)
 
     def _handle_is_shown(self) -> bool:
-        return bool(self.grid.panel) and self._moebius and self._magnified <= 1
+        return bool(self.grid.panel) and self._moebius and self.sphere.lens.power <= 1
 
     def handle(self) -> FloatArray:
         """Where the handle of the Moebius map is, in pixels."""
@@ -241,60 +231,62 @@ class ResultView(ColouredApp):
         self.move(centre * min(1.0, _STRONGEST / max(float(np.linalg.norm(centre)), 1e-12)))
 
     def panel(self) -> None:
-        self.inset.annotate()
+        self.sphere.annotate()
         if not self.grid.panel:
             return
         assert self.result is not None
+        canvas = imgui.GetForegroundDrawList()
         if self._handle_is_shown():
-            canvas = imgui.GetForegroundDrawList()
             canvas.AddCircleFilled(tuple(self.handle()), _HANDLE, packed((1.0, 1.0, 1.0)))
             canvas.AddCircle(tuple(self.handle()), _HANDLE, packed(INK), 0, 2.0)
+        if self.picked is not None:  # a ring is seen on the far side, too
+            for column, body in enumerate((self.source, self.sphere.body)):
+                place = self.grid.to_pixels(0, column, body.x[self.picked])
+                canvas.AddCircle(tuple(place), _HANDLE, packed(_PICKED), 0, 2.0)
         with panel("Map", self.grid.panel):
-            if self.result.certificate.folding_free:
-                self._balance_slider()
+            self._balance_slider()
             self._view_widgets()
+            self._save()
+            imgui.Separator()
             self._moebius_widgets()
             imgui.Separator()
             for label, text in self._rows:
                 paragraph(f"{label}: {text}")
             imgui.Separator()
-            self._save()
-            imgui.Separator()
             paragraph("Click a vertex to see its image and its figures. Drag to turn both, drag with the right button "
                       "to shift, scroll to zoom, double-click to reset.")
 
     def _balance_slider(self) -> None:
+        assert self.result is not None
+        imgui.BeginDisabled(not self.result.certificate.folding_free)
         _, self._balance = imgui.SliderFloat("balance", self._balance, 0.0, 1.0, "%.2f")
         if imgui.IsItemDeactivatedAfterEdit():
             self.rebalance(min(max(self._balance, 0.0), 1.0))
-        if self._run is None:
-            paragraph("0 keeps angles, 1 keeps areas")
-            return
-        latest = title_of(self._run.frames[-1].iterate) if len(self._run.frames) > 1 else "starting"
-        paragraph(f"computing: {latest}")
+        imgui.EndDisabled()
+        tip("0 keeps angles, 1 keeps areas. Maps that fold have none.")
+        said = "0 keeps angles, 1 keeps areas"
+        if self._run is not None:
+            said = title_of(self._run.frames[-1].iterate) if len(self._run.frames) > 1 else "starting"
+        imgui.BeginDisabled(self._run is None)
         if imgui.Button("stop"):
             self.close()
+        imgui.EndDisabled()
+        imgui.SameLine()
+        imgui.TextUnformatted(said)
 
     def _view_widgets(self) -> None:
-        subject, squares = subject_combo(self.subject), self.squares
-        if subject == "checkerboard":  # an even number: with an odd one two squares of a colour would meet
-            squares = 2 * round(imgui.SliderInt("squares", squares, 4, 96)[1] / 2)
-        if (subject, squares) != (self.subject, self.squares):
-            self.squares = squares
-            self.show_subject(subject)
+        if self.colours.widgets():
+            self.show_subject(self.colours.subject)
         self._side_buttons()
-        moved, power = imgui.SliderFloat("lens", self._magnified, 1.0, STRONGEST, "x%.4g",
-                                         imgui.ImGuiSliderFlags_Logarithmic)
-        if moved:
-            self.look(float(np.clip(power, 1.0, STRONGEST)))
-        if self.picked is not None:
-            if imgui.Button("magnify vertex"):
-                self.look()
-            imgui.SameLine()
-            if imgui.Button("forget it"):
-                self.look(cluster=self._cluster)
-        if (chosen := cluster_widgets(self._clusters.sizes, self._cluster)) is not None:
-            self.look(cluster=chosen)
+        if chosen := lens_widgets(self.sphere.lens.power, self._clusters.sizes, self._cluster):
+            self.look(*chosen)
+        imgui.BeginDisabled(self.picked is None)
+        if imgui.Button("magnify vertex"):
+            self.look()
+        imgui.SameLine()
+        if imgui.Button("forget it"):
+            self.look(cluster=self._cluster)
+        imgui.EndDisabled()
 
     def _side_buttons(self) -> None:
         """Show the outer or the inner side of half a brain."""

@@ -9,7 +9,6 @@ from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
 from . import window
 from .app import present
-from .body import Lens
 from .choices import SIZE, SUBJECTS
 from .result_view import ResultView, caption_of
 
@@ -94,8 +93,7 @@ def picture_of(
     up: str = "auto",
     subject: str = SUBJECTS[0],
     size: tuple[int, int] = SIZE,
-    lens: Lens | None = None,
 ) -> None:
-    """`screenshot` of any map, through any lens."""
+    """`screenshot` of any map."""
     window.check_picture(path)
-    present(lambda: ResultView(mesh, x, caption, up=up, subject=subject, lens=lens), path, size=size)
+    present(lambda: ResultView(mesh, x, caption, up=up, subject=subject), path, size=size)

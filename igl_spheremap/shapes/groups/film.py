@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...draw.palette import Ramp, area_ramp, round_up, sequential, sizes
+from ...draw.palette import Ramp, areas, round_up, sequential, sizes
 from ...draw.plot import frame, pose, raster, shading
 from ...errors import import_optional
 from ...io.replacing import replacing
@@ -57,8 +57,8 @@ def over_time(found: Series, feature: str = "") -> tuple[FloatArray, Ramp]:
         values = found.features[:, :, 0]
         return values, sequential(feature, *np.percentile(values, [1, 99]).tolist())
     values = np.log(found.areas / found.areas.mean(axis=0))
-    ramp = area_ramp(values, float(np.percentile(np.abs(values), 99)) or 1.0)
-    return values, replace(ramp, label="area / its mean in time")
+    most = round_up(float(np.expm1(np.percentile(np.abs(values), 99))))
+    return values, replace(areas(1 + most), label="area / its mean in time")
 
 
 def movement(group: Group, mode: int) -> FloatArray:

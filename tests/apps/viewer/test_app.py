@@ -53,14 +53,16 @@ figures = dict(said=said, kept=kept, moved=bool((moved == view.x).all()), free=i
 @needs_drawing
 def test_the_buttons_of_a_run_write_it_as_a_video_and_its_map_once_there_is_one(tmp_path):
     figures = drive(_PRESS + f"""
-from igl_spheremap.apps.viewer.player_window import PlayerWindow
+from functools import partial
+from igl_spheremap.apps.viewer.player_window import PlayerWindow, in_background
 from igl_spheremap.maps.options import METHODS
 from igl_spheremap.samples import from_spec
 os.chdir({str(tmp_path)!r})
 app.LENGTH = 5
 if __name__ == '__main__':
     app.open_for(Pictures('unused.png', size=(1100, 400)))
-    shown = PlayerWindow(from_spec, 'spheroid:n_vertices=400', METHODS['lai2014']())
+    start = partial(in_background, from_spec, 400_000_000)
+    shown = PlayerWindow(start, 'spheroid:n_vertices=400', METHODS['lai2014']())
     shown.prepare()
     shown.go_to(shown.last_frame())
     said = [press(shown, 'video', 'run'), press(shown, 'map', 'run')]

@@ -33,7 +33,7 @@ def test_a_strong_lens_magnifies_by_its_power_at_its_place():
 
 def test_the_plain_view_is_the_map_itself():
     x = unit(np.random.default_rng(2).normal(size=(50, 3)))
-    assert follow(x, np.array([[0, 1, 2]]), np.empty(0, dtype=np.int64))(x) == pytest.approx(x, abs=1e-14)
+    assert follow([x], np.array([[0, 1, 2]]), np.empty(0, dtype=np.int64))[0](x) == pytest.approx(x, abs=1e-14)
 
 
 def test_a_fold_planted_at_a_limb_s_tip_comes_to_the_front_and_is_seen():
@@ -46,7 +46,7 @@ def test_a_fold_planted_at_a_limb_s_tip_comes_to_the_front_and_is_seen():
     folded = np.flatnonzero(orientation_signs(x, f) <= 0)
     assert len(folded)
     size = np.ptp(x[f[folded]], axis=1).max()
-    y = follow(x, f, folded)(x)
+    y = follow([x], f, folded)[0](x)
     assert np.ptp(y[f[folded]], axis=1).max() > max(0.05, 3 * size)
     assert y[f[folded]][..., 2].min() > 0.5
 

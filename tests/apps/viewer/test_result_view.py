@@ -202,8 +202,8 @@ ps.set_user_callback(draw)
 window.grab()
 left, _, w, _ = view.grid.cell(0, 1)
 view.source.paint(np.tile([0.1, 0.9, 0.1], (len(f), 1)))
-view.image.paint(np.tile([0.1, 0.1, 0.9], (len(f), 1)))
-view.source.caption = view.image.caption = ''
+view.sphere.body.paint(np.tile([0.1, 0.1, 0.9], (len(f), 1)))
+view.source.caption = view.sphere.body.caption = ''
 view.source.legend = None
 view.grid.zoom = 8.0
 image = window.grab().astype(int)
@@ -261,7 +261,7 @@ view.drag_to(at + [40.0, -25.0])
 moved = view.handle() - at
 view.grid.rotate(1.0, 0.5)
 picked = []
-for body, column in ((view.image, 1), (view.source, 0)):
+for body, column in ((view.sphere.body, 1), (view.source, 0)):
     front = int(np.argmax((body.x @ view.grid.turn.T)[:, 2]))
     view.grid.draw()
     view.pick_at(view.grid.to_pixels(0, column, body.x[front]))
@@ -298,7 +298,7 @@ planted /= np.linalg.norm(planted, axis=1, keepdims=True)
 view = ResultView(result.mesh, planted, result=result)
 ps.set_user_callback(lambda: app.draw_app(view))
 clusters, ahead = view._clusters, []
-seen = lambda: view.image.x @ view.grid.turn.T
+seen = lambda: view.sphere.body.x @ view.grid.turn.T
 for k in range(len(clusters)):
     view.look(cluster=k)
     ahead.append(float(seen()[f[clusters[k]]][..., 2].min()))
@@ -306,16 +306,16 @@ for k in range(len(clusters)):
 vertex = int(np.argmin(np.abs(v[:, 2])))
 view.pick(vertex)
 view.look(40.0)
-at, shown = seen()[vertex].tolist(), view.inset._body.visible
+at, shown = seen()[vertex].tolist(), view.sphere.small.visible
 view.pick(tips[0])
 next_at = seen()[tips[0]].tolist()
 view.look(1.0)
-plain = float(np.abs(view.image.x - planted @ view.turn.T).max())
+plain = float(np.abs(view.sphere.body.x - planted @ view.turn.T).max())
 sound = ResultView(result.mesh, result.sphere, result=result)
 sound.pick(vertex)
 sound.look(40.0)
 sound.pick(None)
-figures = dict(ahead=ahead, at=at, next=next_at, shown=shown, plain=plain, left=sound.image.magnified)
+figures = dict(ahead=ahead, at=at, next=next_at, shown=shown, plain=plain, left=sound.sphere.body.magnified)
 """)
     assert len(figures["ahead"]) == 2
     assert min(figures["ahead"]) > 0.3
@@ -368,7 +368,7 @@ def script(hand):
     squares = []
     for share in (0.1, 0.3, 0.45, 0.8):
         hand.slide('squares', share)
-        squares.append(apps[0].squares)
+        squares.append(apps[0].colours.squares)
     figures['squares'] = squares
     for button in ('lateral', 'medial'):
         hand.click(button)

@@ -3,6 +3,7 @@
 from drawing import needs_drawing, use
 
 import igl_spheremap as ism
+from igl_spheremap.apps.viewer.background_run import ShownRun
 
 
 @needs_drawing
@@ -18,7 +19,7 @@ def script(hand):
         return hand.find('##iteration').value
 
     def done():
-        hand.wait(lambda: hand.has('##iteration') and not hand.has('stop'))
+        hand.wait(lambda: hand.has('##iteration') and not hand.find('stop').enabled)
 
     done()
     hand.click('pause')
@@ -49,7 +50,7 @@ def script(hand):
     hand.type('mesh', 'sample:dumbbell:n_vertices=3000')
     hand.choose('method', 'lai2014')
     hand.click('run')
-    hand.wait(lambda: hand.has('stop'))
+    hand.wait(lambda: hand.find('stop').enabled)
     hand.click('stop')
     done()
     figures['methods'] = hand.open('method')
@@ -69,19 +70,16 @@ figures['files'] = sorted(os.listdir())
 """)
     v, f = ism.samples.make("dumbbell", n_vertices=300)
     recording = ism.Recording(f)
-    ism.spherical_conformal_map(v, f, method="lai2014", listener=recording)
-    repeated = "harmonic", 0
-    shown = [frame for frame in recording.frames if (frame.iterate.stage, frame.iterate.iteration) != repeated]
-    counts = [frame.foldings for frame in shown]
-    changes = [k for k in range(len(counts) - 1) if counts[k] != counts[k + 1]]
+    result = ism.spherical_conformal_map(v, f, method="lai2014", listener=recording)
+    run = ShownRun.of(recording, result)
     start = figures["pressed"]
-    assert 0.3 < start / len(counts) < 0.6  # the numbers of the axis lie to the left of the curve
-    after = min(k for k in changes if k > start)
-    before = max(k for k in changes if k < after)
-    again = min(k for k in changes if k > before + 1)
-    assert figures["visited"] == [after, before, before + 1, again, again - 1, 0, len(counts) - 1]
-    assert {"mesh", "samples", "method", "parameters", "max iterations", "##iteration", "previous", "next", "stops",
-            "lens", "picture", "map", "folded faces", "clusters", "next cluster"} <= set(figures["used"])
+    assert 0.2 < start / len(run.foldings) < 0.6  # the numbers of the axis lie to the left of the curve
+    after = run.change(start, 1)
+    before = run.change(after, -1)
+    again = run.change(before + 1, 1)
+    assert figures["visited"] == [after, before, before + 1, again, again - 1, 0, run.iterations[-1]]
+    assert {"mesh", "samples", "method", "parameters", "max iterations", "##iteration", "previous", "stops",
+            "lens", "picture", "map", "folded faces", "fit", "whole sphere"} <= set(figures["used"])
     assert figures["refused"]
     assert figures["methods"] == figures["methods_there"]
     assert figures["files"] == ["saved.gif", "saved.npz", "saved.png"]

@@ -15,7 +15,7 @@ from ...viewer.app import open_for, run_app
 from ...viewer.choices import SHOWN, Pictures, guess_up
 from ...viewer.compare import plane_view
 from ...viewer.player import Player
-from ...viewer.player_window import PlayerWindow
+from ...viewer.player_window import PlayerWindow, in_background
 from ...viewer.result_view import ResultView, caption_of
 from ..arguments import chosen_method, refuse_flags
 from ..exits import UsageError
@@ -99,7 +99,8 @@ def run_play(args: Namespace) -> None:
     load = partial(_load, source)
     up = args.up or source.up
     kind = Player if pictures.offscreen else PlayerWindow
-    frames = run_app(kind(load, source.name, method, up=up, budget=round(1e6 * args.keep)), pictures,
+    start = partial(in_background, load, round(1e6 * args.keep))
+    frames = run_app(kind(start, source.name, method, up=up), pictures,
                      progress=args.progress, listener=args.progress.listener(source.f))
     if pictures.offscreen:
         found = Findings(source=source.name, method=args.method, frames=frames)
