@@ -35,16 +35,14 @@ def algorithm_1(
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Vertex positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
+    v, f : (n, 3) and (m, 3) array_like
+        The mesh, as of `check_mesh`.
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The Gauss map by default.
     method : Lai2014
         The options, by default its own; its `rounds` do not count.
     caps : (m,) array_like of bool, optional
-        Faces that only close holes and cuts, see `check_mesh`: none by default.
+        As of `check_mesh`.
     listener : callable, optional
         Called with every `Iterate`; may raise StopIteration to stop with the current map.
 
@@ -94,16 +92,10 @@ def algorithm_2(
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Vertex positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
-    start : (n, 3) array_like, optional
-        Start; rows are scaled to unit length. The Gauss map by default.
-    method : Lai2014
-        The options, by default its own.
-    caps : (m,) array_like of bool, optional
-        Faces that only close holes and cuts, see `check_mesh`: none by default.
+    v, f : (n, 3) and (m, 3) array_like
+        The mesh, as of `check_mesh`.
+    start, method, caps
+        As of `algorithm_1`; the `rounds` of the method count.
     listener : callable, optional
         Called with every `Iterate`, star maps included; may raise StopIteration to stop with the current map.
 

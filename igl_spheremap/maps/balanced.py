@@ -30,17 +30,15 @@ def balanced_spherical_map(
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Vertex positions, any units. Never mutated.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
+    v, f : (n, 3) and (m, 3) array_like
+        The mesh, as of `check_mesh`.
     balance : float
         0 is conformal, the map of `spherical_conformal_map` bit for bit; 1 preserves areas; .75 by default.
     method : str or Method
         How the conformal map is made that it starts from, "auto" by default, or a record of options; see
         `spherical_conformal_map`.
     caps : (m,) array_like of bool, optional
-        Faces that only close holes and cuts, see `check_mesh`: none by default.
+        As of `check_mesh`.
     listener : callable, optional
         Called with every `Iterate`, those of the conformal map included; may raise StopIteration to stop with
         the current map.

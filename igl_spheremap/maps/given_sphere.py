@@ -36,15 +36,13 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | No
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Source positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
+    v, f : (n, 3) and (m, 3) array_like
+        The mesh, as of `check_mesh`.
     x : (n, 3) array_like
         Images of the vertices on a sphere of any radius about the origin, in the same order; rows are scaled to unit
         length, and otherwise left where they are. If they are a mirror image, z is negated, and a note says so.
     caps : (m,) array_like of bool, optional
-        Faces that only close holes and cuts, see `check_mesh`: none by default.
+        As of `check_mesh`.
 
     Returns
     -------
@@ -114,10 +112,8 @@ def repair_foldings(
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Source positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices: closed, oriented, connected, genus 0.
+    v, f : (n, 3) and (m, 3) array_like
+        The mesh, as of `check_mesh`.
     x : (n, 3) array_like
         Images of the vertices: finite, nonzero rows, which are scaled to unit length. A map that turns the
         sphere inside out is reflected first; one of the wrong degree is rebuilt.
@@ -127,7 +123,7 @@ def repair_foldings(
     effort : Effort
         What these steps may cost, by default as in `Effort`; with `polish` only.
     caps : (m,) array_like of bool, optional
-        Faces that only close holes and cuts, see `check_mesh`: none by default.
+        As of `check_mesh`.
     listener : callable, optional
         Called with an `Iterate` before and after, after every round of small moves, and each time that a batch
         of vertices was put back; its residual is the number of foldings. Vertices that are still missing lie on

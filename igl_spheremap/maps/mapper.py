@@ -37,7 +37,7 @@ class SphereMapper:
     method : Auto
         Options of all maps, the factorisation among them.
     caps : (m,) array_like of bool, optional
-        Faces that only close holes and cuts, see `check_mesh`: none by default.
+        As of `check_mesh`.
 
     Attributes
     ----------

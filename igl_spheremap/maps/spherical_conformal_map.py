@@ -53,7 +53,7 @@ def spherical_conformal_map(
     tolerance, max_iterations, backend, gauge, polish, effort
         The options of "auto" and their defaults are those of `Auto`. Other methods take theirs by record only.
     caps : (m,) array_like of bool, optional
-        Faces that only close holes and cuts, see `check_mesh`: none by default.
+        As of `check_mesh`.
     listener : callable, optional
         Called with every `Iterate`; may raise StopIteration to stop with the current map.
 

@@ -85,10 +85,8 @@ def p_harmonic_map(
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Vertex positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
+    v, f : (n, 3) and (m, 3) array_like
+        The mesh, as of `check_mesh`.
     p : float
         Exponent above 1. At 2 the map is the harmonic one. Larger exponents punish stretching where it is
         largest: limbs gain room, and angles are lost. Up to 2 the Moebius gauge is fixed as for harmonic
@@ -105,7 +103,7 @@ def p_harmonic_map(
     plateau : float
         The run ends, too, when the lowest energy fell by less than this share, 5e-7 by default, over 100 iterations.
     caps : (m,) array_like of bool, optional
-        Faces that only close holes and cuts, see `check_mesh`: none by default.
+        As of `check_mesh`.
     listener : callable, optional
         Called with every `Iterate`, whose energy is the p-harmonic one.
 
@@ -167,10 +165,8 @@ def fidelity_map(
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Vertex positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
+    v, f : (n, 3) and (m, 3) array_like
+        The mesh, as of `check_mesh`.
     fidelity : callable
         Takes a map, an (n, 3) float64 array of unit rows that it can't change, and returns the term's value, a number
         beside a harmonic energy of about 4 pi, and the (n, 3) array of its derivatives by the coordinates; what of them
@@ -185,13 +181,14 @@ def fidelity_map(
         Take steps that fold faces, too. By default a start without foldings is kept free of them, and one with few
         is repaired first.
     sobolev_gradient_tolerance : float
-        Norm of the gradient at which the run ends, 1e-3 by default, both taken in the metric of smooth fields.
+        Norm of the gradient at which the run ends, 1e-3 by default, both taken in the metric of smooth fields: it is
+        not an L2 norm as the ``gradient_tolerance`` of other methods, which single vertices would dominate.
     max_iterations : int
         Maximum number of iterations, 500 by default.
     plateau : float
         The run ends, too, when the lowest energy fell by less than this share, 1e-6 by default, over 100 iterations.
     caps : (m,) array_like of bool, optional
-        Faces that only close holes and cuts, see `check_mesh`: none by default.
+        As of `check_mesh`.
     listener : callable, optional
         Called with every `Iterate`, whose energy includes the term.
 
@@ -283,10 +280,8 @@ def landmark_map(
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Vertex positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
+    v, f : (n, 3) and (m, 3) array_like
+        The mesh, as of `check_mesh`.
     landmarks : (k,) array_like
         Vertex indices.
     targets : (k, 3) array_like
@@ -300,15 +295,8 @@ def landmark_map(
         Take steps that fold faces, too: the map then folds near landmarks, since a point has zero capacity in the
         plane, and the energy is lowest where a thin spike of the surface reaches the target. By default a start without
         foldings is kept free of them, and one with few is repaired first.
-    sobolev_gradient_tolerance : float
-        Norm of the gradient at which the run ends, 1e-3 by default, both taken in the Sobolev metric of smooth fields:
-        it is not an L2 norm as the ``gradient_tolerance`` of other methods, which single vertices would dominate.
-    max_iterations : int
-        Maximum number of iterations, 500 by default.
-    plateau : float
-        The run ends, too, when the lowest energy fell by less than this share, 1e-6 by default, over 100 iterations.
-    caps : (m,) array_like of bool, optional
-        Faces that only close holes and cuts, see `check_mesh`: none by default.
+    sobolev_gradient_tolerance, max_iterations, plateau, caps
+        As of `fidelity_map`.
     listener : callable, optional
         Called with every `Iterate`, whose energy includes the penalty.
 

@@ -30,10 +30,8 @@ def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Source positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
+    v, f : (n, 3) and (m, 3) array_like
+        The mesh, as of `check_mesh`.
 
     Returns
     -------
@@ -97,10 +95,8 @@ def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> Eigen
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Source positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
+    v, f : (n, 3) and (m, 3) array_like
+        The mesh, as of `check_mesh`.
     x : (n, 3) array_like
         A map to the unit sphere, with or without foldings.
 
