@@ -102,7 +102,7 @@ def algorithm_2(
     Returns
     -------
     SphereMap
-        The map of the round with the fewest foldings; ``rounds`` has the foldings before and after each.
+        The map of the last round; ``rounds`` has the foldings before and after each.
 
     Raises
     ------

@@ -13,9 +13,9 @@ from ..untangle.local_repair import has_few_foldings, repair_locally
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces
 
-#: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored; where the map is
-#: kept free of foldings, hardly at all: a larger Moebius map of the corners can fold a thin face.
-_OFF_CENTRE, _OFF_CENTRE_INJECTIVE = 1e-2, 1e-9
+#: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored; hardly at all
+#: where no step may add foldings: a larger Moebius map of the corners can fold a thin face.
+_OFF_CENTRE, _OFF_CENTRE_CONFINED = 1e-2, 1e-9
 
 
 class AsPrinted:
@@ -58,39 +58,46 @@ def nonzero(**counts: int) -> dict[str, int] | None:
 
 
 class Safeguards(AsPrinted):
-    """Moebius maps are held fixed, and maps without foldings are kept so.
+    """Moebius maps are held fixed, and no step adds foldings to a star map, or to a start without any.
 
     The discrete energy falls for ever where a Moebius map crowds the mesh into a point, so the map is centred at the
-    start and when it has drifted, if the problem says so (`Problem.gauge`). A start without foldings is kept so, unless
-    it `may_fold`: a step that would fold is refused, for "the minimization must be confined to the set of
-    diffeomorphisms" (section 1), and limbs, whose image is tiny, fold for next to no energy. For that a start of which
-    few faces fold is repaired first.
+    start and when it has drifted, if the problem says so (`Problem.gauge`). Limbs, whose image is tiny, fold for next
+    to no energy, though "the minimization must be confined to the set of diffeomorphisms" (section 1). So a step after
+    which more faces fold than at the start is refused, unless the map `may_fold`. The first start is free, if it folds:
+    half of a Gauss map does, and finds its way through more foldings. A start of which few faces fold is repaired.
     """
 
     def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
         super().__init__()
         self._mesh, self._problem, self._may_fold = mesh, problem, may_fold
+        self._is_first = True
 
     def start(self, x: FloatArray) -> FloatArray:
         """The map in the Moebius gauge, repaired where at most 1 percent of its faces fold."""
-        y = self._centred(x, 0.0)
-        certificate = Certificate.of(y, self._mesh.f)
+        x = self._centred(x, 0.0)
+        certificate = Certificate.of(x, self._mesh.f)
         if not self._may_fold and certificate.foldings and has_few_foldings(certificate, self._mesh.f):
             self._count("repaired", certificate.foldings)
-            y = repair_locally(self._mesh, y)
-        self._injective = not self._may_fold and not folded_faces(y, self._mesh.f).any()
-        return y
+            x = repair_locally(self._mesh, x)
+        folded = self._foldings(x)
+        self._most = np.inf if self._may_fold or (folded and self._is_first) else folded
+        self._is_first = False
+        return x
 
     def trial(self, y: FloatArray) -> FloatArray | None:
-        """The map in the Moebius gauge, unless it folds where the start did not."""
-        y = self._centred(y, _OFF_CENTRE_INJECTIVE if self._injective else _OFF_CENTRE)
-        if self._injective and folded_faces(y, self._mesh.f).any():
-            self._count("refused")
-            return None
-        return y
+        """The map in the Moebius gauge, unless more of it folds than may."""
+        y = self._centred(y, _OFF_CENTRE if self._most == np.inf else _OFF_CENTRE_CONFINED)
+        if self._most == np.inf or self._foldings(y) <= self._most:
+            return y
+        self._count("refused")
+        return None
 
     def _centred(self, x: FloatArray, off: float) -> FloatArray:
         """The map in the Moebius gauge; itself where it is at most that far off."""
         y = self._problem.centred(x, off)
         self._count("centred", y is not x)
         return y
+
+    def _foldings(self, x: FloatArray) -> int:
+        """Faces that fold."""
+        return int(folded_faces(x, self._mesh.f).sum())

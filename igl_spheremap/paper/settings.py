@@ -65,14 +65,12 @@ class Lai2014(Method):
         1e20; and a run has converged, too, when map and energy hardly change (`as_programmed`). There are no safeguards
         then.
     may_fold : bool, default False
-        Take steps that fold faces, too. By default a map without foldings is kept so, and a start that folds in at most
-        1 percent of its faces is repaired first.
+        Take steps that fold faces, too. By default no step adds foldings to a star map or to a start without any, and
+        a start that folds in at most 1 percent of its faces is repaired first.
     gauge : {"centred", "free"}, default "centred"
         "centred" holds the Moebius freedom fixed: starts and drifting maps are centred on the source's area, boosts are
         taken out of the gradient, and the result is turned to the Gauss map. "free" leaves all maps as they come. If
         the gauge is free and the map `may_fold`, no safeguards are left.
-    keep_best : bool, default True
-        Return the last map among those of all rounds that have the fewest foldings, not that of the last round.
 
     Raises
     ------
@@ -113,7 +111,6 @@ class Lai2014(Method):
     rules: Rules = "paper"
     may_fold: bool = False
     gauge: PaperGauge = "centred"
-    keep_best: bool = True
 
     @classmethod
     def as_printed(cls, **options: Any) -> Lai2014:
@@ -156,7 +153,7 @@ class Lai2014(Method):
         """
         printed: dict[str, Any] = {
             "gradient_tolerance": 1e-10, "plateau": 0.0, "edge_weights": "cotangent", "metric": "areas",
-            "may_fold": True, "gauge": "free", "keep_best": False}
+            "may_fold": True, "gauge": "free"}
         return cls(**printed | options)
 
     @classmethod
