@@ -178,7 +178,7 @@ def projections(meshes: Path | None) -> Rows:
            "folded faces left: counted, corrected", "mean angle: counted, corrected")
     for surface in surfaces(TABLE_3, meshes):
         mesh = check_mesh(surface.v, surface.f)
-        first = run(surface, METHODS["Algorithm 1"]).maps[0]
+        first = run(surface, METHODS["Algorithm 1"]).ends[0]
         for name, x in (("Gauss map", vertex_normals(mesh.unit, mesh.f)), ("Algorithm 1", first)):
             yield surface.name, name, *counts(mesh, x)
 

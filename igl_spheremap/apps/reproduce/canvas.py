@@ -113,13 +113,14 @@ def show_angles(ax: Any, results: dict[str, SphereMap]) -> None:
     for (name, result), colour in zip(results.items(), LINES, strict=False):
         differences = result.angle_differences().ravel()
         counts, edges = np.histogram(differences, np.arange(-_LARGEST - 0.5, _LARGEST + 1))
-        label = f"{name}: mean {np.abs(differences).mean():.2f}°, largest {np.abs(differences).max():.0f}°"
+        label = f"{name}: mean {np.abs(differences).mean():.2f}°"
         ax.stairs(counts, edges, color=colour, label=label, linewidth=1)
     ax.set(yscale="log", xticks=(-_LARGEST, -90, 0, 90, _LARGEST))
     ax.set_xlabel("angle difference, degrees", fontsize=TEXT)
     ax.set_ylabel("angles per degree", fontsize=TEXT)
     ax.tick_params(labelsize=TEXT)
-    ax.legend(fontsize=TEXT - 1, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1), borderpad=0)
+    ax.legend(fontsize=TEXT - 1, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1), borderpad=0,
+              handlelength=1)
 
 
 def _show(
@@ -136,7 +137,7 @@ def _show(
     colours = colours * shading(surface.v, surface.f, view, ambient)[:, None]
     (x0, y0, _), radius = frame(y)
     picture = raster(y, surface.f, colours, _PIXELS, folded)
-    ax.imshow(picture, extent=(x0 - radius, x0 + radius, y0 - radius, y0 + radius))
+    ax.imshow(picture, extent=(x0 - radius, x0 + radius, y0 - radius, y0 + radius), interpolation="nearest")
     width, height = _SIDE * np.ptp(y, axis=0)[:2] / 2
     height = max(height, width / _ASPECT)  # so that panels of a row are equally high
     ax.set(xlim=(x0 - _ASPECT * height, x0 + _ASPECT * height), ylim=(y0 - height, y0 + height))

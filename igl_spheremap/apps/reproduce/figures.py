@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import igl
@@ -12,7 +13,7 @@ from ...draw.folds import Clusters
 from ...draw.palette import CHECKS, FOLDED, GUIDE, INK, LINES
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
-from ...paper.star_map import gauss_map, weighted_eigen_projection
+from ...paper.star_map import weighted_eigen_projection
 from ...sphere.cayley import cayley_step
 from ...sphere.rows import unit_rows
 from ...verify.distortion import conformal_factor
@@ -35,6 +36,8 @@ from .surfaces import PaperSurface
 from .tables import TABLE_1, TABLE_2, TABLE_3, WAYS
 
 FIG_10 = ("Dino", "Armadillo", "Bird 1", "Dilo")
+#: Settings of the paper's algorithms, of `WAYS`.
+SETTINGS = ("lai2014", "as printed", "as programmed")
 #: Radius of the sphere that normalised eigenfunctions make: |phi|^2 = 3 / (4 pi).
 _PHI_RADIUS = np.sqrt(3 / (4 * np.pi))
 #: u of a surface of unit area, less u of the surface scaled to the area of the sphere.
@@ -114,8 +117,7 @@ def figure_4(runs: Runs) -> Any:
     figure, axes = page_figure(2, len(TABLE_1), title, 2.4)
     for (energy, angles), row in zip(axes.T, TABLE_1, strict=True):
         surface = runs.surface(row.surface)
-        results = _results(runs, surface, "Algorithm 1")
-        del results["auto"], results["gu-yau"]
+        results = _results(runs, surface, "Algorithm 1", SETTINGS)
         for (way, result), colour in zip(results.items(), LINES, strict=False):
             energies = [step.energy for step in result.history if step.stage == "harmonic"]
             energy.loglog(1 + np.arange(len(energies)), energies, color=colour, label=way, linewidth=1)
@@ -138,7 +140,7 @@ def figure_5(runs: Runs) -> Any:
     found = dinosaurs(runs)
     figure, axes = page_figure(len(found), 3, "Fig. 5. Foldings of Algorithm 1 as printed from the Gauss map", 2.3)
     for (source, sphere, close), surface in zip(axes, found, strict=True):
-        x = runs.get(surface, "Algorithm 2 as printed").maps[0]
+        x = runs.get(surface, "Algorithm 2 as printed").ends[0]
         folded = np.flatnonzero(folded_faces(x, surface.f))
         share = len(folded) / len(surface.f)
         show_source(source, surface, x, title=f"{named(surface)}:\n{share:.0%} of the faces are folded")
@@ -166,17 +168,15 @@ def figure_7(runs: Runs) -> Any:
     """Algorithm 2 as a chart: each stage by its name in the records of runs, with its map of a dinosaur."""
     surface = runs.surface("Dino")
     one = runs.get(surface, "Algorithm 2")
-    stages: list[tuple[str, FloatArray]] = []
-    for record, x in zip(one.result.rounds, one.maps, strict=True):
-        start = weighted_eigen_projection(surface.v, surface.f, stages[-1][1]).star_map if stages else None
-        stages.append((record.start, gauss_map(surface.v, surface.f) if start is None else start))
-        stages.append(("Algorithm 1", x))
+    stages = [(name, x) for record, *pair in zip(one.result.rounds, one.starts, one.ends, strict=True)
+              for name, x in zip((record.start, "Algorithm 1"), pair, strict=True)]
     figure, (axes,) = page_figure(1, 1 + len(stages), "Fig. 7. Algorithm 2", 2.2)
     figure.set_layout_engine(None)  # the usual one leaves no room for arrows between axes
     figure.subplots_adjust(0.01, 0.14, 0.99, 0.84, wspace=0.2)
     show_source(axes[0], surface, title=named(surface))
     for ax, (name, x) in zip(axes[1:], stages, strict=True):
-        show_map(ax, surface, x, title=f"{name}\n{int(folded_faces(x, surface.f).sum()):,} foldings")
+        foldings = int(folded_faces(x, surface.f).sum())
+        show_map(ax, surface, x, title=f"{name[0].upper()}{name[1:]}\n{foldings:,} foldings")
         _arrow(ax, (-0.11, 0.5), (0.0, 0.5))
         if name == "star map":
             _arrow(ax, (1.6, 0.0), (0.5, 0.0), bend=-0.2)
@@ -199,7 +199,7 @@ def figure_9(runs: Runs) -> Any:
     surface = runs.surface("Dino")
     ways = {"as printed, 1,000 iterations": "Algorithm 2 as printed, 1,000 iterations", "lai2014": "Algorithm 2"}
     states = [(f"{way},\n{f'after removal {step}' if step else 'before'}", x) for way, name in ways.items()
-              for step, x in enumerate(runs.get(surface, name).maps)]
+              for step, x in enumerate(runs.get(surface, name).ends)]
     us = [relative_u(surface, x) for _, x in states]
     scale = function_scale(*us)
     title = "Fig. 9. Algorithm 2: folded faces, map, u, surface of $Φ^u$ (dotted: the sphere of Theorem 2)"
@@ -210,7 +210,7 @@ def figure_9(runs: Runs) -> Any:
         show_map(line[1], surface, x, title="map")
         show_function(line[2], surface, u, scale, title="u", box=folded, bar=k == len(states) - 1)
         projection = weighted_eigen_projection(surface.v, surface.f, x)
-        values = ", ".join(f"{value:.3g}" for value in projection.eigenvalues)
+        values = ", ".join(f"{value:.2g}" for value in projection.eigenvalues)
         show_shape(line[3], surface, projection.phi, _PHI_RADIUS,
                    title=f"eigenvalues {values}\n{_roundness(projection.phi)}")
     return figure
@@ -218,13 +218,12 @@ def figure_9(runs: Runs) -> Any:
 
 def figure_10(runs: Runs) -> Any:
     """Algorithm 2, as printed, too, and the algorithm of Gu and Yau on surfaces with long, sharp features."""
-    ways = [way for way in WAYS if way != "auto"]
+    ways = (*SETTINGS, "gu-yau")
     figure, axes = page_figure(len(FIG_10), 2 + len(ways), "Fig. 10. Algorithm 2 and the algorithm of Gu and Yau", 1.8)
     for line, name in zip(axes, FIG_10, strict=True):
         surface = runs.surface(name)
         show_source(line[0], surface, title=named(surface))
-        results = _results(runs, surface, "Algorithm 2")
-        del results["auto"]
+        results = _results(runs, surface, "Algorithm 2", ways)
         for ax, (way, result) in zip(line[1:], results.items(), strict=False):
             show_map(ax, surface, result.sphere, title=f"{way}:\n{result.certificate.foldings:,} foldings")
         show_angles(line[-1], results)
@@ -246,9 +245,9 @@ FIGURES = {
 }
 
 
-def _results(runs: Runs, surface: PaperSurface, algorithm: str) -> dict[str, SphereMap]:
-    """The maps of all ways to run an algorithm."""
-    return {way: runs.get(surface, name.format(algorithm)).result for way, name in WAYS.items()}
+def _results(runs: Runs, surface: PaperSurface, algorithm: str, ways: Sequence[str]) -> dict[str, SphereMap]:
+    """The maps of some ways to run an algorithm."""
+    return {way: runs.get(surface, WAYS[way].format(algorithm)).result for way in ways}
 
 
 def named(surface: PaperSurface) -> str:

@@ -34,14 +34,18 @@ METHODS: dict[str, Method] = {
     "auto": Auto(),
 }
 
+#: What is kept of a run beside its result.
+_MORE = ("seconds", "starts", "ends")
+
 
 @dataclass(frozen=True, eq=False)
 class PaperRun:
-    """A map that a method made, the CPU seconds that it took, and the last iterate (n, 3) of each round."""
+    """A map that a method made, the CPU seconds that it took, and the maps (r, n, 3) that rounds start and end with."""
 
     result: SphereMap
     seconds: float
-    maps: FloatArray
+    starts: FloatArray
+    ends: FloatArray
 
 
 class Runs:
@@ -75,27 +79,28 @@ class Runs:
         path = self._folder / f"{hashlib.sha256(key.encode()).hexdigest()[:20]}.npz"
         if path.is_file():
             kept = read_arrays(path)
-            return PaperRun(map_of(kept), float(kept["seconds"]), kept["maps"])
+            return PaperRun(map_of(kept), float(kept["seconds"]), kept["starts"], kept["ends"])
         self._report(f"{name} on {surface.title} ...")
         made = run(surface, method)
         with replacing(path, force=True) as partial:
-            write_arrays(partial, arrays_of(made.result) | {"seconds": made.seconds, "maps": made.maps})
+            write_arrays(partial, arrays_of(made.result) | {name: getattr(made, name) for name in _MORE})
         self._report(f"    {made.result.iterations:,} iterations, {made.seconds:.1f} s, "
                      f"{made.result.certificate.foldings:,} foldings")
         return made
 
 
 def run(surface: PaperSurface, method: Method) -> PaperRun:
-    """Map a surface, and keep what each round ends with."""
+    """Map a surface, and keep what each round starts and ends with."""
+    starts: dict[int, FloatArray] = {}
     ends: dict[int, FloatArray] = {}
 
     def listen(iterate: Iterate) -> None:
-        if iterate.stage not in ("gauss map", "star map"):  # those only start a minimisation
-            ends[iterate.round] = iterate.x
+        (starts if iterate.stage in ("gauss map", "star map") else ends)[iterate.round] = iterate.x
 
     began = time.process_time()
     result = spherical_conformal_map(surface.v, surface.f, method=method, listener=listen)
-    return PaperRun(result, time.process_time() - began, np.array(list(ends.values())))
+    seconds = time.process_time() - began
+    return PaperRun(result, seconds, *(np.array(list(found.values())) for found in (starts, ends)))
 
 
 def settings() -> str:
