@@ -353,7 +353,7 @@ def main(argv: list[str]) -> None:
     options = arguments.parse_args(argv)
     if options.name in PICTURES:
         path = options.image or IMAGES / f"{options.name}.png"
-        path.write_bytes(drawn(PICTURES[options.name](options.meshes), "png"))
+        path.write_bytes(drawn(PICTURES[options.name](options.meshes), "png", width=1080))
         return
     for k, row in enumerate(TABLES[options.name](options.meshes)):
         print(f"| {' | '.join(map(str, row))} |", flush=True)

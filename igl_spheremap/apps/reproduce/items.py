@@ -77,7 +77,7 @@ def reproduce(
     return written
 
 
-def drawn(figure: Any, suffix: str) -> bytes:
+def drawn(figure: Any, suffix: str, width: int = _WIDTH) -> bytes:
     """A figure as a file; as a PNG with a palette of colours, among which are those of marks of folded faces.
 
     Marks are so few pixels that a palette by counts would have no place for them.
@@ -87,7 +87,7 @@ def drawn(figure: Any, suffix: str) -> bytes:
     from ...draw.palette import FOLDED, SURFACE
 
     full, small = BytesIO(), BytesIO()
-    figure.savefig(full, format=suffix, dpi=_WIDTH / figure.get_figwidth())
+    figure.savefig(full, format=suffix, dpi=width / figure.get_figwidth())
     if suffix != "png":
         return full.getvalue()
     image = Image.open(full).convert("RGB")

@@ -15,6 +15,7 @@ from igl_spheremap.apps.reproduce.items import ITEMS, reproduce
 from igl_spheremap.apps.reproduce.surfaces import COUNTERPARTS, Counterpart, PaperSurface, load_surface
 from igl_spheremap.apps.reproduce.tables import TABLE_1, TABLE_2, TABLE_3, TABLES
 from igl_spheremap.draw.plot import pose, shading
+from igl_spheremap.sphere.rows import unit_rows
 from igl_spheremap.verify.signs import folded_faces
 
 
@@ -158,8 +159,18 @@ def test_figures_are_pictures(small, tmp_path, name):
     assert picture[..., :3].std() > 0.02
 
 
-def test_a_map_that_counts_foldings_shows_them_however_small():
+def marked(surface, x):
+    """Whether a picture of a map has vermilion in it."""
     images, plot = pytest.importorskip("PIL.Image"), pytest.importorskip("matplotlib.figure")
+    figure = plot.Figure(figsize=(3, 3), dpi=100)
+    canvas.show_map(figure.subplots(), surface, x)
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png")
+    r, g, b = np.asarray(images.open(picture).convert("RGB"), dtype=int).transpose(2, 0, 1)
+    return ((r > 1.5 * g) & (r > 2 * b) & (r > 60)).sum() > 20
+
+
+def test_a_map_that_counts_foldings_shows_them_however_small():
     v, f = ism.samples.make("dino", n_vertices=1500)
     surface = PaperSurface("Dino", v, f, "sample:dino", "the same")
     x = ism.spherical_conformal_map(v, f).sphere
@@ -168,12 +179,28 @@ def test_a_map_that_counts_foldings_shows_them_however_small():
     folded[smallest[:2]] = x[smallest[1::-1]]
     for positions, shown in ((x, False), (folded, True)):
         assert (ism.certify(positions, f).foldings > 0) == shown
-        figure = plot.Figure(figsize=(3, 3), dpi=100)
-        canvas.show_map(figure.subplots(), surface, positions)
-        picture = io.BytesIO()
-        figure.savefig(picture, format="png")
-        r, g, b = np.asarray(images.open(picture).convert("RGB"), dtype=int).transpose(2, 0, 1)
-        assert (((r > 1.5 * g) & (r > 2 * b) & (r > 60)).sum() > 20) == shown
+        assert marked(surface, positions) == shown
+
+
+def test_a_map_without_foldings_shows_none_where_rounding_to_unit_length_would_fold():
+    """A vertex as good as on the opposite edge of a face: the signs of some images change as their rows are scaled."""
+    v, f = ism.samples.sphere(42)
+    (i, j, k), rng = f[0], np.random.default_rng(0)
+    for _ in range(10_000):
+        x = v.copy()
+        x[i] = (v[j] + v[k]) / 2 + rng.uniform(0, 3e-16) * v[i]
+        x *= rng.uniform(0.5, 2, (len(v), 1))
+        if folded_faces(unit_rows(x), f).any() and not folded_faces(x, f).any():
+            break
+    assert folded_faces(unit_rows(x), f).any()
+    assert not marked(PaperSurface("Sphere", v, f, "", ""), x)
+
+
+def test_a_figure_can_be_a_pdf(tmp_path):
+    pytest.importorskip("matplotlib")
+    (path,) = reproduce(["fig2"], tmp_path, suffix="pdf")
+    assert path.name == "fig2.pdf"
+    assert path.read_bytes().startswith(b"%PDF")
 
 
 def test_views_are_rotations_and_show_the_long_side():
