@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...draw.folds import MANY, Clusters
-from ...draw.palette import FOLDED, INK, LINES, SURFACE, diverging
+from ...draw.palette import FOLDED, GUIDE, INK, LINES, SURFACE, diverging
 from ...draw.plot import frame, new_figure, pose, raster, shading
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
@@ -22,6 +22,7 @@ PAGE = 7.2
 TEXT = 7  # points
 _NONE = np.empty(0, dtype=np.int64)
 _PIXELS = 1000  # along a side of a picture, which matplotlib reduces to the place that it has
+_DOT = 0.02  # a map of less extent has collapsed
 _LARGEST = 180  # degrees: no angle difference is larger
 _ASPECT = 1.25  # width over height of a picture
 _SIDE = 1.04  # side of what is shown, in units of the body's own
@@ -54,11 +55,20 @@ def show_source(ax: Any, surface: PaperSurface, x: FloatArray | None = None, *, 
 
 
 def show_map(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") -> None:
-    """A map seen whole, with the brightness of the source's faces; in vermilion what it folds, with boxes as there."""
+    """A map on the unit sphere, with the brightness of the source's faces; in vermilion what it folds, with boxes.
+
+    A map that has collapsed is a dot.
+    """
     folded = np.flatnonzero(folded_faces(x, surface.f))  # of the map as it is: normalised it may have others
     x = unit_rows(x)
     _show(ax, surface, x, title, folded)
-    _box(ax, surface, x, folded, behind=":")
+    _sphere(ax, x, 1.0, color=GUIDE, linewidth=0.5)
+    if np.ptp(x, axis=0).max() < _DOT:
+        middle = x.mean(axis=0) @ pose(surface.v, surface.up).T
+        ax.plot(*middle[:2], "o", color=FOLDED, markersize=3, clip_on=False)
+        caption(ax, f"{title}, at one point")
+    else:
+        _box(ax, surface, x, folded, behind=":")
 
 
 def show_colours(ax: Any, surface: PaperSurface, x: FloatArray, colours: FloatArray, *, title: str = "") -> None:
@@ -68,12 +78,8 @@ def show_colours(ax: Any, surface: PaperSurface, x: FloatArray, colours: FloatAr
 
 def show_shape(ax: Any, surface: PaperSurface, x: FloatArray, radius: float, *, title: str = "") -> None:
     """Other positions of the vertices, in vermilion the faces that face inwards, and the sphere of a radius, dotted."""
-    from matplotlib.patches import Circle
-
     _show(ax, surface, x, title, np.flatnonzero(folded_faces(x, surface.f)))
-    ax.add_patch(Circle((0, 0), radius, fill=False, linestyle=":", edgecolor=INK))
-    height = _SIDE * max(radius, float(np.linalg.norm(x, axis=1).max()))
-    ax.set(xlim=(-_ASPECT * height, _ASPECT * height), ylim=(-height, height))
+    _sphere(ax, x, radius, color=INK, linestyle=":")
 
 
 def function_scale(*values: FloatArray) -> Any:
@@ -115,7 +121,7 @@ def show_angles(ax: Any, results: dict[str, SphereMap]) -> None:
         counts, edges = np.histogram(differences, np.arange(-_LARGEST - 0.5, _LARGEST + 1))
         label = f"{name}: mean {np.abs(differences).mean():.2f}°"
         ax.stairs(counts, edges, color=colour, label=label, linewidth=1)
-    ax.set(yscale="log", xticks=(-_LARGEST, -90, 0, 90, _LARGEST))
+    ax.set(yscale="log", xticks=(-_LARGEST, 0, _LARGEST))
     ax.set_xlabel("angle difference, degrees", fontsize=TEXT)
     ax.set_ylabel("angles per degree", fontsize=TEXT)
     ax.tick_params(labelsize=TEXT)
@@ -143,6 +149,15 @@ def _show(
     ax.set(xlim=(x0 - _ASPECT * height, x0 + _ASPECT * height), ylim=(y0 - height, y0 + height))
     ax.axis("off")
     caption(ax, title)
+
+
+def _sphere(ax: Any, x: FloatArray, radius: float, **style: Any) -> None:
+    """The outline of a sphere about the origin, and axes that hold it and the positions."""
+    from matplotlib.patches import Circle
+
+    ax.add_patch(Circle((0, 0), radius, fill=False, **style))
+    height = _SIDE * max(radius, float(np.linalg.norm(x, axis=1).max()))
+    ax.set(xlim=(-_ASPECT * height, _ASPECT * height), ylim=(-height, height))
 
 
 def _box(ax: Any, surface: PaperSurface, where: FloatArray, faces: IntArray, behind: str = "-") -> None:

@@ -219,10 +219,11 @@ def figure_9(runs: Runs) -> Any:
 def figure_10(runs: Runs) -> Any:
     """Algorithm 2, as printed, too, and the algorithm of Gu and Yau on surfaces with long, sharp features."""
     ways = (*SETTINGS, "gu-yau")
-    figure, axes = page_figure(len(FIG_10), 2 + len(ways), "Fig. 10. Algorithm 2 and the algorithm of Gu and Yau", 1.8)
+    title = "Fig. 10. Algorithm 2 and the algorithm of Gu and Yau, on the surfaces of Fig. 8"
+    figure, axes = page_figure(len(FIG_10), 2 + len(ways), title, 1.8)
     for line, name in zip(axes, FIG_10, strict=True):
         surface = runs.surface(name)
-        show_source(line[0], surface, title=named(surface))
+        show_source(line[0], surface, title=name)
         results = _results(runs, surface, "Algorithm 2", ways)
         for ax, (way, result) in zip(line[1:], results.items(), strict=False):
             show_map(ax, surface, result.sphere, title=f"{way}:\n{result.certificate.foldings:,} foldings")

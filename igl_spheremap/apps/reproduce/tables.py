@@ -74,12 +74,13 @@ class Table:
 
 
 _NOTE = """\
-"lai2014" is `Lai2014()`, "as printed" `Lai2014.as_printed()`, "gu-yau" the algorithm of Gu and Yau from the Gauss map,
-and "auto" the default method of this package, which the paper does not have. The paper's rows are of its own surfaces,
-machine and programs; a row under a surface is of the mesh that is named there. Folded faces are those of each start and
-of the map that Algorithm 1 makes of it. Mean angle: mean size of the angle differences, in degrees. Seconds are CPU
-time of one thread. "Rule met": the stopping rule was met; "plateau": the energy hardly fell any more; "cap": the most
-iterations allowed; "no step": no step was acceptable.
+"lai2014" is `Lai2014()`, the paper's algorithms made to work; "as printed" `Lai2014.as_printed()`; "as programmed"
+`Lai2014.as_programmed()`, by the rules of the authors' published program; "gu-yau" the algorithm of Gu and Yau from the
+Gauss map; "auto" the default method of this package, which the paper does not have. The paper's rows are of its own
+surfaces, machine and programs, all others of the mesh that is named. Folded faces are those of each start and of the
+map that Algorithm 1 makes of it. Mean angle: mean size of the angle differences, in degrees. Seconds are CPU time of
+one thread. "Rule met": the stopping rule was met; "plateau": the energy hardly fell any more; "cap": the most
+iterations allowed; "no step": no step was acceptable; "collapsed": the map has degree 0.
 """
 #: Why a minimisation ended, by the name of its status.
 _ENDS = {Status.CONVERGED: "rule met", Status.PLATEAU: "plateau", Status.MAX_ITERATIONS: "cap",
@@ -122,7 +123,7 @@ def _cells(way: str, one: PaperRun) -> list[str]:
     rounds = () if way == "auto" else result.rounds
     iterations = [entry.iterations for entry in rounds] or [result.iterations]
     course = [f"{entry.foldings_before:,} → {entry.foldings_after:,}" for entry in rounds]
-    return [_listed(iterations), ", ".join(course) or f"{result.certificate.foldings:,}", f"{result.energy:.4f}",
+    return [_listed(iterations), ", ".join(course) or f"{result.certificate.foldings:,}", f"{abs(result.energy):.4f}",
             f"{np.abs(result.angle_differences()).mean():.2f}", ended(rounds, result.status), _short(one.seconds)]
 
 
