@@ -9,7 +9,7 @@ from igl_spheremap.errors import as_call
 from igl_spheremap.maps.options import Auto, Lai2014
 from igl_spheremap.populations.job import Job, key_of
 from igl_spheremap.populations.mapping import SphereMapping
-from igl_spheremap.shapes.cortices.sphere_registration import SphereRegistration
+from igl_spheremap.shapes.cortices.task import SphereRegistration
 from igl_spheremap.shapes.groups.jobs import MapJob, MapMember, PlaceMember, RegisterMember
 from igl_spheremap.shapes.harmonics.spharm_pdm import ShapeExpansion
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import dist
 
 import numpy as np
@@ -23,55 +22,47 @@ _FLAT = 4 * np.finfo(float).eps
 _ROUNDS = 40
 
 
-@dataclass(frozen=True, eq=False)
-class Sides:
-    """The sides of cells, counter-clockwise; a cell is the intersection of a face of A and one of B.
+def cell_triangles(A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: Segments, x: FloatArray) -> tuple[
+        IntArray, IntArray]:
+    """Triangles (m, 3) that make up the cells, and the face of A and of B (2, m) that each is a part of.
 
-    Attributes
-    ----------
-    cell, start, end : (k,) int64 arrays
-        The cell and the nodes of each side, in the order of cells and starts.
+    `x` are the nodes' positions. A cell is divided by a fan around its largest angle: no triangle is as flat.
     """
+    cell, start, end = _sides(A, B, cut_a, cut_b)
+    fresh = np.append(True, cell[1:] != cell[:-1])
+    number = np.cumsum(fresh) - 1
+    following = np.searchsorted(number * len(x) + start, number * len(x) + end)
+    ahead = x[end] - x[start]
+    behind = np.empty_like(ahead)
+    behind[following] = -ahead
+    cosine = row_dots(ahead, behind) / np.sqrt(_squares(ahead) * _squares(behind))
+    side = np.lexsort((cosine, number))[fresh]
+    cell, centre, side = cell[fresh], start[side], following[side]
+    found, cells = [], []
+    while len(side):
+        fan = end[side] != centre
+        cell, centre, side = cell[fan], centre[fan], side[fan]
+        found.append(np.stack((centre, start[side], end[side]), axis=1))
+        cells.append(cell)
+        side = following[side]
+    return np.concatenate(found), np.stack(np.divmod(np.concatenate(cells), len(B.f)))
 
-    cell: IntArray
-    start: IntArray
-    end: IntArray
 
-    @classmethod
-    def of(cls, A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: Segments) -> Sides:
-        """All segments from both of their sides; cells have the number of A's face times B's faces, plus B's face."""
-        own = ~cut_b.along  # the others are segments of A, too
-        g, h, p, q = A.forward[cut_a.edge], B.forward[cut_b.edge[own]], cut_a.half, cut_b.half[own]
-        back = np.where(cut_a.along, B.twin[p], p)
-        face_a, face_b = np.concatenate((g, A.twin[g], q, q)) // 3, np.concatenate((p, back, h, B.twin[h])) // 3
-        start = np.concatenate((cut_a.start, cut_a.end, cut_b.start[own], cut_b.end[own]))
-        end = np.concatenate((cut_a.end, cut_a.start, cut_b.end[own], cut_b.start[own]))
-        return cls(face_a * len(B.f) + face_b, start, end)._sorted()
+def _sides(A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: Segments) -> list[IntArray]:
+    """Cell, start and end of the sides of all cells, counter-clockwise, in the order of cells and starts.
 
-    def _sorted(self) -> Sides:
-        order = np.lexsort((self.start, self.cell))
-        return Sides(self.cell[order], self.start[order], self.end[order])
-
-    def triangles(self, x: FloatArray) -> tuple[IntArray, IntArray]:
-        """Triangles that make up the cells, (m, 3), and the cell of each; `x` are the nodes' positions."""
-        fresh = np.append(True, self.cell[1:] != self.cell[:-1])
-        number = np.cumsum(fresh) - 1
-        following = np.searchsorted(number * len(x) + self.start, number * len(x) + self.end)
-        # A fan around the largest angle has no triangle that is as flat.
-        ahead = x[self.end] - x[self.start]
-        behind = np.empty_like(ahead)
-        behind[following] = -ahead
-        cosine = row_dots(ahead, behind) / np.sqrt(_squares(ahead) * _squares(behind))
-        side = np.lexsort((cosine, number))[fresh]
-        cell, centre, side = self.cell[fresh], self.start[side], following[side]
-        found, owners = [], []
-        while len(side):
-            fan = self.end[side] != centre
-            cell, centre, side = cell[fan], centre[fan], side[fan]
-            found.append(np.stack((centre, self.start[side], self.end[side]), axis=1))
-            owners.append(cell)
-            side = following[side]
-        return np.concatenate(found), np.concatenate(owners)
+    They are the segments of A and B, from both of their sides. Cells have the number of A's face times B's faces, plus
+    B's face.
+    """
+    own = ~cut_b.along  # the others are segments of A, too
+    g, h, p, q = A.forward[cut_a.edge], B.forward[cut_b.edge[own]], cut_a.half, cut_b.half[own]
+    back = np.where(cut_a.along, B.twin[p], p)
+    face_a, face_b = np.concatenate((g, A.twin[g], q, q)) // 3, np.concatenate((p, back, h, B.twin[h])) // 3
+    start = np.concatenate((cut_a.start, cut_a.end, cut_b.start[own], cut_b.end[own]))
+    end = np.concatenate((cut_a.end, cut_a.start, cut_b.end[own], cut_b.start[own]))
+    cell = face_a * len(B.f) + face_b
+    order = np.lexsort((start, cell))
+    return [each[order] for each in (cell, start, end)]
 
 
 class Coincidences:
@@ -170,7 +161,7 @@ class Coincidences:
             return False
         for fixed in self._vertex:
             fixed[into] |= fixed[out]
-        self.node[out] = into
+        self.node[self.node == out] = into
         return True
 
     def _flip(self, i: int) -> bool:
@@ -187,27 +178,36 @@ class Coincidences:
                 return False  # the face hands over an area
         return self._put(edit, np.stack((other, other), axis=1), set())
 
+    def nudge(self) -> None:
+        """Move nodes on both surfaces by some rounding errors, so that faces are positive that rounding made flat."""
+        for p, normals, owners, held in zip(self.on, self._normals, self.owners, self._vertex, strict=True):
+            _nudge(p, self.faces[self.left], normals[owners[self.left]], held)
 
-def nudge(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray, fixed: IntArray) -> None:
-    """Move nodes on a surface by some rounding errors, in place, so that faces are positive that rounding made flat.
+    def join_places(self) -> tuple[int, int]:
+        """Give nodes one place on a surface where faces are negative that have no area there; how many have none.
 
-    `surface` are the corners (m, 3, 3) of the surface's faces, `owners` those that faces are parts of. Each one that
-    is not positive asks for the least moves of its corners that give it a height above rounding; where several move a
-    node, their moves are averaged. Faces whose sides are as short as rounding stay as they are.
+        A limb of the other surface may lie in a speck of this one: its faces are apart on that one alone.
+        """
+        first, second = (_join(p, self.faces[self.left], normals[owners[self.left]], held) for p, normals, owners, held
+                         in zip(self.on, self._normals, self.owners, self._vertex, strict=True))
+        return first, second
+
+
+def _nudge(p: FloatArray, faces: IntArray, normals: FloatArray, held: BoolArray) -> None:
+    """Move nodes that are not held, in place, until faces are positive along their normals.
+
+    Each face that is not asks for the least moves of its corners that give it a height above rounding; where several
+    move a node, their moves are averaged. Faces whose sides are as short as rounding stay as they are.
     """
-    height = _ROUNDING / 4 * np.abs(p).max()
-    movable = np.ones(len(p), dtype=bool)
-    movable[fixed] = False
-    normals = _normals(surface)
-    rows = np.arange(len(faces))
+    height, rows = _ROUNDING / 4 * np.abs(p).max(), np.arange(len(faces))
     for _ in range(_ROUNDS):
-        f, normal = faces[rows], normals[owners[rows]]
+        f, normal = faces[rows], normals[rows]
         sides = np.stack([p[f[:, k - 1]] - p[f[:, k - 2]] for k in range(3)])
         twice = row_dots(row_crosses(sides[1], sides[2]), normal)
         longest = np.sqrt(_squares(sides).max(axis=0))
         bad = (twice <= 0) & (longest > 4 * height) & normal.any(axis=1)
         f, normal, sides, longest = f[bad], normal[bad], sides[:, bad], longest[bad]
-        free = movable[f.T]
+        free = ~held[f.T]
         share = (2 * height * longest - twice[bad]) / np.maximum((_squares(sides) * free).sum(axis=0), height**2)
         share = np.minimum(share, 4 * height / longest)  # where only a corner far from the others may move
         moves = np.zeros_like(p)
@@ -221,14 +221,9 @@ def nudge(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray,
             break
 
 
-def join_places(p: FloatArray, faces: IntArray, surface: FloatArray, owners: IntArray, fixed: IntArray) -> int:
-    """Give nodes at the ends of sides as short as rounding one place on a surface, in place, where faces are negative.
-
-    A limb of the other surface may lie in a speck of this one: its faces are apart there, and have no area here.
-    Returns the number of faces without area.
-    """
-    normals, held = _normals(surface)[owners], marked(fixed, len(p))
-    place, groups, some = np.arange(len(p)), dict[int, list[int]](), True
+def _join(p: FloatArray, faces: IntArray, normals: FloatArray, held: BoolArray) -> int:
+    """Join the ends of sides as short as rounding, in place, while faces are negative; how many have no area then."""
+    place, some = np.arange(len(p)), True
     while some:
         corners = p[faces]
         twice = row_dots(row_crosses(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), normals)
@@ -243,8 +238,7 @@ def join_places(p: FloatArray, faces: IntArray, surface: FloatArray, owners: Int
             first, second = place[pair].tolist()
             if first != second and not (held[first] and held[second]):
                 kept, gone = (first, second) if held[first] else (second, first)
-                members = groups.pop(gone, [gone])
-                groups.setdefault(kept, [kept]).extend(members)
+                members = place == gone
                 place[members], p[members], some = kept, p[kept], True
     return int((twice <= 0).sum())
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
-from itertools import groupby
+from itertools import accumulate, groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -125,19 +126,16 @@ class Descent:
 
     def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
         """The map that a start on the source's own mesh leads to, and its level, which is refined near landmarks."""
-        own = len(self._source.map.sphere)
-        work = [(stage, (size or own) * stage.steps) for size, stages in self._plan for stage in stages]
-        total, ahead, now, step = sum(cost for _, cost in work), 0, 0, 0
+        own, steps = len(self._source.map.sphere), Counter[Stage]()
+        plan = [stage for _, stages in self._plan for stage in stages]
+        *before, total = accumulate(((stage.size or own) * stage.steps for stage in plan), initial=0)
+        ahead = dict(zip(plan, before, strict=True))
 
         def take(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
-            nonlocal ahead, now, step
-            while work[now][0] is not stage:
-                ahead, now, step = ahead + work[now][1], now + 1, 0
-            step += 1
-            log_share("steps", ahead + work[now][1] * step // (stage.steps + 1), total)
+            log_share("steps", ahead[stage] + (stage.size or own) * steps[stage], total)
+            steps[stage] += 1
             report(stage, level, y, energy)
 
-        log_share("steps", 0, total)
         level, y = self._source, start
         for size, stages in self._plan:
             source, target = self._level(size)

@@ -15,7 +15,7 @@ from ...resampling.locate import Location, at_vertices, joined, take_points
 from ...resampling.transfer import interpolate
 from ...sphere.rows import row_crosses, row_dots, unit_rows
 from ...verify.signs import orientation_signs
-from .cells import SHORT, Coincidences, Sides, join_places, nudge
+from .cells import SHORT, Coincidences, cell_triangles
 from .walk import Segments, Triangulation, places, walk
 
 #: Rounds of merging and moving at most; two do nearly always.
@@ -113,28 +113,21 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     x = np.concatenate((A.x, B.x[alone], unit_rows(crossings)))
     (own_a, unit_a), (own_b, unit_b) = own_unit(source.vertices), own_unit(target.vertices)
     on_source, on_target = interpolate(own_a, A.f, source_location), interpolate(own_b, B.f, target_location)
-    sides = Sides.of(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first))
-    faces, cell = sides.triangles(x)
-    merged = Coincidences(faces, np.stack((cell // len(B.f), cell % len(B.f))), (on_source, on_target),
-                          (own_a[A.f], own_b[B.f]), (own, other))
+    faces, owners = cell_triangles(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first), x)
+    merged = Coincidences(faces, owners, (on_source, on_target), (own_a[A.f], own_b[B.f]), (own, other))
     for _ in range(_ROUNDS):
         if not merged.merge():
             break
-        kept = merged.faces[merged.left]
-        for positions, surface, owner, fixed in ((on_source, own_a[A.f], merged.owners[0], own),
-                                                 (on_target, own_b[B.f], merged.owners[1], other)):
-            nudge(positions, kept, surface, owner[merged.left], merged.node[fixed])
-    kept = merged.faces[merged.left]
+        merged.nudge()
+    without_area = merged.join_places()
     source_face, target_face = merged.owners[:, merged.left]
-    unresolved = (join_places(on_source, kept, own_a[A.f], source_face, merged.node[own]),
-                  join_places(on_target, kept, own_b[B.f], target_face, merged.node[other]))
     target_vertex = merged.node[other]
     target_location.face[target_vertex], target_location.weights[target_vertex] = at_vertices(B.f)
-    used, corners = np.unique(kept, return_inverse=True)
+    used, corners = np.unique(merged.faces[merged.left], return_inverse=True)
     on_source, on_target = np.ldexp(on_source[used], unit_a), np.ldexp(on_target[used], unit_b)
     return Overlay(corners.reshape(-1, 3), on_source, on_target, take_points(source_location, used),
                    take_points(target_location, used), source_face, target_face,
-                   np.searchsorted(used, target_vertex), len(x) - len(used), unresolved)
+                   np.searchsorted(used, target_vertex), len(x) - len(used), without_area)
 
 
 def _snapped(b: SphereMap, x: FloatArray) -> FloatArray:

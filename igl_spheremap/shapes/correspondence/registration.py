@@ -18,16 +18,15 @@ from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...mesh.measure import face_areas, weighted_quantile
-from ...result.result import Result
-from ...result.run import History, Iterate, Listener, Run
+from ...result.run import History, Iterate, Listener
 from ...untangle.local_repair import unfolded
-from ...verify.certificate import Certificate
 from ..harmonics.rotation import RotationCandidate
 from . import STAGES, STIFFNESS, USUAL
 from .descent import Descent, Stage
 from .features import FeaturePair
 from .fits import fit_moebius
 from .levels import Level
+from .result import OfMap
 
 _WIDEST = 0.7  # tells how bodies face each other: of a cortex a next rotation correlates by half of the best one
 #: Points of each level, the share of the surfaces' metrics there, and what features are smoothed by.
@@ -68,7 +67,7 @@ class RegistrationStage:
 
 
 @dataclass(frozen=True, eq=False)
-class Registration(Result):
+class Registration(OfMap):
     """The source's map in the frame of the target's.
 
     Attributes
@@ -99,16 +98,6 @@ class Registration(Result):
     def _figures(self) -> str:
         stages = [(stage.name, f"{stage.correlation.mean():.3f}", f"{stage.strain:.3f}") for stage in self.stages]
         return table(stages, ("stage", "correlation", "strain")) + self.map._figures()
-
-    @property
-    def certificate(self) -> Certificate:
-        """Of the source's map."""
-        return self.map.certificate
-
-    @property
-    def run(self) -> Run:
-        """How the map came about."""
-        return replace(self.map.run, notes=self.notes)
 
     @property
     def rotation(self) -> FloatArray:

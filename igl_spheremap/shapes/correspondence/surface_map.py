@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import igl
@@ -20,12 +20,10 @@ from ...resampling.locate import Location, locator_of
 from ...resampling.transfer import interpolate
 from ...resampling.weights import linear_matrix
 from ...result.findings import verdict
-from ...result.result import Result
-from ...result.run import Run
 from ...sphere.rows import row_lengths, unit_rows
-from ...verify.certificate import Certificate
 from ..harmonics.rotation import RotationCandidate
 from .overlay import Overlay, overlay
+from .result import OfMap
 from .stretch import Distortion
 
 #: Places in a face of this share of the size have some four digits.
@@ -37,7 +35,7 @@ _TOTAL = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class SurfaceMap(Result):
+class SurfaceMap(OfMap):
     """A bijection from one surface to another: to the sphere by the source's map, from there to the target by its own.
 
     Attributes
@@ -100,17 +98,7 @@ class SurfaceMap(Result):
 
     @property
     def _images(self) -> FloatArray:
-        return interpolate(self.target.vertices, self.target.faces, self.location)
-
-    @property
-    def certificate(self) -> Certificate:
-        """Of the map to the sphere."""
-        return self.map.certificate
-
-    @property
-    def run(self) -> Run:
-        """How the map came about."""
-        return replace(self.map.run, notes=self.notes)
+        return self.positions
 
     @cached_property
     def location(self) -> Location:
@@ -169,18 +157,12 @@ class SurfaceMap(Result):
         Parameters
         ----------
         points : Location or (k, 3) array_like
-            Points of the target by face and barycentric weights, or positions in its units, of which the nearest points
-            of the target are taken.
+            Points of the target, as those of the source for `forward`.
 
         Returns
         -------
         Location
-            Faces of the source and barycentric weights; unpacks to both.
-
-        Raises
-        ------
-        MeshError
-            If a face or a weight is out of range, or positions are not finite.
+            Points of the source.
         """
         return locator_of(self.map).locate(_directions(self.target, points, "the target"))
 

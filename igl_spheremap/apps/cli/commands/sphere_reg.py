@@ -8,13 +8,9 @@ from ....errors import MeshError
 from ....populations.page import Sheet
 from ....populations.run_many import run_many
 from ....populations.table import RegistrationRow
-from ....shapes.cortices.sphere_registration import (
-    SphereRegistration,
-    describe_datasets,
-    hemisphere_jobs,
-    registration_manifest,
-    registration_sheet,
-)
+from ....shapes.cortices.jobs import describe_datasets, hemisphere_jobs, registration_manifest
+from ....shapes.cortices.page import registration_sheet
+from ....shapes.cortices.task import SphereRegistration
 from ..exits import Exit, UsageError
 from .batch import check_files, list_sources, run_files
 

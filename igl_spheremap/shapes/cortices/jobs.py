@@ -1,0 +1,180 @@
+"""Hemispheres to be registered: their surfaces, templates and atlases, and the files that are made of each."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import chain
+from pathlib import Path
+
+from ..._version import __version__
+from ...errors import FileError, MeshError
+from ...io.files import read_mesh, read_sphere
+from ...io.formats import CONVENTIONS, Convention
+from ...io.gifti import structure_of
+from ...io.hemispheres import SIDES, Hemisphere, Names, atlas_of, fill_sides, hemisphere_of, partner_of
+from ...io.replacing import make_folder, replacing
+from ...io.scalars import read_scalars
+from ...io.templates import TEMPLATES, TemplateFiles, template_files
+from ...populations.job import Job
+
+_BIDS_VERSION = "1.10.0"
+
+
+@dataclass(frozen=True)
+class LabelFile:
+    """A file of labels on a template of a job, by its place there."""
+
+    path: str
+    template: int
+
+
+@dataclass(frozen=True)
+class HemisphereJob(Job):
+    """A hemisphere, the pial surface beside it if there is one, its templates and atlases, and where the files go."""
+
+    hemisphere: Hemisphere
+    pial: str | None
+    templates: tuple[TemplateFiles, ...]
+    atlases: tuple[LabelFile, ...]
+    folder: str
+    names: tuple[Names, ...]
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        surfaces = (self.source, *((self.pial,) if self.pial else ()))
+        templates = chain.from_iterable(template.paths for template in self.templates)
+        return (*surfaces, *templates, *(atlas.path for atlas in self.atlases))
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        return tuple(path for names in self.names for path in self.files(names))
+
+    @property
+    def kind(self) -> str:
+        """Of the surface that is registered."""
+        return "midthickness" if self.pial else self.hemisphere.kind
+
+    def files(self, names: Names) -> list[str]:
+        """The files of one convention, registered spheres first."""
+        return [os.path.join(self.folder, name) for name in self._files(names)]
+
+    def _files(self, names: Names) -> Iterator[str]:
+        for template in self.templates:
+            yield names.registered(template.space)
+        yield names.surface("sphere")
+        yield from (names.scalars("sulc"), names.scalars("curv"), names.scalars("area"))
+        if self.pial:
+            yield names.surface("midthickness")
+        for template in self.templates:
+            yield names.distortion(template.space)
+            yield names.resampled(template.space, template.size, self.kind)
+        for atlas in self.atlases:
+            yield from (names.labels(atlas_of(atlas.path)), names.margin(atlas_of(atlas.path)))
+
+
+def hemisphere_jobs(
+    sources: Sequence[str | os.PathLike[str]],
+    out: str,
+    *,
+    to: Sequence[str],
+    names: Sequence[Convention],
+    labels: Sequence[str],
+    reflect: bool,
+    hemisphere: str | None,
+) -> list[HemisphereJob]:
+    """The jobs of `register_hemispheres`; what is wrong with its arguments is found before any work."""
+    if unknown := [convention for convention in names if convention not in CONVENTIONS]:
+        raise ValueError(f"unknown names {unknown[0]!r}: choose from {', '.join(CONVENTIONS)}")
+    if set("{}") & set(out.replace("{folder}", "").replace("{subject}", "")):
+        raise ValueError(f"out {out}: only {{folder}} and {{subject}} can stand in it")
+    asked = SIDES.get(hemisphere or "")
+    template, fit = cache(_template), cache(_fit)  # of many subjects each file is looked for and read once
+    places: dict[str, str] = {}
+    jobs = []
+    for source in [os.fspath(each) for each in sources]:
+        known = asked or structure_of(source).get("structure") or _structure_within(source)
+        which = hemisphere_of(source, known)
+        pial = partner_of(source)
+        there = which.other if reflect else which.structure
+        kind = "midthickness" if pial else which.kind
+        templates = tuple(template(name, there, kind) for name in to)
+        atlases = tuple(fit(fill_sides(path, there), templates) for path in labels
+                        if structure_of(fill_sides(path, there)).get("structure", there) == there)
+        folder = out.replace("{folder}", os.path.dirname(source) or ".").replace("{subject}", which.subject)
+        if os.path.exists(folder) and not os.path.isdir(folder):
+            raise FileError(f"{folder} is a file; give a folder for the results")
+        job = HemisphereJob(source, "", which, pial, templates, atlases, folder,
+                            tuple(Names(convention, which, reflect) for convention in dict.fromkeys(names)))
+        jobs.append(replace(job, target=job.targets[0]))
+        for read in job.sources:
+            places.setdefault(os.path.realpath(read), "an input")
+    for job in jobs:
+        for target in job.targets:
+            place = os.path.realpath(target)
+            if place in places:
+                raise ValueError(f"out gives {job.source} the file {target}, which is {places[place]} already: use "
+                                 "{subject}, and each hemisphere, template and atlas once")
+            places[place] = f"that of {job.source}"
+    return jobs
+
+
+def _structure_within(source: str) -> str | None:
+    """The side that a file of GIFTI names; None where there is none, or the file can't be read."""
+    try:
+        return read_mesh(source).metadata.get("structure")
+    except (FileError, MeshError):
+        return None
+
+
+def _template(name: str, structure: str, kind: str) -> TemplateFiles:
+    """The files of a template by its name, or of NAME=SURFACE,SPHERE."""
+    own, equals, files = name.partition("=")
+    if name in TEMPLATES:
+        return template_files(name, structure, kind)
+    surface, comma, sphere = fill_sides(files, structure).partition(",")
+    if not (own and equals and surface and comma and sphere):
+        raise ValueError(f"to {name}: give NAME=SURFACE,SPHERE, or one of {', '.join(TEMPLATES)}")
+    return TemplateFiles(own, own, kind, sphere, (surface,), len(read_sphere(sphere).v))
+
+
+def _fit(path: str, templates: tuple[TemplateFiles, ...]) -> LabelFile:
+    """The template whose labels a file holds, by their number; a MeshError if there is none."""
+    maps = read_scalars(path)
+    if len(maps) > 1:
+        raise MeshError(f"{path} holds {len(maps)} maps; give a file with one map of labels")
+    (values,) = maps.values()
+    fitting = [k for k, template in enumerate(templates) if template.size == len(values)]
+    if not fitting:
+        there = ", ".join(f"{template.name} has {template.size}" for template in templates)
+        raise MeshError(f"{path} has {len(values)} labels, but {there} vertices; give labels at the vertices of a "
+                        "template that is asked for")
+    return LabelFile(path, fitting[0])
+
+
+def registration_manifest(out: str) -> str:
+    """The manifest's place: the folder that the pattern gives to all files, which is made if it is missing.
+
+    >>> registration_manifest("./{subject}/surf").replace(os.sep, "/")
+    './sphere-reg.manifest.jsonl'
+    """
+    folder = out if "{" not in out else os.path.dirname(out.partition("{")[0])
+    make_folder(folder)
+    return os.path.join(folder, "sphere-reg.manifest.jsonl")
+
+
+def describe_datasets(jobs: Sequence[HemisphereJob]) -> None:
+    """Say of the results' datasets of BIDS that they are derivatives: its readers see no files without that."""
+    roots = {Path(job.folder).resolve() for job in jobs if any(names.convention == "bids" for names in job.names)}
+    for root in roots:
+        while re.fullmatch(r"anat|(ses|sub)-[A-Za-z0-9]+", root.name):
+            root = root.parent
+        if root.is_dir() and not (root / "dataset_description.json").exists():
+            text = {"Name": "Registered cortical surfaces", "BIDSVersion": _BIDS_VERSION, "DatasetType": "derivative",
+                    "GeneratedBy": [{"Name": "igl_spheremap", "Version": __version__}]}
+            with replacing(root / "dataset_description.json") as temporary:
+                temporary.write_text(json.dumps(text, indent=2) + "\n", encoding="utf-8")

@@ -1,0 +1,136 @@
+"""The task of registering a hemisphere's surface to templates."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...errors import FileError, FoldingsRemain, MeshError
+from ...io.files import read_mesh
+from ...io.hemispheres import atlas_of
+from ...io.records import Label, LoadedMesh
+from ...io.replacing import REPLACE, make_folder
+from ...io.scalars import read_labels, read_scalars
+from ...io.written_map import make_mark, read_mark
+from ...maps.balanced import balanced_spherical_map
+from ...maps.given_sphere import sphere_map
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.measure import vertex_areas
+from ...populations.job import Task
+from ...populations.table import RegistrationRow
+from ...resampling.transfer import resample
+from ..correspondence.registration import Registration, reflected, register
+from .jobs import HemisphereJob, LabelFile
+from .labels import label_margin
+from .writer import Writer
+
+#: Balance of the subjects' own maps: it comes nearest to FreeSurfer's spheres (docs/guide/freesurfer.md).
+_BALANCE = 0.85
+#: Radians by which registrations are off along each axis: a median of 1.9 mm on fsaverage (docs/correspondence.md),
+#: which is 1.18 standard deviations of two axes, on a sphere of 74 mm that has its area.
+_ERROR = 1.9 / 1.18 / 74
+_UNSURE = 0.5  # a margin below it: less than three quarters of what lies within the error has the label
+
+
+
+@dataclass(frozen=True)
+class SphereRegistration(Task[HemisphereJob]):
+    """How hemispheres are registered: as they are, or their mirror images to the other side."""
+
+    reflect: bool = False
+
+    def empty(self, job: HemisphereJob) -> RegistrationRow:
+        return RegistrationRow(job.source, job.target)
+
+    def surface(self, job: HemisphereJob) -> tuple[LoadedMesh, FloatArray]:
+        """The surface that was given, and the positions of what is registered: the midthickness, if there is a pial."""
+        given = read_mesh(self.place(job.source))
+        if job.pial is None:
+            return given, given.v
+        v, f = read_mesh(self.place(job.pial))
+        if len(v) != len(given.v) or not np.array_equal(f, given.f):
+            raise MeshError(f"{job.pial} has other vertices or faces than {job.source}; give surfaces of one mesh, or "
+                            "take it out of that folder")
+        return given, (given.v + v) / 2
+
+    def template(self, job: HemisphereJob, k: int) -> SphereMap:
+        """A template of a job with its sphere."""
+        files = job.templates[k]
+        v, f, x = replace(files, sphere=self.place(files.sphere), surfaces=tuple(self.places(files.surfaces))).read()
+        try:
+            return sphere_map(v, f, x)
+        except (MeshError, FoldingsRemain) as error:
+            raise FileError(f"{files.sphere} with {' and '.join(files.surfaces)}: {error}") from None
+
+    def run(self, job: HemisphereJob, check: Callable[[], None]) -> RegistrationRow:
+        """Read, map, register to each template, write."""
+        given, v = self.surface(job)
+        templates = [self.template(job, k) for k in range(len(job.templates))]
+        atlases = [(atlas, *self._atlas(atlas)) for atlas in job.atlases]
+        check()
+        mark = make_mark(v, given.f, "sphere-reg", {"balance": _BALANCE})
+        self._refuse(job, mark)
+        own = balanced_spherical_map(v, given.f, balance=_BALANCE)
+        found = [register(own, template, reflect=self.reflect) for template in templates]
+        spheres = [reflected(each.map) if self.reflect else each.map for each in found]  # they fit the surface as it is
+        taken = [label_margin(templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR)
+                 for atlas, values, _ in atlases]
+        make_folder(self.place(job.folder))
+        foldings = moved = 0
+        for names in job.names:
+            writer = Writer(self.place(job.folder), names, given, mark)
+            writer.sphere(names.surface("sphere"), own.sphere)  # the first, since its mark tells whose the others are
+            for files, sphere in zip(job.templates, spheres, strict=True):
+                writer.sphere(names.registered(files.space), sphere.sphere)
+            writer.features(own, given.v)
+            if job.pial:
+                writer.surface(names.surface("midthickness"), v, given.f)
+            for files, template, each, sphere in zip(job.templates, templates, found, spheres, strict=True):
+                ratio = vertex_areas(sphere.sphere, given.f) / vertex_areas(own.sphere, given.f)
+                writer.scalars(names.distortion(files.space), "arealdistortion", np.log2(ratio))
+                side = job.hemisphere.other if self.reflect else job.hemisphere.structure
+                on_template, faces = resample(each.map, template)
+                writer.surface(names.resampled(files.space, files.size, job.kind), on_template, faces, side)
+            for (atlas, _, table), (labels, margin) in zip(atlases, taken, strict=True):
+                writer.labels(names.labels(atlas_of(atlas.path)), atlas_of(atlas.path), labels, table)
+                writer.scalars(names.margin(atlas_of(atlas.path)), "margin", margin)
+            foldings, moved = foldings + writer.foldings, moved + writer.moved
+        return replace(self.empty(job), **_figures(found, [margin for _, margin in taken]), vertices=len(v),
+                       status="folded" if foldings else "certified", foldings=foldings,
+                       notes="; ".join(_notes(job, found, moved)))
+
+    def _atlas(self, atlas: LabelFile) -> tuple[IntArray, tuple[Label, ...] | None]:
+        path = self.place(atlas.path)
+        (values,) = read_scalars(path).values()
+        return values.astype(np.int64), read_labels(path)
+
+    def _refuse(self, job: HemisphereJob, mark: str) -> None:
+        """Raise a FileError if files are there beside which this task's own sphere of this surface is not."""
+        for names in job.names:
+            there = [target for target in job.files(names) if os.path.lexists(self.place(target))]
+            sphere = self.place(os.path.join(job.folder, names.surface("sphere")))
+            if there and not self.force and not (os.path.isfile(sphere) and read_mark(sphere) == mark):
+                raise FileError(f"{there[0]} exists, and not from this version and surface; it is kept, {REPLACE} "
+                                "replaces it")
+
+
+def _figures(found: Sequence[Registration], margins: Sequence[FloatArray]) -> dict[str, Any]:
+    """The figures of the worst template and the worst atlas."""
+    ends = [each.stages[-1] for each in found]
+    return {"unlike": max(1 - float(end.correlation.mean()) for end in ends),
+            "mean_area": max(end.strain for end in ends), "p95_area": max(end.strain_95 for end in ends),
+            "unsure": max((float((margin < _UNSURE).mean()) for margin in margins), default=np.nan)}
+
+
+def _notes(job: HemisphereJob, found: Sequence[Registration], moved: int) -> Iterator[str]:
+    for files, each in zip(job.templates, found, strict=True):
+        if files.kind != job.kind:
+            yield f"{files.name} has no {job.kind} surface here: its {files.kind} was taken"
+        yield from (f"{files.name}: {note}" for note in each.notes)
+    if moved:
+        yield f"{moved} vertices moved to keep float32 from folding"

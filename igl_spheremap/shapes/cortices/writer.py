@@ -1,0 +1,73 @@
+"""The files of a registered hemisphere, by the names and signs of a convention."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from ...io.files import write_mesh
+from ...io.hemispheres import Names
+from ...io.records import Label, LoadedMesh
+from ...io.scalars import write_scalars
+from ...io.written_map import write_sphere
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.measure import surface_area, vertex_areas
+from ...operators.features import depth_potential
+
+#: Widths of the depth potentials that are like FreeSurfer's sulc and curv, see `depth_potential`.
+SULC, _CURV = 0.12, 0.05
+
+
+
+class Writer:
+    """Writes the files of one convention, with what the source says of itself, and counts what folds in them."""
+
+    def __init__(self, folder: str, names: Names, given: LoadedMesh, mark: str) -> None:
+        self._folder, self._names, self._area = folder, names, surface_area(given.v, given.f)
+        self._f, self._given = given.f, given.metadata
+        self._metadata = {"structure": names.hemisphere.structure, "mark": mark}
+        self._turn = -1.0 if names.convention == "hcp" else 1.0  # HCP's sulc and curvature are high on gyri
+        self.foldings = self.moved = 0
+
+    def sphere(self, name: str, x: FloatArray) -> None:
+        """A sphere about the origin: the coordinate system of the surface is not its own, the volume's geometry is."""
+        volume = {"volume": self._given["volume"]} if "volume" in self._given else {}
+        written = write_sphere(self._path(name), x, self._f, force=True, metadata=self._metadata | volume)
+        self.foldings += written.certificate.foldings
+        self.moved += written.moved
+
+    def surface(self, name: str, v: FloatArray, f: IntArray, structure: str | None = None) -> None:
+        """A surface in the coordinates of the source."""
+        metadata = dict(self._given) | self._metadata | ({"structure": structure} if structure else {})
+        write_mesh(self._path(name), v, f, force=True, metadata=metadata)
+
+    def features(self, own: SphereMap, v: FloatArray) -> None:
+        """What FreeSurfer calls sulc and curv, in mm and 1/mm, and the areas of the given surface's vertices."""
+        unit = np.sqrt(surface_area(own.vertices, own.faces) / (4 * np.pi))
+        sulc, curv = (-self._turn * depth_potential(own.vertices, own.faces, ell=ell) for ell in (SULC, _CURV))
+        self.scalars(self._names.scalars("sulc"), "sulc", unit * sulc)
+        self.scalars(self._names.scalars("curv"), "curv", curv / (2 * _CURV**2 * unit))  # the potential is 2 H ell^2
+        self.scalars(self._names.scalars("area"), "area", vertex_areas(v, own.faces))
+
+    def scalars(self, name: str, quantity: str, values: FloatArray) -> None:
+        """Data at the vertices."""
+        write_scalars(self._path(name), {quantity: values}, force=True, metadata=self._metadata)
+
+    def labels(self, name: str, atlas: str, values: IntArray, table: tuple[Label, ...] | None) -> None:
+        """Labels with their table, to which GIFTI files add what has none."""
+        table = table or tuple(Label(key, str(key), _colour(key)) for key in np.unique(values).tolist())
+        if not name.endswith(".annot") and (values < 0).any():
+            table = (*table, Label(-1, "???", (0.0, 0.0, 0.0, 0.0)))
+        whole = values.astype(np.float64)
+        write_scalars(self._path(name), {atlas: whole}, force=True, metadata=self._metadata | {"labels": table})
+
+    def _path(self, name: str) -> str:
+        return os.path.join(self._folder, name)
+
+
+def _colour(key: int) -> tuple[float, float, float, float]:
+    """A colour for a label that has none: an odd factor gives each of 2^24 keys its own."""
+    code = key * 0x9E3779B1 & 0xFFFFFF
+    return (code >> 16) / 255, (code >> 8 & 255) / 255, (code & 255) / 255, 1.0
