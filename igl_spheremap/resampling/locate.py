@@ -57,7 +57,7 @@ class Location:
 
 
 def at_vertices(f: IntArray) -> Location:
-    """All vertices of a closed mesh as points of faces.
+    """Return all vertices of a closed mesh as points of faces.
 
     >>> at_vertices(np.array([[0, 1, 2], [0, 2, 1]])).weights[1]
     array([0., 0., 1.])
@@ -68,12 +68,12 @@ def at_vertices(f: IntArray) -> Location:
 
 
 def take_points(location: Location, rows: Any) -> Location:
-    """Some of the points."""
+    """Take some of the points."""
     return Location(location.face[rows], location.weights[rows])
 
 
 def joined(*parts: Location) -> Location:
-    """Points one after the other."""
+    """Put points one after the other."""
     return Location(np.concatenate([part.face for part in parts]), np.concatenate([part.weights for part in parts]))
 
 
@@ -169,14 +169,14 @@ _LOCATORS: WeakKeyDictionary[SphereMap, SphereLocator] = WeakKeyDictionary()
 
 
 def locator_of(result: SphereMap) -> SphereLocator:
-    """The locator of a map, which is made once: maps do not change."""
+    """Return the locator of a map, which is made once: maps do not change."""
     if result not in _LOCATORS:
         _LOCATORS[result] = SphereLocator(result)
     return _LOCATORS[result]
 
 
 def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Non-negative weights of sum 1 with which the corners' mean has the direction of a unit vector in their cone.
+    """Compute weights, not negative and of sum 1, with which the corners' mean has the direction of a unit vector q.
 
     Products are taken of differences from q, so that triangles of any size keep their relative precision.
 
@@ -192,7 +192,7 @@ def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArr
 
 
 def _face_boxes(x: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Boxes that hold the spherical triangles.
+    """Compute boxes that hold the spherical triangles.
 
     A point y of the flat triangle has 1 - |y|^2 = sum of w_i w_j |x_i - x_j|^2 <= d^2 / 3, d its longest
     edge: the spherical triangle lies within 1 - |y| of the flat one.
@@ -223,11 +223,11 @@ class BoxTree:
             self._levels.append((low, high))
 
     def order_of(self, points: FloatArray) -> IntArray:
-        """A permutation of points in which neighbours are close."""
+        """Return a permutation of points in which neighbours are close."""
         return np.argsort(self._codes(points), kind="stable")
 
     def candidates(self, points: FloatArray) -> tuple[IntArray, IntArray]:
-        """Rows of all pairs of a point and a box that holds it."""
+        """Find all pairs of a point and a box that holds it, by their rows."""
         coordinates = np.ascontiguousarray(points.T)
         point, node = np.arange(len(points)), np.zeros(len(points), dtype=np.int64)
         point, node = self._inside(coordinates, point, node, len(self._levels) - 1)
@@ -250,7 +250,7 @@ class BoxTree:
         return point, node
 
     def _codes(self, points: FloatArray) -> IntArray:
-        """Positions along the curve: the bits of the ranks of the coordinates, interleaved."""
+        """Compute positions along the curve: the bits of the ranks of the coordinates, interleaved."""
         code = np.zeros(len(points), dtype=np.int64)
         for axis in range(3):
             rank = np.searchsorted(self._sorted[:, axis], points[:, axis])
@@ -259,7 +259,7 @@ class BoxTree:
 
 
 def _with_gaps(n: IntArray) -> IntArray:
-    """Two zero bits before each of the 21 bits of a number."""
+    """Put two zero bits before each of the 21 bits of a number."""
     for shift, mask in ((32, 0x1F00000000FFFF), (16, 0x1F0000FF0000FF), (8, 0x100F00F00F00F00F),
                         (4, 0x10C30C30C30C30C3), (2, 0x1249249249249249)):
         n = (n | n << shift) & mask

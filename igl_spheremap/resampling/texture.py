@@ -236,7 +236,7 @@ def _longitude_latitude(corners: FloatArray, turns: FloatArray) -> FloatArray:
 
 
 def _angle(y: FloatArray, x: FloatArray) -> FloatArray:
-    """arctan2 of columns; numpy 1.26's last bit depends on where columns lie in memory unless they are copied."""
+    """Compute arctan2 of copies: by numpy 1.26 the last bit of columns depends on where they lie in memory."""
     return np.arctan2(np.ascontiguousarray(y), np.ascontiguousarray(x))
 
 
@@ -256,7 +256,7 @@ def _octahedral(cut: CutMesh) -> FloatArray:
 
 
 def _sides(corners: FloatArray) -> FloatArray:
-    """The side of each plane that a face lies on, 1 or -1; some of its corners may lie in the plane."""
+    """Return the side, 1 or -1, of each coordinate plane on which a face lies; some corners may lie in the plane."""
     furthest = np.abs(corners).argmax(axis=1)
     return np.where(np.take_along_axis(corners, furthest[:, None], axis=1)[:, 0] < 0, -1.0, 1.0)
 

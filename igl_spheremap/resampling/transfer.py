@@ -216,14 +216,14 @@ def transfer_matrix(
 
 
 def _points(target: Any) -> FloatArray:
-    """Points of the sphere, or the vertices of a mesh of it."""
+    """Return points of the sphere, or the vertices of a mesh of it."""
     if isinstance(target, str | SphereMap) or (isinstance(target, tuple) and np.ndim(target[0]) == 2):
         return sphere_mesh(target)[0]
     return check_rows(target, name="points")
 
 
 def sphere_mesh(target: str | SphereMap | tuple[Any, Any]) -> tuple[FloatArray, IntArray]:
-    """Points and faces of a regular mesh by its name, of a map's image, or of any closed mesh of the sphere."""
+    """Return points and faces of a regular mesh by its name, of a map's image, or of any closed mesh of the sphere."""
     if isinstance(target, str):
         target = regular_mesh(target)
     x, f = (target.sphere, target.mesh) if isinstance(target, SphereMap) else target
@@ -290,7 +290,7 @@ def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
 
 
 def check_map(result: object, name: str = "source") -> SphereMap:
-    """The map; a TypeError for anything else, as when data are given before it."""
+    """Return a map; anything else, such as data given before the map, is a TypeError."""
     if not isinstance(result, SphereMap):
         raise TypeError(f"{name} is of type {type(result).__name__}; give a SphereMap first, then the values over it")
     return result

@@ -48,7 +48,7 @@ class TransferMatrix:
 
 
 def linear_matrix(f: IntArray, location: Location, n_vertices: int) -> csr_array:
-    """Barycentric weights of the corners of faces as a (k, n) matrix without zeros."""
+    """Lay barycentric weights of the corners of faces out as a (k, n) matrix without zeros."""
     k = len(location.face)
     start = np.arange(0, 3 * k + 1, 3)
     entries = location.weights.ravel(), f[location.face].ravel(), start
@@ -74,7 +74,7 @@ def largest(matrix: csr_array) -> csr_array:
 
 
 def apply_matrix(matrix: csr_array, values: ArrayLike, labels: bool = False) -> NDArray[Any]:
-    """Data (n, ...) at the rows of a matrix; labels are taken at the row's largest weight, in their dtype."""
+    """Apply a matrix to data (n, ...); of labels each row takes the one of its largest weight."""
     data = plain_array(values, "values")
     if len(data) != matrix.shape[1]:
         raise MeshError(f"{len(data)} values for {matrix.shape[1]} vertices; give one for each")
@@ -84,7 +84,7 @@ def apply_matrix(matrix: csr_array, values: ArrayLike, labels: bool = False) -> 
 
 
 def adaptive_area(source: SphereMap, target: SphereMap | tuple[FloatArray, IntArray]) -> TransferMatrix:
-    """Weights that keep integrals; areas of a target (x, f) are those of the source's surface resampled there."""
+    """Compute weights that keep integrals; a target (x, f) has the areas of the source's surface resampled there."""
     x, f = (target.sphere, target.faces) if isinstance(target, SphereMap) else target
     here, there = SphereLocator(source.sphere, source.mesh), SphereLocator(unit_rows(check_directions(x)), f)
     forward = linear_matrix(here.f, here.locate(there.x), len(here.x))
@@ -108,7 +108,7 @@ def adaptive_area(source: SphereMap, target: SphereMap | tuple[FloatArray, IntAr
 
 
 def _positive(areas: FloatArray) -> FloatArray:
-    """Areas raised above 0, which that of a vertex on needles may be, so that every vertex takes part."""
+    """Raise areas above 0, so that every vertex takes part: those at needles may be 0 by rounding."""
     return np.maximum(areas, np.finfo(float).eps * areas.mean())
 
 

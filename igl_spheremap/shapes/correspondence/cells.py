@@ -1,4 +1,4 @@
-"""The faces of an overlay: convex cells cut into triangles, and cells thinner than rounding taken out."""
+"""The faces of an overlay: convex cells are cut into triangles, and those that rounding made flat are taken out."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ROUNDS = 40
 
 def cell_triangles(A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: Segments, x: FloatArray) -> tuple[
         IntArray, IntArray]:
-    """Triangles (m, 3) that make up the cells, and the face of A and of B (2, m) that each is a part of.
+    """Cut the cells into triangles (m, 3), and return them with the faces (2, m) of A and of B that they are parts of.
 
     `x` are the nodes' positions. A cell is divided by a fan around its largest angle: no triangle is as flat.
     """
@@ -49,7 +49,7 @@ def cell_triangles(A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: S
 
 
 def _sides(A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: Segments) -> list[IntArray]:
-    """Cell, start and end of the sides of all cells, counter-clockwise, in the order of cells and starts.
+    """Return cell, start and end of each side of the cells, counter-clockwise, in the order of cells and starts.
 
     They are the segments of A and B, from both of their sides. Cells have the number of A's face times B's faces, plus
     B's face.
@@ -93,7 +93,7 @@ class Coincidences:
         self._vertex = tuple(marked(rows, len(self.node)) for rows in vertices)
 
     def merge(self) -> int:
-        """Take out what faces a collapse or a flip takes out; how many are left that are not positive."""
+        """Take flat faces out by collapses and flips, and count those that are left."""
         rows, n = np.flatnonzero(self.left), len(self.node)
         flat = rows[self._flat(self.faces[rows], self.owners[:, rows])]
         if not len(flat):
@@ -111,8 +111,8 @@ class Coincidences:
         return len(self._bad)
 
     def _flat(self, faces: IntArray, owners: IntArray) -> BoolArray:
-        """Which faces are not positive beyond rounding on a surface whose face there is not flat itself, or have a side
-        as short as rounding on both."""
+        """Say which faces are flat: not positive on a surface where the face they are a part of is not flat itself, or
+        with a side as short as rounding on both surfaces."""
         flat, square = np.zeros(len(faces), dtype=bool), np.zeros((3, len(faces)))
         for p, normals, owner in zip(self.on, self._normals, owners, strict=True):
             a, b, c = p[faces].transpose(1, 0, 2)
@@ -122,7 +122,7 @@ class Coincidences:
         return flat | (square.min(axis=0) <= _ROUNDING**2)
 
     def _put(self, faces: Faces, owners: IntArray, gone: set[int]) -> bool:
-        """Put faces in the complex if that leaves fewer flat ones; whether it did."""
+        """Put faces in the complex if that leaves fewer flat ones, and say whether it did."""
         rows = np.array(list(faces))
         flat = self._flat(np.array(list(faces.values())), owners)
         before = self._bad & {*faces, *gone}
@@ -134,11 +134,11 @@ class Coincidences:
         return True
 
     def _distance(self, v: int, w: int) -> float:
-        """The distance of two nodes on the surface where it is larger."""
+        """Measure the distance of two nodes on the surface where it is larger."""
         return max(dist(p[v].tolist(), p[w].tolist()) for p in self.on)
 
     def _collapse(self, i: int) -> bool:
-        """Collapse the shortest side of a face if it is as short as rounding; whether it did."""
+        """Collapse the shortest side of a face if it is as short as rounding, and say whether it did."""
         a, b, c = self._complex.faces[i]
         length, v, w = min((self._distance(v, w), v, w) for v, w in ((a, b), (b, c), (c, a)))
         first, second = ([fixed[u] for fixed in self._vertex] for u in (v, w))
@@ -149,7 +149,7 @@ class Coincidences:
         return (not any(second) and self._onto(w, v)) or (not any(first) and self._onto(v, w))
 
     def _onto(self, out: int, into: int) -> bool:
-        """Collapse the side between two nodes onto one of them, if that leaves fewer flat faces."""
+        """Move one end of a side to the other, which ends the side, if that leaves fewer flat faces."""
         if not (self._whole[[out, into]].all() and (edit := self._complex.collapsed(out, into))):
             return False
         old = [p[into].copy() for p in self.on]
@@ -165,7 +165,7 @@ class Coincidences:
         return True
 
     def _flip(self, i: int) -> bool:
-        """Flip the longest side of a face that is as thin as rounding; whether it did."""
+        """Flip the longest side of a face that is as thin as rounding, and say whether it did."""
         if i not in self._bad:
             return False
         a, b, c = self._complex.faces[i]
@@ -184,9 +184,9 @@ class Coincidences:
             _nudge(p, self.faces[self.left], normals[owners[self.left]], held)
 
     def join_places(self) -> tuple[int, int]:
-        """Give nodes one place on a surface where faces are negative that have no area there; how many have none.
+        """Join nodes of negative faces on each surface, and count the faces without area on A and on B.
 
-        A limb of the other surface may lie in a speck of this one: its faces are apart on that one alone.
+        Whole limbs of one surface may lie in one point of the other: their faces have no area there.
         """
         first, second = (_join(p, self.faces[self.left], normals[owners[self.left]], held) for p, normals, owners, held
                          in zip(self.on, self._normals, self.owners, self._vertex, strict=True))
@@ -222,7 +222,7 @@ def _nudge(p: FloatArray, faces: IntArray, normals: FloatArray, held: BoolArray)
 
 
 def _join(p: FloatArray, faces: IntArray, normals: FloatArray, held: BoolArray) -> int:
-    """Join the ends of sides as short as rounding, in place, while faces are negative; how many have no area then."""
+    """Join ends of sides as short as rounding, in place, while faces are negative; count those without area."""
     place, some = np.arange(len(p)), True
     while some:
         corners = p[faces]
@@ -244,7 +244,7 @@ def _join(p: FloatArray, faces: IntArray, normals: FloatArray, held: BoolArray) 
 
 
 def _normals(surface: FloatArray) -> FloatArray:
-    """Unit normals of faces (m, 3, 3); zero where rounding decides them."""
+    """Compute unit normals of faces (m, 3, 3); they are zero where rounding would decide them."""
     a, b, c = surface.transpose(1, 0, 2)
     normals = row_crosses(b - a, c - a)
     longest = np.sqrt(np.max([_squares(side) for side in (b - a, c - b, a - c)], axis=0))

@@ -38,29 +38,29 @@ class Complex:
                 self.around.setdefault(v, set()).add(i)
 
     def neighbours(self, v: int) -> set[int]:
-        """The other ends of the sides at a vertex."""
+        """Return the other ends of the sides at a vertex."""
         return {w for i in self.around[v] for w in self.faces[i]} - {v}
 
     def beside(self, p: int, q: int) -> list[int]:
-        """The faces at the side between two vertices."""
+        """Return the faces at the side between two vertices."""
         return sorted(self.around[p] & self.around[q])
 
     def beyond(self, i: int, v: int) -> tuple[int, int]:
-        """The face on the other side of a face's side opposite a corner, and the corner opposite it there."""
+        """Return the neighbour of a face opposite a corner, and the corner of that neighbour off the common side."""
         p, q = self._opposite(i, v)
         (j,) = self.around[p] & self.around[q] - {i}
         (u,) = set(self.faces[j]) - {p, q}
         return j, u
 
     def _opposite(self, i: int, v: int) -> tuple[int, int]:
-        """The two corners of a face that follow one of them."""
+        """Return the two corners of a face that follow one of them."""
         k = self.faces[i].index(v)
         return self.faces[i][k - 2], self.faces[i][k - 1]
 
     def collapsed(self, out: int, into: int) -> tuple[Faces, set[int]] | None:
-        """The faces around the side between two vertices once it is shrunk onto one of them, and the two that go.
+        """Return the faces around a side once `out` lies at `into`, and the two faces at the side, which go.
 
-        None if the ends have other common neighbours than the two beside them: two sheets would touch.
+        None if both have other common neighbours than the two beside the side: the surface would touch itself.
         """
         if len(self.neighbours(out) & self.neighbours(into)) != 2:
             return None
@@ -69,17 +69,17 @@ class Complex:
         return {i: tuple(into if v == out else v for v in self.faces[i]) for i in kept}, gone
 
     def flipped(self, i: int, v: int) -> Faces | None:
-        """A face and the one beyond its side opposite a corner, with the side across; None if that is there already."""
+        """Return a face and its neighbour opposite a corner with the other diagonal; None if that is a side already."""
         (p, q), (j, u) = self._opposite(i, v), self.beyond(i, v)
         return None if u == v or u in self.neighbours(v) else {i: (v, p, u), j: (v, u, q)}
 
     def divided(self, i: int, new: int, number: int) -> Faces:
-        """A face divided at a vertex within it; `number` is the first of those that are free."""
+        """Divide a face in three at a vertex within it; the new ones have `number` and the next."""
         a, b, c = self.faces[i]
         return {i: (new, b, c), number: (a, new, c), number + 1: (a, b, new)}
 
     def halved(self, p: int, q: int, new: int, number: int) -> Faces:
-        """The two faces at the side from p to q, and from `number` on as many new ones, with a vertex on that side."""
+        """Divide the two faces at a side in two each at a vertex on it; the new ones have `number` and the next."""
         both = self.beside(p, q)
         return {row: tuple(new if v == end else v for v in self.faces[i])
                 for end, rows in ((p, both), (q, (number, number + 1))) for i, row in zip(both, rows, strict=True)}

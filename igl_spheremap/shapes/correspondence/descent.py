@@ -62,7 +62,7 @@ Report = Callable[[Stage, Level, FloatArray, float], None]
 
 
 class Descent:
-    """Maps of the source to the target's sphere, lowered in strain between the surfaces, and what is to agree beside.
+    """Lowers strain between two surfaces, and misfits of features and positions, over maps to the target's sphere.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class Descent:
 
     def start(self, width: float, moebius: bool,
               least: float = 0.0) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
-        """A rotation of the source's sphere by features of one width, and all that were tried, the one taken first.
+        """Rotate the source's sphere by features of one width; return it and all rotations, the chosen one first.
 
         `moebius` adds the Moebius map that these features ask for. The rotation is taken that leads, on the coarsest
         level, to the least product of energy and distance of positions, which both vanish for similar surfaces. Energy
@@ -103,7 +103,7 @@ class Descent:
         return starts[best], (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
 
     def _turned(self, candidate: RotationCandidate, width: float | None) -> FloatArray:
-        """The source's sphere after a rotation, and a Moebius map by features of that width."""
+        """Rotate the source's sphere, and fit a Moebius map by features of that width if there is one."""
         source = self._source.map
         found = [unfolded(source.mesh, source.sphere @ candidate.rotation.T)]  # rounding may fold slivers
 
@@ -116,7 +116,7 @@ class Descent:
         return found[0]
 
     def _outlook(self, start: FloatArray) -> float:
-        """Energy times distance of positions that a start leads to on the coarsest level."""
+        """Lower a start on the coarsest level, and return its energy times its distance of positions."""
         size, stages = self._plan[0]
         source, target = self._level(size)
         source, y = self.lowered(source, target, self._source.carried(start, source), stages)
@@ -125,7 +125,7 @@ class Descent:
         return energy * _distance(source, target, y)
 
     def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
-        """The map that a start on the source's own mesh leads to, and its level, which is refined near landmarks."""
+        """Lower a start on the source's own mesh through all levels; return the last one, maybe split, and the map."""
         own, steps = len(self._source.map.sphere), Counter[Stage]()
         plan = [stage for _, stages in self._plan for stage in stages]
         *before, total = accumulate(((stage.size or own) * stage.steps for stage in plan), initial=0)
@@ -144,7 +144,7 @@ class Descent:
         return level, y
 
     def _level(self, size: int | None) -> tuple[Level, Level]:
-        """Both surfaces at a resolution."""
+        """Return both surfaces at a resolution, which are made once."""
         if size not in self._levels:
             assert size is not None
             self._levels[size] = self._source.coarser(size), self._target.coarser(size)
@@ -152,7 +152,7 @@ class Descent:
 
     def lowered(self, source: Level, target: Level, y: FloatArray, stages: Sequence[Stage],
                 report: Report | None = None) -> tuple[Level, FloatArray]:
-        """A map of a level with less strain, landmarks held at their goals, and the level, refined if they need it.
+        """Bring landmarks to their goals, hold them, and lower the strain; return the level, maybe split, and the map.
 
         If landmarks can't be brought to their goals, the map is the one that came nearest.
         """
@@ -177,7 +177,7 @@ class Descent:
         return source, y
 
     def _terms(self, source: Level, target: Level, y: FloatArray, stage: Stage) -> list[VertexTerm]:
-        """What is to agree beside low strain."""
+        """Return the misfits that count beside the strain."""
         terms: list[VertexTerm] = []
         areas = 4 * np.pi * source.map.mesh.A
         if stage.weight:
@@ -199,19 +199,19 @@ class Descent:
 
 
 def _position(y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Points of the sphere themselves, and their gradients."""
+    """Return points of the sphere as values over it, and their gradients."""
     return y, np.broadcast_to(np.eye(3), (len(y), 3, 3))
 
 
 def _distance(source: Level, target: Level, y: FloatArray) -> float:
-    """Root mean square distance of the source's points from their places on the target, after a similarity."""
+    """Measure the root mean square distance of the source's points from their images, after a similarity."""
     there = target.at(y, target.map.mesh.unit)
     off = similar(there, source.map.mesh.unit, source.map.mesh.A, there) - source.map.mesh.unit
     return float(np.sqrt(source.map.mesh.A @ row_dots(off, off)))
 
 
 def similar(p: FloatArray, q: FloatArray, weights: FloatArray, points: FloatArray) -> FloatArray:
-    """Points after the similarity that brings rows p nearest to rows q, in weighted squares (Procrustes)."""
+    """Move points by the similarity that brings rows p nearest to rows q in weighted squares (Procrustes)."""
     weights = weights / weights.sum()
     centre, goal = weighted_sum(weights, p), weighted_sum(weights, q)
     P, Q = p - centre, q - goal

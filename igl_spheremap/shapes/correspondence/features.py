@@ -23,7 +23,7 @@ _OVERSAMPLING = 2.0  # finer grids change no registration
 
 
 class VertexFunction:
-    """Values (n, k) over a surface as a smooth function on its sphere: values and gradients are linear in faces."""
+    """Values (n, k) over a surface as a smooth function on its sphere; gradients, too, are interpolated linearly."""
 
     def __init__(self, level: Level, values: FloatArray) -> None:
         x, f = level.map.sphere, level.map.faces
@@ -76,7 +76,7 @@ class FeaturePair:
                      else s.standardize(checked[k]) for k, s in enumerate(surfaces)]
 
     def smoothed(self, width: float) -> list[Level]:
-        """Both surfaces with the metric that they have when they are smoothed by that width."""
+        """Return both surfaces with the positions that they have when they are smoothed by that width."""
         return [replace(level, metric=surface.diffuse(surface.v, width))
                 for level, surface in zip(self._levels, self._surfaces, strict=True)]
 
@@ -96,14 +96,14 @@ class FeaturePair:
         return best_rotations(target, source, _BAND)
 
     def correlation(self, x: FloatArray) -> FloatArray:
-        """Correlation of each feature, as given or by width, over the source's area, if the source's sphere is x."""
+        """Correlate each feature, as given or of each width, over the source's area; its vertices lie at x."""
         target = self._levels[1].at(x, self._raw[1])
         centred = target - weighted_sum(self.weights, target)
         return weighted_sum(self.weights, centred * self._raw[0]) / np.sqrt(weighted_sum(self.weights, centred**2))
 
 
 def _checked(given: tuple[ArrayLike, ArrayLike], sizes: tuple[int, int]) -> list[FloatArray]:
-    """Rows for all vertices, finite and not constant, the same number of columns of either, each in its own unit."""
+    """Check that values are finite, not constant, and of the same columns; return them, each column in its own unit."""
     names = "features of the source", "features of the target"
     checked = [check_values(each, n, name) for each, n, name in zip(given, sizes, names, strict=True)]
     for each, name in zip(checked, names, strict=True):

@@ -45,7 +45,7 @@ def fit_moebius(
         return np.append(last[1], np.sqrt(_RIDGE) * t[3:])
 
     def jacobian(t: FloatArray) -> FloatArray:
-        """Derivatives at a map that was accepted, which is reported."""
+        """Return derivatives at the last map tried, which was accepted, and report it."""
         y, off, gradients = last  # of the map that was accepted, the last one tried
         if t.any():
             report(y, float((off * off).sum()))
@@ -59,7 +59,7 @@ def fit_moebius(
 
 
 def _moved(x: FloatArray, t: FloatArray) -> FloatArray:
-    """x boosted by the last three entries, then rotated by the first three."""
+    """Boost x by the last three entries of t, then rotate it by the first three."""
     length = float(np.linalg.norm(t[3:]))
     centre = -t[3:] * (np.tanh(length / 2) / length if length else 0.5)
     return moebius(x, centre) @ Rotation.from_rotvec(t[:3]).as_matrix().T
@@ -88,7 +88,7 @@ class Misfit:
                 np.einsum("n,akn,bkn->abn", self._weights, slopes, slopes))
 
     def _off(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Differences (n, k) and gradients (n, k, 3) at a map, kept for the next call."""
+        """Compute differences (n, k) and gradients (n, k, 3) at a map, and keep them for the next call."""
         if self._last is None or self._last[0] is not x:
             values, gradients = self._target(x)
             self._last = x, self._features - values, gradients

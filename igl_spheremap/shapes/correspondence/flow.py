@@ -29,7 +29,7 @@ _ROUNDS, _SPLIT = 6, 0.1
 
 
 def meet(level: Level, y: FloatArray, goals: FloatArray) -> tuple[Level, FloatArray]:
-    """A map free of foldings that takes a level's landmarks to goals on the sphere, as far as that succeeds.
+    """Bring a level's landmarks to goals on the sphere without foldings, as far as that succeeds.
 
     Where landmarks are stuck the faces that are strained most are split, and the level that comes back has them: there
     need not be a triangulation by great circles with given edges and some vertices in given places.
@@ -75,7 +75,7 @@ def _flow(level: Level, y: FloatArray, goals: FloatArray) -> FloatArray:
 
 
 def _relaxed(problem: FaceProblem, level: Level, y: FloatArray) -> FloatArray:
-    """A map of less strain, landmarks held."""
+    """Lower the strain by a few steps, landmarks held."""
     value = problem.value(y)
     for k, step in enumerate(newton(problem, LineSearch(level.system), y), 1):
         y, gain, value = step.x, (value - step.value) / value, step.value
@@ -85,7 +85,7 @@ def _relaxed(problem: FaceProblem, level: Level, y: FloatArray) -> FloatArray:
 
 
 def _logarithm(y: FloatArray, goals: FloatArray) -> FloatArray:
-    """Tangent vectors at y along the great circles to goals, as long as these."""
+    """Return tangent vectors at y that point along great circles to goals, and are as long as these arcs."""
     across = tangent(y, goals)
     length = np.sqrt(row_dots(across, across))
     angle = np.arctan2(length, row_dots(y, goals))
@@ -93,7 +93,7 @@ def _logarithm(y: FloatArray, goals: FloatArray) -> FloatArray:
 
 
 def _field(y: FloatArray, at: FloatArray, moves: FloatArray) -> FloatArray:
-    """A smooth tangent field with given values at some points: a sum of kernels about them."""
+    """Interpolate a tangent field at y that has given values at some points, by kernels about these."""
     def kernel(x: FloatArray) -> FloatArray:
         distance = np.sqrt(np.maximum(2 - 2 * x @ at.T, 0)) / _WIDTH
         return np.asarray((1 + distance) * np.exp(-distance))  # Matern, 3/2

@@ -53,21 +53,23 @@ class LandmarkPairs:
     @classmethod
     def of(cls, landmarks: tuple[Points, Points] | None, curves: Iterable[tuple[Points, Points]], source: SphereMap,
            target: SphereMap) -> LandmarkPairs:
-        """The points checked; a MeshError that names the one that is wrong."""
+        """Check the points; a MeshError names the one that is wrong."""
         pairs, names = [(Location(np.empty(0, dtype=np.int64), np.empty((0, 3))),) * 2], list[str]()
-        if landmarks is not None:
-            points, goals = (_points(each, result, "landmark", name) for each, result, name in zip(
-                _pair(landmarks, "landmarks"), (source, target), _ENDS, strict=True))
-            if len(points.face) != len(goals.face):
+        given = [] if landmarks is None else [("landmark", "", landmarks)]
+        for one, curve, pair in (*given, *(("point", f"curve {k}", pair) for k, pair in enumerate(curves))):
+            if not isinstance(pair, Sequence) or len(pair) != 2:
+                raise MeshError(f"no pair for {curve or 'landmarks'}; give (points of the source, points of the "
+                                "target)")
+            within = f" of {curve}" if curve else ""
+            points, goals = (_points(each, result, one, f"{curve} of {name}" if curve else name)
+                             for each, result, name in zip(pair, (source, target), _ENDS, strict=True))
+            if curve:
+                goals = _at_the_same_length(points, goals, source, target, curve)
+            elif len(points.face) != len(goals.face):
                 raise MeshError(f"{len(points.face)} landmarks of the source have {len(goals.face)} points of the "
                                 "target; give one for each")
             pairs.append((points, goals))
-            names += [f"landmark {k}" for k in range(len(points.face))]
-        for number, curve in enumerate(curves):
-            first, second = (_points(each, result, "point", f"curve {number} of {name}") for each, result, name in zip(
-                _pair(curve, f"curve {number}"), (source, target), _ENDS, strict=True))
-            pairs.append((first, _at_the_same_length(first, second, source, target, number)))
-            names += [f"point {k} of curve {number}" for k in range(len(first.face))]
+            names += [f"{one} {k}{within}" for k in range(len(points.face))]
         points, goals = (joined(*each) for each in zip(*pairs, strict=True))
         surface, places, vertices = with_vertices(source, points)
         there = interpolate(target.sphere, target.faces, goals)
@@ -83,19 +85,13 @@ class LandmarkPairs:
         return cls(surface, places, vertices[kept], take_points(goals, kept), [names[k] for k in kept])
 
     def carried(self, values: ArrayLike, source: SphereMap) -> FloatArray:
-        """Features of the source's own vertices at those of `surface`."""
+        """Interpolate features of the source's own vertices at those of `surface`."""
         values = check_values(values, len(source.sphere), "features of the source")
         return np.concatenate((values, interpolate(values, source.faces, self.places)))
 
 
-def _pair(given: object, name: str) -> tuple[Points, Points]:
-    if not isinstance(given, Sequence) or len(given) != 2:
-        raise MeshError(f"no pair for {name}; give (points of the source, points of the target)")
-    return given[0], given[1]
-
-
 def _points(values: Points, result: SphereMap, one: str, name: str) -> Location:
-    """Vertices, or faces and weights, as places."""
+    """Check vertices, or faces and weights, and return them as places."""
     if isinstance(values, Location):
         return checked_location(values, result.faces, name)
     index, n = plain_array(values, f"{one}s of {name}"), len(result.sphere)
@@ -109,14 +105,14 @@ def _points(values: Points, result: SphereMap, one: str, name: str) -> Location:
 
 
 def _at_the_same_length(first: Location, second: Location, source: SphereMap, target: SphereMap,
-                        number: int) -> Location:
-    """The points of the target's curve at the shares of its length that the points of the source's have."""
+                        curve: str) -> Location:
+    """Find the point of the target's curve at the same share of its length for each point of the source's."""
     shares, ends = [], []
     for points, result, name in ((first, source, _ENDS[0]), (second, target, _ENDS[1])):
         p = interpolate(result.vertices, result.faces, points)
         length = np.append(0.0, np.cumsum(row_lengths(np.diff(p, axis=0))))
         if length[-1] == 0:
-            raise MeshError(f"curve {number} of {name} has no length; give two points or more")
+            raise MeshError(f"{curve} of {name} has no length; give two points or more")
         shares.append(length / length[-1])
         ends.append(p)
     places = np.stack([np.interp(shares[0], shares[1], column) for column in ends[1].T], axis=1)
@@ -127,7 +123,7 @@ def _at_the_same_length(first: Location, second: Location, source: SphereMap, ta
 
 
 def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Location, IntArray]:
-    """A map whose mesh has vertices at given points, the places of those that were added, and the vertices.
+    """Divide faces so that a map has vertices at given points; return it, the places of new vertices, and the vertices.
 
     Faces are divided at points within them, and two of them at points of their common side. Points that are nearer to a
     side or a corner than 1e-8 of the face lie there.
@@ -170,7 +166,7 @@ def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Locat
 
 
 def _weights(vertex: int, face: IntArray, n: int, added: list[tuple[IntArray, FloatArray]]) -> FloatArray:
-    """Barycentric weights of a vertex by the corners of a face, from those of added ones in the faces they lie in."""
+    """Return the weights of a vertex by the corners of a face; `added` are the faces and weights of new vertices."""
     if vertex < n:
         return (face == vertex).astype(float)
     corners, weights = added[vertex - n]
@@ -178,11 +174,8 @@ def _weights(vertex: int, face: IntArray, n: int, added: list[tuple[IntArray, Fl
 
 
 def _heights(w: FloatArray, parts: FloatArray) -> FloatArray:
-    """How far a point lies from the three sides (k, 3) of triangles, inwards, all by barycentric weights."""
-    columns = []
-    for i in range(3):
-        p, q = parts[:, i - 2], parts[:, i - 1]
-        side = q - p
-        twice = row_crosses(p - w, side).sum(axis=1)  # of triangles in the plane of sum 1
-        columns.append(twice / np.sqrt(row_dots(side, side)))
-    return np.stack(columns, axis=1)
+    """Measure how far a point lies inside the sides (k, 3) of triangles; all are given by barycentric weights."""
+    starts = np.roll(parts, -1, axis=1).reshape(-1, 3)
+    sides = np.roll(parts, 1, axis=1).reshape(-1, 3) - starts
+    twice = row_crosses(starts - w, sides).sum(axis=1)  # of triangles in the plane of sum 1
+    return np.asarray(twice / np.sqrt(row_dots(sides, sides))).reshape(-1, 3)

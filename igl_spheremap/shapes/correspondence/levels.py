@@ -47,7 +47,7 @@ class Level:
 
     @classmethod
     def of(cls, result: SphereMap, name: str, landmarks: IntArray | None = None) -> Level:
-        """A surface's own mesh; a MeshError that names it if the surface is its own map."""
+        """Take a surface with its own mesh; a MeshError names it if it is a sphere, its own map."""
         length = row_lengths(result.vertices)
         if np.ptp(length) < UNIT_TOLERANCE * length.mean() and np.allclose(
                 result.vertices / length[:, None], result.sphere, rtol=0, atol=UNIT_TOLERANCE):
@@ -56,7 +56,7 @@ class Level:
         return cls(result, result.mesh.unit, np.empty(0, dtype=np.int64) if landmarks is None else landmarks)
 
     def coarser(self, size: int) -> Level:
-        """About `size` points spread evenly over the sphere, beside the landmarks, and their Delaunay triangulation.
+        """Take about `size` points spread evenly over the sphere, with the landmarks, and triangulate them (Delaunay).
 
         Of points and landmarks nearer than half the spacing only landmarks are kept.
         """
@@ -69,26 +69,26 @@ class Level:
 
     @cached_property
     def system(self) -> VertexSystem:
-        """Newton's equations."""
+        """The pattern of Newton's equations on this mesh."""
         return VertexSystem(self.map.faces, len(self.map.sphere))
 
     def locate(self, y: FloatArray) -> Location:
-        """Where points lie, which is kept for the last ones: all terms of a problem ask for them, and change none."""
+        """Find where points lie; the last answer is kept, since all terms of a problem ask for the same points."""
         if self._last is None or self._last[0] is not y:
             self._last = y, locator_of(self.map).locate(y)
         return self._last[1]
 
     def at(self, y: FloatArray, values: FloatArray) -> FloatArray:
-        """Values at points of the sphere, from those at the vertices."""
+        """Interpolate values at the vertices at points of the sphere."""
         face, weights = self.locate(y)
         return weighted(values, self.map.faces[face], weights, labels=False)
 
     def carried(self, y: FloatArray, other: Level) -> FloatArray:
-        """A map of another level that is like the map y of this one, free of foldings."""
+        """Interpolate the map y of this level at the vertices of another one, and unfold it."""
         return unfolded(other.map.mesh, unit_rows(self.at(other.map.sphere, y)))
 
     def split(self, y: FloatArray, marked: BoolArray) -> tuple[Level, FloatArray]:
-        """The level with edges of marked faces bisected, and its map that is like the map y; new vertices come last."""
+        """Bisect edges of marked faces; return that level and its map, which extends y: new vertices come last."""
         own = self.map.mesh
         edges = np.stack([row_lengths(y[own.f[:, k - 2]] - y[own.f[:, k - 1]]) for k in range(3)], axis=1)
         f, ends, parts = bisected(own.f, edges * marked[:, None], len(y))
@@ -102,7 +102,7 @@ class Level:
 
 
 def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
-    """Faces with edges bisected, the ends (k, 2) of these edges, and the face of which each face is a part.
+    """Bisect edges; return the faces, the ends (k, 2) of these edges, and the face of which each face is a part.
 
     `length` (m, 3) are the lengths of the edges opposite the corners, 0 for edges that may not be bisected. An edge is
     bisected if it is the longest of both its faces; the midpoints are vertices n, n + 1, ...
@@ -123,7 +123,7 @@ def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArra
 
 
 def hull_faces(x: FloatArray) -> IntArray:
-    """Faces of the convex hull of points of the sphere, oriented outwards: their Delaunay triangulation.
+    """Triangulate points of the sphere by their convex hull, outwards: their Delaunay triangulation.
 
     >>> hull_faces(np.vstack((np.eye(3), -np.eye(3)))).shape
     (8, 3)

@@ -149,13 +149,13 @@ def match(
 
 
 def _directions(target: SphereMap, given: LandmarkPairs) -> FloatArray:
-    """Where on the target's sphere landmarks are to lie."""
+    """Return the points of the target's sphere where landmarks are to lie."""
     return unit_rows(interpolate(target.sphere, target.faces, given.goals))
 
 
 def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike] | None, weight: float,
              goals: FloatArray, position_weight: float, soft: bool) -> Descent:
-    """What is lowered: from coarse levels to fine ones, with ever less of the spheres' strain."""
+    """Plan the descent: from coarse levels to fine ones, on each with ever less weight of the spheres' metrics."""
     guide = last = weight
     if features is None:
         curved = [FeatureSurface(level.map.mesh).curvature_and_depth for level in (source, target)]
@@ -170,7 +170,7 @@ def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike]
 
 
 def _start(source: Level, descent: Descent, goals: FloatArray) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
-    """A map of the source's sphere by its landmarks, if they are enough, or by features; and the rotations tried."""
+    """Turn the source's sphere by landmarks, if they are enough, or by features; return it and the rotations tried."""
     if len(goals) < _ENOUGH:
         return descent.start(_WIDTH, moebius=True)
     held = check_landmarks(len(source.map.sphere), source.landmarks, goals, 1.0)
@@ -178,7 +178,7 @@ def _start(source: Level, descent: Descent, goals: FloatArray) -> tuple[FloatArr
 
 
 def _lowered(source: Level, descent: Descent, start: FloatArray, history: History) -> tuple[Level, FloatArray]:
-    """The map that the descent leads to, or had come to when a listener stopped it, and the level that it is on."""
+    """Run the descent until its end, or until a listener stops it; return the level and the map on it."""
     found = source, unfolded(source.map.mesh, start)
 
     def report(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
@@ -193,7 +193,7 @@ def _lowered(source: Level, descent: Descent, start: FloatArray, history: Histor
 
 
 def _check_met(result: SphereMap, given: LandmarkPairs, goals: FloatArray) -> None:
-    """Raise a MapError that names the landmarks that are furthest from their goals, if any is not at its own."""
+    """Raise a MapError if a landmark missed its goal; it names those that are furthest off."""
     apart = np.degrees(2 * np.arcsin(np.linalg.norm(result.sphere[given.vertices] - goals, axis=1) / 2))
     if not apart.any():
         return
@@ -207,7 +207,7 @@ def _check_met(result: SphereMap, given: LandmarkPairs, goals: FloatArray) -> No
 
 
 def _remarks(onto: SurfaceMap, given: int, divided: int) -> Iterator[str]:
-    """Which vertices were added to those that were given, and where float64 resolves a surface roughly."""
+    """Note vertices that were added, and faces that are too small on the other surface for float64."""
     if divided > given:
         yield f"faces of the source are divided at landmarks: {divided - given} vertices come after its own"
     if needed := len(onto.map.sphere) - divided:

@@ -131,7 +131,7 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
 
 
 def _snapped(b: SphereMap, x: FloatArray) -> FloatArray:
-    """The sphere of a map whose vertices lie exactly where other points are that are as near as rounding.
+    """Move vertices of a map, in a copy of its sphere, to other points that are as near as rounding.
 
     Their edges then coincide exactly, too. A vertex keeps its place if its faces would fold otherwise.
     """
@@ -151,7 +151,7 @@ def _snapped(b: SphereMap, x: FloatArray) -> FloatArray:
 
 
 def _same_crossings(cut_a: Segments, cut_b: Segments, A: Triangulation, B: Triangulation, first: int) -> Segments:
-    """The segments of B with the numbers that crossings have in those of A."""
+    """Renumber the crossings in the segments of B as they are numbered in those of A."""
     key = cut_a.crossed[:, 0] * len(B.forward) + B.edge[cut_a.crossed[:, 1]]
     order = np.argsort(key)
     again = A.edge[cut_b.crossed[:, 1]] * len(B.forward) + cut_b.crossed[:, 0]
@@ -161,7 +161,7 @@ def _same_crossings(cut_a: Segments, cut_b: Segments, A: Triangulation, B: Trian
 
 
 def _crossings(A: Triangulation, half_a: IntArray, B: Triangulation, half_b: IntArray) -> tuple[Location, Location]:
-    """Points where half-edges of A cross half-edges of B, as points of both."""
+    """Compute where half-edges of A cross half-edges of B, as points of both."""
     a, b, c, d = A.x[A.start[half_a]], A.x[A.end[half_a]], B.x[B.start[half_b]], B.x[B.end[half_b]]
     on_a, on_b = _crossed(a, b, c, d), _crossed(c, d, a, b)
     along, across = b - a, d - c
@@ -178,7 +178,7 @@ def _crossings(A: Triangulation, half_a: IntArray, B: Triangulation, half_b: Int
 
 
 def _crossed(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
-    """The weight of `b` where edges a-b are crossed by edges c-d."""
+    """Compute the weight of `b` where edges c-d cross edges a-b."""
     normal = row_crosses(c, d - c)
     start, end = (np.abs(row_dots(normal, p - c)) for p in (a, b))
     total = start + end
@@ -186,7 +186,7 @@ def _crossed(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> Floa
 
 
 def _on_sides(half: IntArray, end: FloatArray) -> Location:
-    """Points of half-edges by the weights of their ends."""
+    """Return points of half-edges as points of faces; `end` is the weight of the end."""
     weights, rows = np.zeros((len(half), 3)), np.arange(len(half))
     weights[rows, (half + 1) % 3], weights[rows, (half + 2) % 3] = 1 - end, end
     return Location(half // 3, weights)

@@ -210,10 +210,9 @@ def register(
 
 
 def continue_registration(source: SphereMap, target: SphereMap, y: FloatArray) -> tuple[FloatArray, float]:
-    """Where a registration goes on from the map y of the source's vertices, on their own meshes, if the target moved a
-    little; and the correlation there.
+    """Register again after the target moved a little, from the map y of before; return the map and its correlation.
 
-    It is the last level of `register`, without features, at its stiffness.
+    Only the last level of `register` is run, on the surfaces' own meshes, without features, at its stiffness.
     """
     own = Level.of(source, "the source"), Level.of(target, "the target")
     _, share, widths = _CHAIN[-1]
@@ -225,7 +224,7 @@ def continue_registration(source: SphereMap, target: SphereMap, y: FloatArray) -
 
 
 class _Course:
-    """The source's sphere on its way: takes each iterate, passes it on, and reports the stages."""
+    """Keeps the last iterate of the source's sphere, passes iterates on, and reports each stage."""
 
     def __init__(self, source: SphereMap, pair: FeaturePair, listener: Listener) -> None:
         self.x, self.stages = source.sphere, [_report("start", pair, source.faces, source.sphere, source.sphere)]
@@ -239,7 +238,7 @@ class _Course:
 
     @contextmanager
     def stage(self, name: str, before: FloatArray | None = None) -> Iterator[None]:
-        """A stage, whose strain is measured against the map before, or as it came."""
+        """Run a stage, and report it at its end; its strain is measured against `before`, or the map as it came."""
         self._name, self._count = name, 0
         before = self._source.sphere if before is None else before
         try:
@@ -249,7 +248,7 @@ class _Course:
 
 
 def reflected(result: SphereMap) -> SphereMap:
-    """The mirror image of a surface with that of its map, x to -x, and faces reversed: angles and areas stay."""
+    """Mirror a surface and its map, x to -x, and reverse its faces: angles and areas stay."""
     mirror = np.array([-1.0, 1.0, 1.0])
     mesh = check_mesh(result.vertices * mirror, result.faces[:, ::-1], caps=result.mesh.caps)
     image, *conformal = (replace(certified(mesh, each.sphere * mirror), run=each.run)

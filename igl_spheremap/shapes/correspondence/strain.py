@@ -67,16 +67,16 @@ class SpaceStrain(BalancedEnergy):
 
 
 def sphere_strain(level: Level) -> BalancedEnergy:
-    """The strain of maps of a level's sphere to itself."""
+    """Make the strain of maps of a level's sphere to itself."""
     faces = FlatFaces.of(level.map.sphere, level.map.faces)
     return BalancedEnergy(faces, _WEIGHT, _POWER, np.zeros(len(level.map.faces)))
 
 
 class ComposedStrain:
-    """Strain of the source's faces on the target, and a share of that of its sphere, which alone knows which side of a
-    face is up.
+    """Strain of the source's faces on the target, plus a share of the strain of its sphere.
 
-    Metrics of sphere and surface are blended on either side.
+    The first one can't tell a face from its mirror image; the second one is infinite where a face is folded. Metrics of
+    sphere and surface are blended on either side.
 
     Parameters
     ----------
@@ -120,20 +120,20 @@ class ComposedStrain:
 
 
 def log_strain(source: Level, target: Level, y: FloatArray) -> float:
-    """Sum of squared logarithms of stretches from source to target: single faces of high strain count little there."""
+    """Sum the squared logarithms of stretches from source to target: single faces of high strain count little."""
     strain = SpaceStrain(FlatFaces.of(source.metric, source.map.faces), _WEIGHT, 0, np.zeros(len(source.map.faces)))
     lift = Lift(target, _scaled(target.metric, target.map.faces))
     return float(strain.by_face(lift.values(y)).sum())
 
 
 def _blended(level: Level, share: float) -> FloatArray:
-    """Positions whose squared lengths are the weighted mean of the sphere's and the surface's."""
+    """Return positions whose squared lengths are the weighted mean of those of the sphere and of the surface."""
     v = _scaled(level.metric, level.map.faces)
     return v if share == 1 else np.concatenate((np.sqrt(1 - share) * level.map.sphere, np.sqrt(share) * v), axis=1)
 
 
 def _scaled(p: FloatArray, f: IntArray) -> FloatArray:
-    """Positions of any dimension whose faces have the area 4 pi together."""
+    """Scale positions of any dimension so that the faces have the area 4 pi together."""
     a, b = (p[f[:, k]] - p[f[:, 0]] for k in (1, 2))
     doubled = np.sqrt(np.maximum(row_dots(a, a) * row_dots(b, b) - row_dots(a, b) ** 2, 0))
     return np.asarray(p * np.sqrt(8 * np.pi / doubled.sum()))

@@ -48,7 +48,7 @@ class Distortion:
     def of(
         cls, on_source: FloatArray, on_target: FloatArray, f: IntArray, caps: BoolArray | None = None
     ) -> Distortion:
-        """Of a mesh with positions on both surfaces, of which caps do not count."""
+        """Measure a mesh with positions on both surfaces; caps do not count."""
         on_source, on_target = own_unit(on_source)[0], own_unit(on_target)[0]
         whole = face_areas(on_source, f), face_areas(on_target, f)
         areas = whole if caps is None else tuple(np.where(caps, 0.0, area) for area in whole)
@@ -75,14 +75,14 @@ class Distortion:
 
 
 def _sides(v: FloatArray, f: IntArray) -> FloatArray:
-    """Length of the first side of each face, and along and across it the opposite corner, (3, m)."""
+    """Return (3, m): the length of each face's first side, and where along and across it the third corner lies."""
     base, side = v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]
     length = np.sqrt(row_dots(base, base))
     return np.stack((length, row_dots(base, side) / length, 2 * face_areas(v, f) / length))
 
 
 def _figures(values: FloatArray, areas: FloatArray) -> dict[str, float]:
-    """Over the faces that have an area."""
+    """Summarise measures over the faces that have an area."""
     own = areas > 0
     values, areas = values[own], areas[own]
     return {"median": weighted_quantile(values, areas), "p95": weighted_quantile(values, areas, 0.95),

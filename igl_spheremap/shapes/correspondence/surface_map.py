@@ -211,20 +211,20 @@ class SurfaceMap(OfMap):
 
 
 def _specks(p: FloatArray, f: IntArray) -> int:
-    """How many faces are specks beside the whole."""
+    """Count the faces whose sides are too short beside the whole to be resolved."""
     sides = np.max([row_lengths(p[f[:, k]] - p[f[:, k - 1]]) for k in range(3)], axis=0)
     return int(np.count_nonzero(sides < _SPECK * np.ptp(p, axis=0).max()))
 
 
 def _directions(result: SphereMap, points: Location | ArrayLike, name: str) -> FloatArray:
-    """Images on the sphere of points of a mapped surface."""
+    """Map points of a surface to the sphere."""
     location = checked_location(points, result.faces, name) if isinstance(points, Location) else nearest(
         result, check_rows(points, name=f"points of {name}"), name)
     return unit_rows(interpolate(result.sphere, result.faces, location))
 
 
 def nearest(result: SphereMap, points: FloatArray, name: str) -> Location:
-    """The points of a surface that are nearest to given positions."""
+    """Find the points of a surface that are nearest to given positions."""
     if not np.isfinite(points).all():
         bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
         raise MeshError(f"points of {name} are not finite, e.g. row {bad[0]}; give positions")
@@ -240,7 +240,7 @@ def nearest(result: SphereMap, points: FloatArray, name: str) -> Location:
 
 
 def checked_location(points: Location, f: IntArray, name: str) -> Location:
-    """Faces in range, and weights that are not negative and sum to 1; a MeshError names the first bad one."""
+    """Check that faces are in range, and weights not negative and of sum 1; a MeshError names the first bad one."""
     face, weights = np.asarray(points.face), np.asarray(points.weights, dtype=np.float64)
     if face.dtype.kind not in "iu" or face.ndim != 1 or weights.shape != (len(face), 3):
         raise MeshError(f"points of {name} have faces of shape {face.shape} and weights of shape {weights.shape}; give "

@@ -46,11 +46,11 @@ class Triangulation:
         self.edge[self.forward] = self.edge[self.twin[self.forward]] = np.arange(len(self.forward))
 
     def apex(self, h: IntArray) -> IntArray:
-        """The vertex opposite each half-edge."""
+        """Return the vertex opposite each half-edge."""
         return self.f.ravel()[h]
 
     def leave(self, vertex: IntArray, towards: FloatArray) -> tuple[IntArray, BoolArray]:
-        """The half-edge out of each vertex that points at a direction, or is next to it clockwise; whether it does."""
+        """Return the half-edge out of each vertex at a target, or next to it clockwise, and whether it points at it."""
         degree = self._first[vertex + 1] - self._first[vertex]
         ray = np.repeat(np.arange(len(vertex)), degree)
         nth = np.arange(len(ray)) - np.repeat(np.cumsum(degree) - degree, degree)
@@ -81,13 +81,13 @@ class Places:
     part: IntArray
 
     def rows(self, points: IntArray, corners: int) -> tuple[IntArray, IntArray]:
-        """Which of some points lie at a vertex (1), on a side (2) or within a face (3), and at or on or in which."""
+        """Return which of some points lie at a vertex (1), on a side (2) or within a face (3), and its number."""
         rows = np.flatnonzero(self.corners[points] == corners)
         return rows, self.part[points[rows]]
 
 
 def places(points: FloatArray, on: Triangulation) -> Places:
-    """Where unit rows lie."""
+    """Find where unit rows lie, by exact signs."""
     face, weights = on.locator.locate(points)
     corners = [on.x[on.f[face, k]] for k in range(3)]
     inner = np.stack([determinant_signs(points, corners[k - 2], corners[k - 1]) != 0 for k in range(3)], axis=1)
@@ -162,7 +162,7 @@ def walk(path: Triangulation, over: Triangulation, found: Places, own: IntArray,
 
 def _begin(a: FloatArray, b: FloatArray, over: Triangulation, found: Places, vertices: IntArray) -> tuple[
         IntArray, BoolArray]:
-    """The first half-edge of each path from a to b, as `walk` keeps it."""
+    """Return the half-edge with which each path from a to b begins, and whether it runs along it."""
     h, along = np.empty(len(a), dtype=np.int64), np.zeros(len(a), dtype=bool)
     rows, vertex = found.rows(vertices, 1)
     h[rows], along[rows] = over.leave(vertex, b[rows])
@@ -174,21 +174,21 @@ def _begin(a: FloatArray, b: FloatArray, over: Triangulation, found: Places, ver
 
 
 def _from_side(over: Triangulation, side: IntArray, a: FloatArray, b: FloatArray) -> tuple[IntArray, BoolArray]:
-    """The half-edges of sides on which paths begin, of the face that they enter or in their direction."""
+    """Return the half-edges of sides on which paths begin, in the face that they enter, or in their own direction."""
     turn = determinant_signs(over.x[over.start[side]], over.x[over.end[side]], b)
     back = determinant_signs(a, over.x[over.apex(side)], b)
     return np.where((turn > 0) | (turn == 0) & (back < 0), side, over.twin[side]), turn == 0
 
 
 def _from_face(over: Triangulation, face: IntArray, a: FloatArray, b: FloatArray) -> IntArray:
-    """The half-edges by which paths leave faces: the start lies to the right, the end to the left or on the path."""
+    """Return the half-edges by which paths leave faces: the start lies to the right, the end to the left or on it."""
     signs = np.stack([determinant_signs(a, b, over.x[over.f[face, k]]) for k in range(3)], axis=1)
     leaves = (np.roll(signs, 1, axis=1) < 0) & ((signs > 0) | (signs == 0) & (np.roll(signs, -1, axis=1) > 0))
     return np.asarray(3 * face + leaves.argmax(axis=1))
 
 
 def _ends(over: Triangulation, h: IntArray, along: BoolArray, found: Places, b: IntArray) -> BoolArray:
-    """Whether paths end at points in the faces that they cross, boundaries included, or on the sides they run along."""
+    """Say which paths end here: in the face that they cross, its boundary included, or on the side they run along."""
     ends, face = np.zeros(len(b), dtype=bool), h // 3
     rows, vertex = found.rows(b, 1)
     ends[rows] = np.where(along[rows], over.end[h[rows]] == vertex, (vertex == over.f[face[rows]].T).any(axis=0))

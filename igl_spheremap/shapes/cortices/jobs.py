@@ -56,7 +56,7 @@ class HemisphereJob(Job):
 
     @property
     def kind(self) -> str:
-        """Of the surface that is registered."""
+        """The kind of the surface that is registered."""
         return "midthickness" if self.pial else self.hemisphere.kind
 
     def files(self, names: Names) -> list[str]:
@@ -87,7 +87,7 @@ def hemisphere_jobs(
     reflect: bool,
     hemisphere: str | None,
 ) -> list[HemisphereJob]:
-    """The jobs of `register_hemispheres`; what is wrong with its arguments is found before any work."""
+    """Make the jobs of `register_hemispheres`; what is wrong with its arguments is found before any work."""
     if unknown := [convention for convention in names if convention not in CONVENTIONS]:
         raise ValueError(f"unknown names {unknown[0]!r}: choose from {', '.join(CONVENTIONS)}")
     if set("{}") & set(out.replace("{folder}", "").replace("{subject}", "")):
@@ -124,7 +124,7 @@ def hemisphere_jobs(
 
 
 def _structure_within(source: str) -> str | None:
-    """The side that a file of GIFTI names; None where there is none, or the file can't be read."""
+    """Read the side that a GIFTI file names; None if it names none or can't be read."""
     try:
         return read_mesh(source).metadata.get("structure")
     except (FileError, MeshError):
@@ -132,7 +132,7 @@ def _structure_within(source: str) -> str | None:
 
 
 def _template(name: str, structure: str, kind: str) -> TemplateFiles:
-    """The files of a template by its name, or of NAME=SURFACE,SPHERE."""
+    """Find the files of a template by its name, or take those of NAME=SURFACE,SPHERE."""
     own, equals, files = name.partition("=")
     if name in TEMPLATES:
         return template_files(name, structure, kind)
@@ -143,7 +143,7 @@ def _template(name: str, structure: str, kind: str) -> TemplateFiles:
 
 
 def _fit(path: str, templates: tuple[TemplateFiles, ...]) -> LabelFile:
-    """The template whose labels a file holds, by their number; a MeshError if there is none."""
+    """Find the template whose labels a file holds, by their number; a MeshError if there is none."""
     maps = read_scalars(path)
     if len(maps) > 1:
         raise MeshError(f"{path} holds {len(maps)} maps; give a file with one map of labels")
@@ -157,7 +157,7 @@ def _fit(path: str, templates: tuple[TemplateFiles, ...]) -> LabelFile:
 
 
 def registration_manifest(out: str) -> str:
-    """The manifest's place: the folder that the pattern gives to all files, which is made if it is missing.
+    """Place the manifest in the folder that the pattern gives to all files, which is made if it is missing.
 
     >>> registration_manifest("./{subject}/surf").replace(os.sep, "/")
     './sphere-reg.manifest.jsonl'

@@ -48,7 +48,7 @@ class SphereRegistration(Task[HemisphereJob]):
         return RegistrationRow(job.source, job.target)
 
     def surface(self, job: HemisphereJob) -> tuple[LoadedMesh, FloatArray]:
-        """The surface that was given, and the positions of what is registered: the midthickness, if there is a pial."""
+        """Read the given surface, and the positions of what is registered: the midthickness, if there is a pial."""
         given = read_mesh(self.place(job.source))
         if job.pial is None:
             return given, given.v
@@ -59,7 +59,7 @@ class SphereRegistration(Task[HemisphereJob]):
         return given, (given.v + v) / 2
 
     def template(self, job: HemisphereJob, k: int) -> SphereMap:
-        """A template of a job with its sphere."""
+        """Read a template of a job with its sphere."""
         files = job.templates[k]
         v, f, x = replace(files, sphere=self.place(files.sphere), surfaces=tuple(self.places(files.surfaces))).read()
         try:
@@ -110,7 +110,7 @@ class SphereRegistration(Task[HemisphereJob]):
         return values.astype(np.int64), read_labels(path)
 
     def _refuse(self, job: HemisphereJob, mark: str) -> None:
-        """Raise a FileError if files are there beside which this task's own sphere of this surface is not."""
+        """Raise a FileError if there are files, but no sphere among them that this task made of this surface."""
         for names in job.names:
             there = [target for target in job.files(names) if os.path.lexists(self.place(target))]
             sphere = self.place(os.path.join(job.folder, names.surface("sphere")))
@@ -120,7 +120,7 @@ class SphereRegistration(Task[HemisphereJob]):
 
 
 def _figures(found: Sequence[Registration], margins: Sequence[FloatArray]) -> dict[str, Any]:
-    """The figures of the worst template and the worst atlas."""
+    """Return the figures of the worst template and of the worst atlas."""
     ends = [each.stages[-1] for each in found]
     return {"unlike": max(1 - float(end.correlation.mean()) for end in ends),
             "mean_area": max(end.strain for end in ends), "p95_area": max(end.strain_95 for end in ends),

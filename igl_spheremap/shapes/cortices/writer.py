@@ -22,7 +22,7 @@ SULC, _CURV = 0.12, 0.05
 
 
 class Writer:
-    """Writes the files of one convention, with what the source says of itself, and counts what folds in them."""
+    """Writes the files of one convention, with the source's metadata, and counts the foldings of the spheres."""
 
     def __init__(self, folder: str, names: Names, given: LoadedMesh, mark: str) -> None:
         self._folder, self._names, self._area = folder, names, surface_area(given.v, given.f)
@@ -32,19 +32,19 @@ class Writer:
         self.foldings = self.moved = 0
 
     def sphere(self, name: str, x: FloatArray) -> None:
-        """A sphere about the origin: the coordinate system of the surface is not its own, the volume's geometry is."""
+        """Write a sphere, with the volume's geometry; the coordinate system of the surface is not that of a sphere."""
         volume = {"volume": self._given["volume"]} if "volume" in self._given else {}
         written = write_sphere(self._path(name), x, self._f, force=True, metadata=self._metadata | volume)
         self.foldings += written.certificate.foldings
         self.moved += written.moved
 
     def surface(self, name: str, v: FloatArray, f: IntArray, structure: str | None = None) -> None:
-        """A surface in the coordinates of the source."""
+        """Write a surface in the coordinates of the source."""
         metadata = dict(self._given) | self._metadata | ({"structure": structure} if structure else {})
         write_mesh(self._path(name), v, f, force=True, metadata=metadata)
 
     def features(self, own: SphereMap, v: FloatArray) -> None:
-        """What FreeSurfer calls sulc and curv, in mm and 1/mm, and the areas of the given surface's vertices."""
+        """Write what FreeSurfer calls sulc and curv, in mm and 1/mm, and the areas of the given surface's vertices."""
         unit = np.sqrt(surface_area(own.vertices, own.faces) / (4 * np.pi))
         sulc, curv = (-self._turn * depth_potential(own.vertices, own.faces, ell=ell) for ell in (SULC, _CURV))
         self.scalars(self._names.scalars("sulc"), "sulc", unit * sulc)
@@ -52,11 +52,11 @@ class Writer:
         self.scalars(self._names.scalars("area"), "area", vertex_areas(v, own.faces))
 
     def scalars(self, name: str, quantity: str, values: FloatArray) -> None:
-        """Data at the vertices."""
+        """Write data at the vertices."""
         write_scalars(self._path(name), {quantity: values}, force=True, metadata=self._metadata)
 
     def labels(self, name: str, atlas: str, values: IntArray, table: tuple[Label, ...] | None) -> None:
-        """Labels with their table, to which GIFTI files add what has none."""
+        """Write labels with their table; labels that it lacks are added to it."""
         table = table or tuple(Label(key, str(key), _colour(key)) for key in np.unique(values).tolist())
         if not name.endswith(".annot") and (values < 0).any():
             table = (*table, Label(-1, "???", (0.0, 0.0, 0.0, 0.0)))
@@ -68,6 +68,6 @@ class Writer:
 
 
 def _colour(key: int) -> tuple[float, float, float, float]:
-    """A colour for a label that has none: an odd factor gives each of 2^24 keys its own."""
+    """Choose a colour for a label that has none: an odd factor gives each of 2^24 keys its own."""
     code = key * 0x9E3779B1 & 0xFFFFFF
     return (code >> 16) / 255, (code >> 8 & 255) / 255, (code & 255) / 255, 1.0

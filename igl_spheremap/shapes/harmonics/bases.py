@@ -28,7 +28,7 @@ def in_basis(c: FloatArray, basis: Basis) -> FloatArray:
 
 
 def pdm_rows(degree: int) -> tuple[IntArray, FloatArray]:
-    """Which of our rows each row of SPHARM-PDM is, and its factor.
+    """Return which of our rows each row of SPHARM-PDM is, and its factor.
 
     There m = 0, then cosine and sine of m = 1, 2, ...; its basis has the phase (-1)^m and no sqrt(2).
     """

@@ -44,12 +44,12 @@ def legendre(degree: int, z: FloatArray, s: FloatArray) -> Iterator[FloatArray]:
 
 
 def degree_of(c: FloatArray) -> int:
-    """The degree L of (L + 1)^2 coefficients."""
+    """Return the degree L of (L + 1)^2 coefficients."""
     return int(np.sqrt(len(c)) + 0.5) - 1
 
 
 def rows_of(ell: int) -> slice:
-    """The rows of one degree, m = -l ... l."""
+    """Return the rows of one degree, m = -l ... l."""
     return slice(ell * ell, (ell + 1) ** 2)
 
 
@@ -66,12 +66,12 @@ def terms(c: FloatArray, x: FloatArray) -> Iterator[FloatArray]:
 
 
 def blocks(n: int) -> Iterator[slice]:
-    """Slices that cover n rows."""
+    """Divide n rows into slices."""
     return (slice(start, start + _BLOCK) for start in counted("summing", range(0, n, _BLOCK)))
 
 
 def synthesis(c: FloatArray, x: FloatArray) -> FloatArray:
-    """Values of the function with coefficients c ((L + 1)^2, k) at unit rows x (n, 3)."""
+    """Evaluate the function with coefficients c ((L + 1)^2, k) at unit rows x (n, 3)."""
     values = np.empty((len(x), c.shape[1]))
     for block in blocks(len(x)):
         values[block] = sum(terms(c, x[block]))
@@ -109,7 +109,7 @@ def grid_points(z: FloatArray, phi: FloatArray) -> FloatArray:
 
 
 def longitudes(n: int) -> FloatArray:
-    """Equal steps from 0."""
+    """Return n longitudes at equal steps from 0, in radians."""
     return 2 * np.pi * np.arange(n) / n
 
 

@@ -55,26 +55,26 @@ def from_complex(rows: ComplexArray) -> FloatArray:
 
 
 def ladder(ell: int) -> FloatArray:
-    """Entries beside the diagonal of J_x in degree l, and of -i J_y above it."""
+    """Return the entries beside the diagonal of J_x in degree l; above the diagonal they are those of -i J_y."""
     m = np.arange(-ell, ell)
     return 0.5 * np.sqrt(ell * (ell + 1) - m * (m + 1))
 
 
 @lru_cache(maxsize=256)  # degrees: each is needed several times in a run
 def spin(ell: int) -> FloatArray:
-    """Eigenvectors of J_x, in columns by eigenvalue -l ... l."""
+    """Compute the eigenvectors of J_x, in columns by eigenvalue -l ... l."""
     if ell == 0:
         return np.ones((1, 1))
     return np.asarray(eigh_tridiagonal(np.zeros(2 * ell + 1), ladder(ell))[1])
 
 
 def spin_phase(ell: int) -> ComplexArray:
-    """(-i)^m, which turns J_x into J_y."""
+    """Return (-i)^m for m = -l ... l, the diagonal matrix that turns J_x into J_y."""
     return np.asarray((-1j) ** (np.arange(-ell, ell + 1) % 4))
 
 
 def angular_momentum(rows: ComplexArray, steps: FloatArray) -> ComplexArray:
-    """J_x, J_y and J_z times complex coefficients (..., 2 l + 1, k), stacked in front; `steps` as from `ladder`."""
+    """Apply J_x, J_y and J_z to complex coefficients (..., 2 l + 1, k), stacked in front; `steps` is `ladder`."""
     ell = rows.shape[-2] // 2
     raised, lowered = np.zeros_like(rows), np.zeros_like(rows)
     raised[..., 1:, :] = steps[..., None] * rows[..., :-1, :]
@@ -136,7 +136,7 @@ def _padded(c: FloatArray, band: int) -> ComplexArray:
 
 @lru_cache(maxsize=4)
 def _padded_spins(band: int) -> tuple[FloatArray, FloatArray]:
-    """`spin` and `ladder` of the degrees 1 ... band - 1, laid out likewise."""
+    """Lay `spin` and `ladder` of the degrees 1 ... band - 1 out as `_padded` lays coefficients out."""
     U, steps = np.zeros((band - 1, 2 * band - 1, 2 * band - 1)), np.zeros((band - 1, 2 * band - 2))
     for ell in range(1, band):
         inside = slice(band - 1 - ell, band + ell)
