@@ -56,6 +56,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "examples",
     "gallery_dirs": "gallery",
     "filename_pattern": "plot_",
+    "ignore_pattern": "side_by_side",
     "image_scrapers": (figures,),
     "capture_repr": (),
     "reset_modules": (),  # no example changes matplotlib's state

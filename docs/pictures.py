@@ -43,7 +43,8 @@ from igl_spheremap.apps.viewer.choices import CARRIED_SIZE
 from igl_spheremap.apps.viewer.colouring import checkerboard, colouring
 from igl_spheremap.apps.viewer.compare import Part, PartsView
 from igl_spheremap.apps.viewer.registered_view import registration_view
-from igl_spheremap.draw.palette import LINES, SURFACE
+from igl_spheremap.draw.folds import Clusters
+from igl_spheremap.draw.palette import FACTORS, LINES, SURFACE
 from igl_spheremap.draw.plot import fit, new_figure, pose
 from igl_spheremap.errors import DisplayError
 from igl_spheremap.result.recording import plot_run
@@ -53,8 +54,6 @@ ROOT = Path(__file__).resolve().parents[1]
 #: Pictures are reduced to this many colours: no difference is seen, and they are a quarter as large.
 _COLOURS = 256
 _CHECKS = 24  # squares of a checkerboard along a flat map
-#: Logarithms of the conformal factor at the ends of the colours.
-_REACH = 6.0
 #: Counts on the way to a map that folds depend on rounding. So that they are the same in every run, one kind of BLAS
 #: kernels computes, by one thread, and scipy's SuperLU solves, whatever else is installed.
 _ROUNDING = {"OPENBLAS_CORETYPE": "Nehalem", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -95,14 +94,15 @@ def eigen_projection(path: Path) -> list[str]:
         ("Algorithm 2 has ended", result.sphere),
     ):
         projection = ism.weighted_eigen_projection(mesh.v, mesh.f, x)
-        factor, folds = (colouring(mesh, x, subject, reach=_REACH) for subject in ("conformal factor", "foldings"))
-        lens = follow(x @ turn.T, mesh.f, folds.folded)
+        factor, folds = colouring(mesh, x, "conformal factor", FACTORS[-1]), colouring(mesh, x, "foldings")
+        clusters = Clusters.of(mesh.f, folds.folded)
+        (lens,) = follow([x @ turn.T], mesh.f, clusters[0] if clusters else folds.folded)
         power = f"foldings magnified {lens.power:,.0f} times" if len(folds.folded) else "no folding is left"
         phi = projection.phi @ turn.T * np.sqrt(4 * np.pi / 3)
         reach = np.linalg.norm(phi, axis=1)
         columns.append([
             Part(f"{name}\nthe conformal factor", fit(mesh.unit, turn), mesh.f, factor.colours,
-                 legend=factor.legend if len(columns) == 1 else None),
+                 legend=factor.legends[0] if len(columns) == 1 else None),
             Part(f"{len(folds.folded):,} folded faces\n{power}", x @ turn.T, mesh.f, folds.colours, folds.folded,
                  edges=0.5, lens=lens),
             Part(f"the surface of the eigenfunctions\nhas radii from {reach.min():.2f} to {reach.max():.2f}",

@@ -265,8 +265,9 @@ EXAMPLES = sorted((DOCS / "examples").glob("plot_*.py"))
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_examples_are_a_screen_long_and_draw_a_picture(example, tmp_path):
+def test_examples_are_a_screen_long_and_draw_a_picture(example, tmp_path, monkeypatch):
     pytest.importorskip("matplotlib")
+    monkeypatch.syspath_prepend(example.parent)
     assert example.read_text("utf-8").count("\n") <= 50
     namespace = {"__name__": "__main__"}
     code = smaller(example.read_text("utf-8")).replace("ico:3", "ico:2")

@@ -8,10 +8,10 @@ map is certified in exact arithmetic: no face is folded, and the sphere is cover
 
 import igl
 import numpy as np
+from side_by_side import draw_surfaces
 
 import igl_spheremap as ism
 from igl_spheremap.draw.palette import CHECKS
-from igl_spheremap.draw.plot import draw_surfaces
 
 v, f = ism.samples.make("bunny")  # or ism.read_mesh("bunny.ply")
 result = ism.spherical_conformal_map(v, f)

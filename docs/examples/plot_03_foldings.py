@@ -7,9 +7,9 @@ program can be certified and repaired in this way.
 """
 
 import numpy as np
+from side_by_side import draw_surfaces
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import draw_surfaces
 
 v, f = ism.samples.make("bunny", n_vertices=2500)
 gauss = ism.gauss_map(v, f)

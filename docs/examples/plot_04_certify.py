@@ -7,9 +7,10 @@ a sound map is moved across its neighbours.
 """
 
 import numpy as np
+from side_by_side import draw_surfaces
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import draw_surfaces, pose
+from igl_spheremap.draw.plot import pose
 
 v, f = ism.samples.make("pear", n_vertices=600)
 x = ism.spherical_conformal_map(v, f).sphere.copy()

@@ -7,9 +7,10 @@ place was shrunk.
 """
 
 import numpy as np
+from side_by_side import draw_surfaces
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import draw_surfaces, new_figure, plot_angles
+from igl_spheremap.draw.plot import new_figure, plot_angles
 
 v, f = ism.samples.make("bunny", n_vertices=5000)
 result = ism.spherical_conformal_map(v, f)

@@ -9,9 +9,9 @@ nearly the same place of the sphere.
 import time
 
 import numpy as np
+from side_by_side import draw_surfaces
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import draw_surfaces
 
 v, f = ism.samples.make("bunny", n_vertices=4000)
 mapper = ism.SphereMapper(v, f)

@@ -7,9 +7,9 @@ Two meshes of the same surface, with other vertices: data go through the sphere,
 """
 
 import numpy as np
+from side_by_side import draw_surfaces
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import draw_surfaces
 
 fine = ism.spherical_conformal_map(*ism.samples.make("brain", n_vertices=8000))
 x, faces = ism.samples.sphere(642)  # a regular mesh of the sphere

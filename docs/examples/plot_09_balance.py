@@ -7,9 +7,9 @@ sphere. All of these maps are without foldings. Colours show the height of the s
 """
 
 import numpy as np
+from side_by_side import draw_surfaces
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import draw_surfaces
 
 v, f = ism.samples.make("octopus", n_vertices=3000, arm_length=1)
 views = [("the surface, coloured by height", v, f, v[:, 2])]

@@ -7,9 +7,10 @@ without foldings. Without landmarks the shapes alone decide what lies where.
 """
 
 import numpy as np
+from side_by_side import draw_surfaces
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import draw_surfaces, fit
+from igl_spheremap.draw.plot import fit
 
 a, b = (ism.samples.make(name, n_vertices=1200) for name in ("dino", "bunny"))
 onto = ism.shapes.match(a, b)

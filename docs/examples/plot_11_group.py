@@ -7,9 +7,9 @@ reference.
 """
 
 import numpy as np
+from side_by_side import draw_surfaces
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import draw_surfaces
 
 rng = np.random.default_rng(0)
 sources = []

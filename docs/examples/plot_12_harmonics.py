@@ -5,8 +5,9 @@ Spherical harmonics of a shape
 The map makes a shape a function on the sphere, and its harmonics describe it to any degree.
 """
 
+from side_by_side import draw_surfaces
+
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import draw_surfaces
 
 v, f = ism.samples.make("brain", n_vertices=8000)
 result = ism.spherical_conformal_map(v, f)

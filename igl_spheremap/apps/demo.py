@@ -42,6 +42,7 @@ def run_demo(demo: Demo, surface: str) -> None:
             progress.stage("mapping")
             demo(source.v, source.f, source.up, target, progress)
     except KeyboardInterrupt:
+        print(f"{script}: interrupted by you", file=sys.stderr)
         sys.exit(Exit.INTERRUPTED)
     except EXPECTED as error:
         print(f"{script}: {one_line(error)}", file=sys.stderr)

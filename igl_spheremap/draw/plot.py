@@ -15,13 +15,12 @@ from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import face_areas
 from .folds import MANY, SEEN
-from .palette import AREAS, FOLDED, GUIDE, INK, LINES, SURFACE, Ramp, fitting, sequential
+from .palette import AREAS, FOLDED, GUIDE, INK, LINES, Ramp, fitting
 
 #: What a figure can be saved as.
 FORMATS = (".png", ".svg", ".pdf")
 SMALL = 8  # points, of small text
 _PIXELS = 420  # along a side of a picture of a surface
-_AMBIENT = 0.5  # brightness where light grazes a surface
 _BINS = 81  # odd: the middle one is about 0
 _BEYOND = 0.5  # percent of the values of a histogram that lie beyond its axis
 _CURVE = 1000  # bins of a curve: more than it is pixels wide
@@ -239,33 +238,6 @@ def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float = 0.6) 
     """Brightness (m,) of the faces between `ambient`, where the light grazes and colours must be read, and 1."""
     normals = igl.per_face_normals(v @ view, f, np.zeros(3))
     return np.asarray(ambient + (1 - ambient) * np.abs(normals @ LIGHT))
-
-
-def draw_surfaces(*views: tuple[Any, ...], up: str = "auto") -> Any:
-    """A figure of surfaces side by side, without OpenGL; all are seen as the first one stands.
-
-    A view is a caption, positions (n, 3), faces (m, 3), then values at vertices or faces, face colours (m, 3), or None;
-    and, if it has them, indices of folded faces. Values have a colour bar below the first view that shows them.
-    """
-    shape = (2, 2) if len(views) == 4 else (1, len(views))  # four in a row would be small
-    figure, axes = new_figure(*shape, "", (2.6, 2.9))
-    turn, shown = pose(views[0][1], up), None
-    for ax, (caption, x, f, values, *folded) in zip(axes.ravel(), views, strict=True):
-        colours = np.tile(SURFACE, (len(f), 1))
-        if values is not None and values.ndim == 2:
-            colours = values
-        elif values is not None:
-            at_faces = values[f].mean(axis=1) if len(values) == len(x) else values
-            ramp = sequential("", *np.percentile(at_faces, [1, 99]).tolist())
-            colours = ramp.colours(at_faces)
-            if shown is None or not np.array_equal(values, shown):
-                colour_bar(ax, ramp)
-            shown = values
-        shaded = colours * shading(x, f, turn.T, _AMBIENT)[:, None]
-        ax.imshow(raster(x @ turn.T, f, shaded, _PIXELS, *folded))
-        ax.axis("off")
-        ax.set_title(caption, fontsize=SMALL)
-    return figure
 
 
 def raster(

@@ -119,14 +119,13 @@ class Recording(History):
             A sentence.
         """
         with self._lock:
-            size = self._nbytes()
-            said = f"{size / 1e6:,.{int(size < 1e7)}f} of {self._budget / 1e6:,g} MB"
-            if len(self._frames) == len(self.steps):
-                return f"{said}: every iteration is kept"
-            others, changes = (f"2 of {stride:,}" if stride > 2 else "all" for stride in self._strides)
+            kept, steps, used = len(self._frames), len(self.steps), self._nbytes() / 1e6
+            if kept == steps:
+                return f"every iteration is kept: {used:,.{int(used < 10)}f} of {self._budget / 1e6:,g} MB"
+            others, changes = (f"1 in {stride // 2:,}" if stride > 2 else "all" for stride in self._strides)
             return (
-                f"{said}: {len(self._frames):,} of {len(self.steps):,} iterations are kept, the starts and ends of all "
-                f"stages, {changes} at which the number of foldings changes, and {others} others"
+                f"{kept:,} of {steps:,} iterations are kept: starts and ends of stages, of the steps that change the "
+                f"number of foldings {changes}, of the others {others}; all need {used / kept * steps:,.0f} MB (keep)"
             )
 
     @property

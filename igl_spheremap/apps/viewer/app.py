@@ -28,8 +28,8 @@ from .window import imgui, implot, ps
 
 #: How a sentence begins that a window shows in place of a traceback.
 FAILED = "Something went wrong here: "
-#: Pixels of a line of a tooltip.
-_TIP = 360.0
+#: Pixels of a line of a tooltip, and of the height of what says that something went wrong.
+_TIP, _SAID = 360.0, 90.0
 #: A menu lists at most this number of clusters; the button leads to all.
 _LISTED = 200
 
@@ -192,18 +192,10 @@ def _leave_open() -> None:
 def _failure_widgets(app: App) -> None:
     """Say what went wrong, at the lower edge, until it is read."""
     width, height = ps.get_window_size()
-    imgui.SetNextWindowPos((0.5 * width, height - 8), imgui.ImGuiCond_Always, (0.5, 1.0))
-    imgui.SetNextWindowSize((0.8 * width, 0))
-    imgui.Begin(
-        "failure",
-        imgui.ImGuiWindowFlags_NoDecoration
-        | imgui.ImGuiWindowFlags_NoSavedSettings
-        | imgui.ImGuiWindowFlags_NoFocusOnAppearing,
-    )
-    paragraph(FAILED + app.failure)
-    if imgui.Button("close"):
-        app.failure = ""
-    imgui.End()
+    with box("failure", (0.1 * width, height - _SAID), (0.8 * width, _SAID)):
+        paragraph(FAILED + app.failure)
+        if imgui.Button("close"):
+            app.failure = ""
 
 
 def draw_app(app: App) -> None:
@@ -238,29 +230,32 @@ def write_video(app: App, path: Path, length: int, rate: int, progress: Any = No
 
 
 @contextmanager
-def panel(title: str, width: float) -> Iterator[None]:
-    """A panel over the whole height of the left edge, with a title and a width in pixels; widgets are drawn inside."""
+def box(title: str, place: tuple[float, float], size: tuple[float, float], *hints: str) -> Iterator[None]:
+    """Widgets or plots at a place; hints are names of ImGui's flags, by default those of a box without decoration."""
     imgui.StyleColorsLight()  # polyscope gives every context its own colours
     implot.StyleColorsLight()
-    _, h = ps.get_window_size()
-    imgui.SetNextWindowPos((0, 0))
-    imgui.SetNextWindowSize((width, h))
-    imgui.Begin(
-        title,
-        imgui.ImGuiWindowFlags_NoMove
-        | imgui.ImGuiWindowFlags_NoResize
-        | imgui.ImGuiWindowFlags_NoCollapse
-        | imgui.ImGuiWindowFlags_NoSavedSettings,
-    )
-    imgui.PushItemWidth(0.55 * width)
+    imgui.SetNextWindowPos(place)
+    imgui.SetNextWindowSize(size)
+    flags = imgui.ImGuiWindowFlags_NoSavedSettings | imgui.ImGuiWindowFlags_NoFocusOnAppearing  # would close a menu
+    for hint in hints or ("NoDecoration",):
+        flags |= getattr(imgui, f"ImGuiWindowFlags_{hint}")
+    imgui.Begin(title, flags)
     try:
         yield
     except Exception:
         _leave_open()
         raise
     finally:
-        imgui.PopItemWidth()
         imgui.End()
+
+
+@contextmanager
+def panel(title: str, width: float) -> Iterator[None]:
+    """A panel over the whole height of the left edge, with a title and a width in pixels; widgets are drawn inside."""
+    with box(title, (0, 0), (width, ps.get_window_size()[1]), "NoMove", "NoResize", "NoCollapse"):
+        imgui.PushItemWidth(0.55 * width)
+        yield
+        imgui.PopItemWidth()
 
 
 def menu(label: str, shown: str, entries: Iterable[str]) -> str | None:
@@ -341,7 +336,7 @@ def lens_widgets(power: float, sizes: IntArray, shown: int) -> tuple[float | Non
     imgui.SameLine()
     if imgui.Button("fit"):
         return None, None
-    tip("As strong as shows all of the cluster.")
+    tip("As strong as shows all of the cluster, or what is around the vertex that was picked.")
     imgui.SameLine()
     imgui.BeginDisabled(len(sizes) < 2)
     following = imgui.Button("next cluster")
@@ -360,24 +355,6 @@ def tip(text: str) -> None:
         imgui.EndTooltip()
 
 
-@contextmanager
-def strip(
-    title: str, place: tuple[float, float], size: tuple[float, float], *, ground: bool = True
-) -> Iterator[None]:
-    """Widgets or plots at a place, on a grey ground or on none."""
-    imgui.StyleColorsLight()  # polyscope gives every context its own colours
-    implot.StyleColorsLight()
-    imgui.SetNextWindowPos(place)
-    imgui.SetNextWindowSize(size)
-    flags = (imgui.ImGuiWindowFlags_NoDecoration | imgui.ImGuiWindowFlags_NoSavedSettings
-             | imgui.ImGuiWindowFlags_NoFocusOnAppearing)  # which would close a menu
-    imgui.Begin(title, flags if ground else flags | imgui.ImGuiWindowFlags_NoBackground)
-    try:
-        yield
-    finally:
-        imgui.End()
-
-
 def paragraph(text: str) -> None:
     """Write text that wraps."""
     imgui.PushTextWrapPos(0.0)
@@ -391,7 +368,7 @@ class SaveWidgets:
     Files that are there are replaced only after a question. The window goes on to show its panel.
     """
 
-    def __init__(self, app: App, name: str, result: Callable[[], SphereMap | None] | None = None) -> None:
+    def __init__(self, app: App, name: str, result: Callable[[], SphereMap | None]) -> None:
         self._app, self.name, self._result = app, name, result
         self._asked: tuple[Path, Callable[[], str]] | None = None
 
@@ -400,15 +377,14 @@ class SaveWidgets:
         _, self.name = imgui.InputText("##name", self.name)
         imgui.SameLine()
         imgui.TextUnformatted("save as")
-        if imgui.Button("picture"):
-            self._ask(self._path(".png", window.PICTURES), self._picture)
-        imgui.SameLine()
-        if imgui.Button("video"):
-            self._ask(self._path(".gif", window.VIDEOS), self._video)
-        if self._result is not None:
+        for label, ending, allowed, write in (
+            ("picture", ".png", window.PICTURES, self._picture), ("video", ".gif", window.VIDEOS, self._video),
+            ("map", ".npz", (Path(self.name).suffix,), self._map),
+        ):  # fmt: skip
+            if imgui.Button(label):
+                self._ask(self._path(ending, allowed), write)
             imgui.SameLine()
-            if imgui.Button("map"):
-                self._ask(self._path(".npz", (Path(self.name).suffix,)), partial(self._map, self._result))
+        imgui.NewLine()
         if self._asked is not None:
             self._question(*self._asked)
         elif self._app.message:
@@ -417,7 +393,7 @@ class SaveWidgets:
     def _path(self, ending: str, allowed: Sequence[str]) -> Path:
         """The file by its name, with an ending if it has none of those that are allowed."""
         path = Path(self.name or "unnamed")
-        if path.suffix.lower() in (*window.PICTURES, *window.VIDEOS) and path.suffix.lower() not in allowed:
+        if path.suffix.lower() in {*window.PICTURES, *window.VIDEOS} - {*allowed}:
             path = path.with_suffix("")
         return path if path.suffix and path.suffix.lower() in allowed else path.with_name(path.name + ending)
 
@@ -458,9 +434,9 @@ class SaveWidgets:
 
         return advance
 
-    def _map(self, result: Callable[[], SphereMap | None], path: Path) -> str:
+    def _map(self, path: Path) -> str:
         """Write the map, certified as it is written; an .npz file holds the whole result."""
-        found = result()
+        found = self._result()
         if found is None:
             return "there is no result yet"
         return f"wrote {path}: {write_map(path, found, force=True)}"

@@ -110,6 +110,12 @@ class ShownRun:
                 marks.append((f"repair{again}", k))
         return [*marks, ("end", len(self.frames) - 1)]
 
+    def beside(self, iteration: int, way: int) -> int:
+        """The step this many iterations on, or the next one that was kept, or the last."""
+        kept = self.iterations
+        k = int(np.searchsorted(kept, iteration + way, "left" if way > 0 else "right")) - (way < 0)
+        return int(kept[min(max(k, 0), len(kept) - 1)]) if len(kept) else 0
+
     def change(self, iteration: int, way: int) -> int | None:
         """The next step (way 1) or the one before (-1) at which there are half or twice as many foldings, or none."""
         kept, counts = self.iterations, self.foldings
@@ -251,5 +257,7 @@ def _work(load: Callable[[], Source], solve: Solve, messages: Any, stopped: Even
         finally:
             sender.flush()
         messages.put(("result", result))
+    except KeyboardInterrupt:
+        messages.put(("error", RuntimeError("interrupted by you")))
     except Exception as error:  # shown in the window
         messages.put(("error", error))

@@ -108,7 +108,7 @@ class Body:
         self.x = x
         self._farthest = x[[int(np.argmax(x @ way)) for way in sphere(_DIRECTIONS)[0]]]
         self.caption = ""
-        self.legend: Legend | None = None
+        self.legends: Sequence[Legend] = ()
         self.visible = True
         self.version = 0
         self._outside = 1 if row_dets(*(x[f[:, k]] for k in range(3))).sum() >= 0 else -1

@@ -76,18 +76,17 @@ class CarriedView(ColouredApp):
             raise ValueError(f"unknown subject {subject!r}: choose one of {', '.join(CARRIED)}")
         self.subject = subject
         mesh, faces = self.result.map.mesh, self.common.faces
-        none = np.empty(0, dtype=np.int64)
         if subject == "checkerboard":
             sphere = self.result.map.sphere
             corners = SQUARES * mercator_corners(self._x, faces, poles_at(sphere, deepest_tips(mesh, sphere)))
-            colours = Colouring(np.tile(SURFACE, (len(faces), 1)), none, None, corners)
+            colours = Colouring(np.tile(SURFACE, (len(faces), 1)), checks=corners)
         elif subject == "places":
-            colours = Colouring(places(mesh)[self.common.source_face], none, None)
+            colours = Colouring(places(mesh)[self.common.source_face])
         else:
             excess = self.distortion.symmetric_dirichlet - 4
             p95 = self.distortion.figures["over_source"]["symmetric_dirichlet"]["p95"] - 4
             ramp = sizes(_DIRICHLET, round_up(max(p95, 1e-9)))
-            colours = Colouring(ramp.colours(np.clip(excess, 0, ramp.high)), none, ramp)
+            colours = Colouring(ramp.colours(np.clip(excess, 0, ramp.high)), legends=(ramp,))
         colours.apply(*self.bodies)
 
     def show_way(self, way: float) -> None:

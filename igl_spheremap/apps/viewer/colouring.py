@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,16 +40,15 @@ class Colouring:
     """Colours of the faces, (m, 3), or a checkerboard; the faces that are painted over as folded, and the meaning."""
 
     colours: FloatArray
-    folded: IntArray
-    legend: Legend | None
+    folded: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    legends: Sequence[Legend] = ()
     checks: FloatArray | None = None
 
     def apply(self, *bodies: Body) -> None:
-        """Paint bodies with the faces of the map; the first bears the legend, the second that of what is red."""
-        marks = FOLDED_MARKS if isinstance(self.legend, palette.Ramp) and len(self.folded) else None
-        for body, legend in zip_longest(bodies, (self.legend, marks)[: len(bodies)]):
+        """Paint bodies with the faces of the map; the first bears the legends."""
+        for body in bodies:
             body.paint(self.colours, self.folded, self.checks)
-            body.legend = legend
+            body.legends = self.legends if body is bodies[0] else ()
 
 
 def log_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
@@ -108,11 +107,11 @@ def colouring(
         return checkerboard(mesh, x, folded=folded)
     ramp = ramp or scale(mesh, x, subject)
     if ramp is None:
-        return Colouring(_without_caps(mesh, places(mesh)), folded, FOLDED_LEGEND)
+        return Colouring(_without_caps(mesh, places(mesh)), folded, (FOLDED_LEGEND,))
     values = measured(mesh, x, subject)
     beyond = float((np.abs(values[mesh.surface]) > ramp.high).mean())
     legend = replace(ramp, label=f"{ramp.label}; {beyond:.0%} beyond") if beyond >= 0.01 else ramp
-    return Colouring(_without_caps(mesh, ramp.colours(values)), folded, legend)
+    return Colouring(_without_caps(mesh, ramp.colours(values)), folded, (legend, *_marks(folded)))
 
 
 def _without_caps(mesh: Mesh, colours: FloatArray) -> FloatArray:
@@ -130,8 +129,12 @@ def checkerboard(
     corners = squares * mercator_corners(x, mesh.f, poles_at(x, deepest_tips(mesh, x)) if poles is None else poles)
     if mesh.caps is not None:
         corners[mesh.caps.repeat(3)] = 0.5
-    legend = FOLDED_MARKS if len(folded) else None
-    return Colouring(np.tile(palette.SURFACE, (len(mesh.f), 1)), folded, legend, corners)
+    return Colouring(np.tile(palette.SURFACE, (len(mesh.f), 1)), folded, _marks(folded), corners)
+
+
+def _marks(folded: IntArray) -> tuple[Legend, ...]:
+    """What names folded faces where there are some."""
+    return (FOLDED_MARKS,) if len(folded) else ()
 
 
 def square_colours(mesh: Mesh, x: FloatArray, squares: int = SQUARES) -> dict[str, NDArray[np.uint8]]:

@@ -18,7 +18,7 @@ from ...sphere.rows import unit_rows
 from ...verify.certificate import Certificate
 from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
-from .app import App, ColouredApp, Colours, present, strip
+from .app import App, ColouredApp, Colours, box, present
 from .body import Body, Legend, Lens
 from .choices import COMPARISON_SIZE, SUBJECTS
 from .colouring import FOLDED_MARKS, SQUARES, Colouring, relief
@@ -74,11 +74,11 @@ class PartsView(App):
                 else:
                     folded = np.empty(0, dtype=np.int64) if part.folded is None else part.folded
                     self._spheres.append(LensedSphere(self.grid, i, k, part.f, part.x))
-                    self._spheres[-1].show(part.x, part.lens, Colouring(colours, folded, None, part.checks), part.edges)
+                    self._spheres[-1].show(part.x, part.lens, Colouring(colours, folded, (), part.checks), part.edges)
                     body = self._spheres[-1].body
                 for label, dots in part.dots.items():
                     body.dots(label, *dots)
-                body.caption, body.legend = part.caption, part.legend
+                body.caption, body.legends = part.caption, [part.legend] if part.legend else []
 
     def panel(self) -> None:
         for sphere in self._spheres:
@@ -146,21 +146,21 @@ class Comparison(ColouredApp):
         for k, x in enumerate(self.maps.values()):
             colours = self.colours.of(self.mesh, x, like=self._best)
             bodies = [self.grid.bodies[row, k] for row in (0, 1)]
-            replace(colours, legend=None).apply(*bodies)
+            replace(colours, legends=()).apply(*bodies)
             bodies[1].show_edges(edge_width(self.mesh, self.subject))
-        self._legend = self.colours.ramp or colours.legend
+        self._legends = [self.colours.ramp] if self.colours.ramp else colours.legends
 
     def panel(self) -> None:
         self._draw_histograms()
         width = ps.get_window_size()[0]
         canvas = imgui.GetBackgroundDrawList()
-        if self._legend is not None:
-            draw_legend(canvas, 0.5 * width, 8, 300, self._legend)
+        for legend in self._legends[:1]:
+            draw_legend(canvas, 0.5 * width, 8, 300, legend)
         if self._folds:
             draw_legend(canvas, 0.82 * width, 8, 0.34 * width, FOLDED_MARKS)
         if is_offscreen():
             return
-        with strip("show", (8, 4), (250, _HEAD)):
+        with box("show", (8, 4), (250, _HEAD)):
             imgui.PushItemWidth(160)
             if self.colours.widgets():
                 self.show_subject(self.colours.subject)
@@ -173,7 +173,8 @@ class Comparison(ColouredApp):
         ticks, labels = np.linspace(-_DEGREES, _DEGREES, 5), ("degrees, image minus source", "degrees")
         for k, (name, (edges, share)) in enumerate(self._histograms.items()):
             left, upper, width, height = self.grid.cell(1, k)
-            with strip(f"##histogram {k}", (left, upper + height), (width, self.grid.foot), ground=False):
+            place, size = (left, upper + height), (width, self.grid.foot)
+            with box(f"##histogram {k}", place, size, "NoDecoration", "NoBackground"):
                 label = next((label for label in labels if text_width(label) < 0.9 * width), labels[-1])
                 implot.PushStyleVar(implot.ImPlotStyleVar_PlotMinSize, (50.0, 50.0))
                 if implot.BeginPlot(f"##{k}", (-1, -1), flags):

@@ -135,7 +135,7 @@ class Grid:
         if not len(places):
             return
         left, top, w, h = self.cell(*place)
-        at = self._pixels(frame, places)
+        at = self.pixels(frame, places)
         inside = ((at > [left, top]) & (at < [left + w, top + h])).all(axis=1)
         # Where marks would cover each other, only one of them is drawn.
         _, chosen = np.unique(np.column_stack((np.rint(at / _MARK), front))[inside], axis=0, return_index=True)
@@ -179,7 +179,7 @@ class Grid:
         row = {k: one for (r, k), one in self.bodies.items() if r == place[0]}
         widths = {k: self.cell(place[0], k)[2] - 2 * _GAP for k in row}
         above = 8 + _LINE * max(len(wrapped(one.caption, widths[k])) for k, one in row.items())
-        below = _LEGEND if any(one.legend is not None for one in row.values()) else 0.0
+        below = float(_LEGEND * max(len(one.legends) for one in row.values()))
         below = max([below, *(self._strip(self.cell(*each)[2]) for each in self.insets if each[0] == place[0])])
         room = h - above - below
         x, y = left + w / 2, top + above + room / 2
@@ -204,15 +204,8 @@ class Grid:
         left, top, w, h = self.cell(row, column)
         return left + w - 2 * _INSET * w - _GAP, top + h - _GAP
 
-    def to_pixels(self, row: int, column: int, point: FloatArray) -> FloatArray:
-        """Pixels from the upper left at which a point of a cell's unit ball is seen."""
-        return self._pixels(self.frame((row, column)), point)
-
-    def inset_pixels(self, row: int, column: int, point: FloatArray) -> FloatArray:
-        """Pixels from the upper left at which a point of an inset's unit ball is seen."""
-        return self._pixels(self.inset_frame((row, column)), point)
-
-    def _pixels(self, frame: tuple[FloatArray, float], point: FloatArray) -> FloatArray:
+    def pixels(self, frame: tuple[FloatArray, float], point: FloatArray) -> FloatArray:
+        """Pixels from the upper left at which a point of the unit ball of a frame is seen."""
         width, height = ps.get_window_size()
         centre, radius = frame
         x, y, _ = ((centre + radius * point @ self.turn.T) / UNITS_PER_PIXEL).T
@@ -220,8 +213,8 @@ class Grid:
 
     def from_pixels(self, row: int, column: int, pixel: FloatArray, like: FloatArray) -> FloatArray:
         """The point of a cell's unit ball that is seen at a pixel, as far from the viewer as the point `like`."""
-        _, radius = self.frame((row, column))
-        moved = (pixel - self.to_pixels(row, column, like)) * UNITS_PER_PIXEL / radius
+        frame = self.frame((row, column))
+        moved = (pixel - self.pixels(frame, like)) * UNITS_PER_PIXEL / frame[1]
         return np.asarray(like + self.turn.T @ [moved[0], -moved[1], 0.0])
 
     def mouse(self) -> None:
@@ -251,8 +244,8 @@ class Grid:
         canvas = imgui.GetBackgroundDrawList()
         for k, line in enumerate(wrapped(body.caption, w - 2 * _GAP)):
             text(canvas, left + w / 2, top + 8 + _LINE * k, line)
-        if body.legend is not None:
-            draw_legend(canvas, left + w / 2, top + h - _LEGEND + 4, w, body.legend)
+        for k, legend in enumerate(body.legends):
+            draw_legend(canvas, left + w / 2, top + h - _LEGEND * (k + 1) + 4, w, legend)
 
 
 def packed(colour: palette.Colour) -> int:
@@ -339,7 +332,7 @@ class LensedSphere:
         if not self.small.visible:
             return
         canvas = imgui.GetForegroundDrawList()
-        x, y = self._grid.inset_pixels(*self._cell, self.lens.place)
+        x, y = self._grid.pixels(self._grid.inset_frame(self._cell), self.lens.place)
         canvas.AddCircle((x, y), _CIRCLE, packed((1.0, 1.0, 1.0)), 0, 4.0)
         canvas.AddCircle((x, y), _CIRCLE, packed(palette.INK), 0, 2.0)
         left, bottom = self._grid.inset_corner(*self._cell)

@@ -16,7 +16,7 @@ from ...maps.options import Method
 from ...mesh.check import Mesh
 from ...result.recording import Frame
 from ...result.run import Listener
-from .app import App, Colours, strip
+from .app import App, Colours, box
 from .background_run import ShownRun
 from .body import Body, Lens, follow
 from .choices import SUBJECTS
@@ -152,7 +152,7 @@ class Player(App):
     def _curves(self) -> float | None:
         """The curves of the run below the spheres, and the iteration at which one is pressed."""
         (width, height), left, high = ps.get_window_size(), self.grid.panel, self.grid.foot
-        with strip("curves", (left, height - high), (width - left, high)):
+        with box("curves", (left, height - high), (width - left, high)):
             size = (width - left) / (1 + (left > 0)) - 16, high - 16
             pressed = energy_plot(self.run.history, self._marked, size) if left else None
             imgui.SameLine()
@@ -197,7 +197,7 @@ class Player(App):
         for k, (colours, sphere) in enumerate(zip(painted, self.spheres, strict=True)):
             body = self.grid.place(0, k, Body(f"surface {k}", fit(mesh.unit, self.turn), mesh.f))
             colours.apply(body)
-            body.legend = colours.legend if k == 0 else None
+            body.legends = colours.legends if k == 0 else ()
             body.caption, sphere.body.caption = sphere.body.caption, "" if k else magnification(1.0)
         self.spheres[0].show(self.spheres[0].small.x, Lens(), painted[0])  # its folds are all over it
 

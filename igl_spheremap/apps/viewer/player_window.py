@@ -10,7 +10,6 @@ from dataclasses import fields, replace
 from functools import partial
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ... import samples
@@ -33,8 +32,6 @@ from .window import imgui
 _GIVEN = "the given mesh"
 #: Iterations that a picture goes on by.
 SPEEDS = (1, 2, 5, 10, 25, 100)
-#: Beside a computation, drawing rests for this many times as long as the last picture took.
-_REST = 4
 #: Weight of the last picture in the speed that is shown.
 _LATEST = 0.3
 
@@ -72,29 +69,24 @@ class PlayerWindow(Player):
         self, start: Callable[[str, Method], ShownRun], name: str, method: Method, *, up: str = "auto"
     ) -> None:
         self.playing, self.speed, self._refused = True, SPEEDS[0], ""
-        self._cpu, self._rest_until, self._moved = 0.0, 0.0, False
         self._played, self._rate = time.monotonic(), 0.0
         self._save = SaveWidgets(self, "run", lambda: self.run.result)
         super().__init__(start, name, method, up=up, panel=PANEL)
 
     def tick(self) -> None:
-        """Move on while playing, beside a computation now and then."""
+        """Move on while playing."""
         super().tick()
-        cpu, now = time.process_time(), time.monotonic()
-        if self._moved:
-            self._rest_until = now + _REST * (cpu - self._cpu)
-        self._cpu, self._moved = cpu, False
         if not self.run.frames:
             return
         if self.before is None or self.after is None:
             self.go_to(0)
-        elif self.playing and not (self.run.running and now < self._rest_until):
-            before = self.before.index
-            self._step(self.speed)
-            self._moved = self.before.index != before
-            self.playing = self._moved or self.run.running
-            rate = (self.before.index - before) / max(now - self._played, 1e-3)
-            self._rate, self._played = self._rate + _LATEST * (rate - self._rate), now
+        elif self.playing:
+            before, now = self.before.index, time.monotonic()
+            self.go_to(self.run.beside(before, self.speed))
+            moved = self.before.index - before
+            self.playing = moved > 0 or self.run.running
+            self._rate += _LATEST * (moved / max(now - self._played, 1e-3) - self._rate)
+            self._played = now
 
     def panel(self) -> None:
         super().panel()
@@ -181,7 +173,7 @@ class PlayerWindow(Player):
         for label, way in (("<", -1), (">", 1)):
             imgui.SameLine()
             if imgui.Button(label):
-                self._leave_by(way)
+                self._leave_for(self.run.beside(at, way))
         imgui.SameLine()
         imgui.SetNextItemWidth(70)
         speeds = {f"x{speed}": speed for speed in SPEEDS}
@@ -192,9 +184,10 @@ class PlayerWindow(Player):
         if moved:
             self._leave_for(iteration)
         for label, way in (("previous", -1), ("next", 1)):
-            imgui.BeginDisabled(self._change(way) is None)
+            change = self.run.change(at, way)
+            imgui.BeginDisabled(change is None)
             if imgui.Button(label):
-                self._leave_for_change(way)
+                self._leave_for(change)
             imgui.EndDisabled()
             tip("To where there are half or twice as many foldings, none, or some.")
             imgui.SameLine()
@@ -209,12 +202,12 @@ class PlayerWindow(Player):
             return
         if imgui.IsKeyPressed(imgui.ImGuiKey_Space, False):
             self._toggle()
-        for key, act, way in (
-            (imgui.ImGuiKey_LeftArrow, self._leave_by, -1), (imgui.ImGuiKey_RightArrow, self._leave_by, 1),
-            (imgui.ImGuiKey_UpArrow, self._leave_for_change, -1), (imgui.ImGuiKey_DownArrow, self._leave_for_change, 1),
+        for key, find, way in (
+            (imgui.ImGuiKey_LeftArrow, self.run.beside, -1), (imgui.ImGuiKey_RightArrow, self.run.beside, 1),
+            (imgui.ImGuiKey_UpArrow, self.run.change, -1), (imgui.ImGuiKey_DownArrow, self.run.change, 1),
         ):  # fmt: skip
             if imgui.IsKeyPressed(key):
-                act(way)
+                self._leave_for(find(self.before.index, way))
 
     def _toggle(self) -> None:
         """Play or pause; at the end, play from the beginning."""
@@ -223,29 +216,11 @@ class PlayerWindow(Player):
             self.go_to(0)
         self.playing = not self.playing
 
-    def _change(self, way: int) -> int | None:
-        assert self.before is not None
-        return self.run.change(self.before.index, way)
-
-    def _leave_for_change(self, way: int) -> None:
-        if (change := self._change(way)) is not None:
-            self._leave_for(change)
-
-    def _leave_for(self, iteration: int) -> None:
-        self.playing = False
-        self.go_to(min(max(iteration, 0), self.frames() - 1))
-
-    def _leave_by(self, way: int) -> None:
-        self.playing = False
-        self._step(way)
-
-    def _step(self, way: int) -> None:
-        """Go on by this many iterations, to the next step that was kept, or to the end."""
-        assert self.before is not None
-        kept = self.run.iterations
-        k = int(np.searchsorted(kept, self.before.index + way, "left" if way > 0 else "right")) - (way < 0)
-        if len(kept):
-            self.go_to(int(kept[min(max(k, 0), len(kept) - 1)]))
+    def _leave_for(self, iteration: int | None) -> None:
+        """Stop playing, and show an iteration if there is one."""
+        if iteration is not None:
+            self.playing = False
+            self.go_to(min(max(iteration, 0), self.frames() - 1))
 
     def _view_widgets(self) -> None:
         assert self.before is not None

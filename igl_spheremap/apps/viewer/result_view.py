@@ -223,7 +223,7 @@ class ResultView(ColouredApp):
 
     def handle(self) -> FloatArray:
         """Where the handle of the Moebius map is, in pixels."""
-        return self.grid.to_pixels(0, 1, self.turn @ self.centre)
+        return self.grid.pixels(self.grid.frame((0, 1)), self.turn @ self.centre)
 
     def drag_to(self, mouse: FloatArray) -> None:
         """Put the handle under the mouse, as deep in the ball as it was."""
@@ -241,7 +241,7 @@ class ResultView(ColouredApp):
             canvas.AddCircle(tuple(self.handle()), _HANDLE, packed(INK), 0, 2.0)
         if self.picked is not None:  # a ring is seen on the far side, too
             for column, body in enumerate((self.source, self.sphere.body)):
-                place = self.grid.to_pixels(0, column, body.x[self.picked])
+                place = self.grid.pixels(self.grid.frame((0, column)), body.x[self.picked])
                 canvas.AddCircle(tuple(place), _HANDLE, packed(_PICKED), 0, 2.0)
         with panel("Map", self.grid.panel):
             self._balance_slider()
@@ -253,8 +253,8 @@ class ResultView(ColouredApp):
             for label, text in self._rows:
                 paragraph(f"{label}: {text}")
             imgui.Separator()
-            paragraph("Click a vertex to see its image and its figures. Drag to turn both, drag with the right button "
-                      "to shift, scroll to zoom, double-click to reset.")
+            paragraph("Click a vertex to see its image and its figures, and beside it to forget it. Drag to turn both, "
+                      "drag with the right button to shift, scroll to zoom, double-click to reset.")
 
     def _balance_slider(self) -> None:
         assert self.result is not None
@@ -280,13 +280,6 @@ class ResultView(ColouredApp):
         self._side_buttons()
         if chosen := lens_widgets(self.sphere.lens.power, self._clusters.sizes, self._cluster):
             self.look(*chosen)
-        imgui.BeginDisabled(self.picked is None)
-        if imgui.Button("magnify vertex"):
-            self.look()
-        imgui.SameLine()
-        if imgui.Button("forget it"):
-            self.look(cluster=self._cluster)
-        imgui.EndDisabled()
 
     def _side_buttons(self) -> None:
         """Show the outer or the inner side of half a brain."""

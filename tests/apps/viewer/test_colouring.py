@@ -66,5 +66,5 @@ def test_caps_are_grey_and_count_in_no_scale():
         assert not (colours.colours[~caps] == SURFACE).all(axis=1).any()
     squares = colouring(mesh, x, "checkerboard").checks.reshape(-1, 3, 2)
     assert (squares[caps] == 0.5).all()
-    own, all_faces = (colouring(each, x, "area distortion").legend.high for each in (mesh, ism.check_mesh(v, f)))
+    own, all_faces = (colouring(each, x, "area distortion").legends[0].high for each in (mesh, ism.check_mesh(v, f)))
     assert own <= all_faces

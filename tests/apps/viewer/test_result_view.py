@@ -204,7 +204,7 @@ left, _, w, _ = view.grid.cell(0, 1)
 view.source.paint(np.tile([0.1, 0.9, 0.1], (len(f), 1)))
 view.sphere.body.paint(np.tile([0.1, 0.1, 0.9], (len(f), 1)))
 view.source.caption = view.sphere.body.caption = ''
-view.source.legend = None
+view.source.legends = ()
 view.grid.zoom = 8.0
 image = window.grab().astype(int)
 green = (image[..., 1] > image[..., 2] + 60).any(axis=0).nonzero()[0]
@@ -264,7 +264,7 @@ picked = []
 for body, column in ((view.sphere.body, 1), (view.source, 0)):
     front = int(np.argmax((body.x @ view.grid.turn.T)[:, 2]))
     view.grid.draw()
-    view.pick_at(view.grid.to_pixels(0, column, body.x[front]))
+    view.pick_at(view.grid.pixels(view.grid.frame((0, column)), body.x[front]))
     picked.append([view.picked, front])
 rows = dict(view._rows)
 view.pick_at([5.0, 5.0])

@@ -76,7 +76,7 @@ figures['files'] = sorted(os.listdir())
     assert 0.2 < start / len(run.foldings) < 0.6  # the numbers of the axis lie to the left of the curve
     after = run.change(start, 1)
     before = run.change(after, -1)
-    again = run.change(before + 1, 1)
+    again = run.change(before + 1, 1) or before + 1
     assert figures["visited"] == [after, before, before + 1, again, again - 1, 0, run.iterations[-1]]
     assert {"mesh", "samples", "method", "parameters", "max iterations", "##iteration", "previous", "stops",
             "lens", "picture", "map", "folded faces", "fit", "whole sphere"} <= set(figures["used"])

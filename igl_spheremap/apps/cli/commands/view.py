@@ -1,6 +1,7 @@
 """`view` and `play`: a map, or how it comes about, in a window, as a picture or as a video."""
 
 import os
+import re
 from argparse import Namespace
 from functools import partial
 from pathlib import Path
@@ -51,8 +52,9 @@ def run_view(args: Namespace) -> None:
         return
     args.progress.close()
     up = args.up or source.up
+    name = re.sub(r"\W+", "_", f"{Path(source.name).stem}_map")
     view = ResultView(result.mesh, result.sphere, caption, up=up, subject=SHOWN[args.show],
-                      panel=not pictures.offscreen, result=result)
+                      panel=not pictures.offscreen, result=result, name=name)
     run_app(view, pictures, progress=args.progress)
 
 
