@@ -29,15 +29,15 @@ from .match_angles import covers_once
 #: Nepers: on a body whose limbs are at most this deep rounding turns edges by at most .001 (float64's eps times e^29).
 #: With 18 a part of a robot ends at 11.8 degrees, not 9.2.
 _DEEPEST = 29.0
-#: Faces at most whose angles are compared where gauges are. With 250 every eighth part of the set tune ends .2 percent
-#: lower, 1 better and none worse (`python -m benchmarks versions . FOLDER/tune --every 8 --set
-#: untangle.candidates._SAMPLE=250`).
+#: Faces at most whose angles are compared where gauges are. With 250 every second part of the set tune ends alike, 2
+#: worse and 2 better (`python -m benchmarks versions . FOLDER/tune --every 2 --set untangle.candidates._SAMPLE=250`).
 _SAMPLE = 1000
-#: Degrees of mean angle difference that count as much as if all faces folded, where gauges are compared. With 10 the
-#: parts of `_SAMPLE` end 2.7 percent higher, with 100 the same.
+#: Degrees of mean angle difference that count as much as if all faces folded, where gauges are compared. With 10 every
+#: eighth part of the set tune ends 2.7 percent higher, with 100 the same.
 _FOLDED = 30.0
-#: Moebius maps that are tried, and how far the first ones move the sphere's centre. Three of the parts of
-#: `_SAMPLE` depend on them: with 30 maps they end 1.3 percent lower, from .2 .2 percent lower, from .8 2.4 higher.
+#: Moebius maps that are tried, and how far the first ones move the sphere's centre: enough for the search to settle.
+#: Three of the parts of `_FOLDED` depend on them, too few to choose by: with 30 maps they end 1.3 percent lower, from
+#: .2 .2 percent lower, from .8 2.4 higher.
 _GAUGES, _FIRST = 60, 0.4
 
 

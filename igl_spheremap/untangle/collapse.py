@@ -24,14 +24,8 @@ from .kernel import Stars, stars_of
 #: Rounds unit rows to positions that vertices may take.
 Grid = Callable[[FloatArray], FloatArray]
 
-#: A vertex whose valence is above 8 and above 3/2 of the least waits until collapses of its neighbours lower it: to
-#: collapse hubs first would be slow and make long fans. On measured meshes 95 to 100 percent have 8 and less. With 16
-#: every eighth part of the set tune ends the same (`python -m benchmarks versions . FOLDER/tune --every 8 --set
-#: untangle.collapse._LOW_VALENCE=16`).
-_LOW_VALENCE = 8
 #: Faces at most in all fans that are tried for a vertex: those of all its neighbours up to a valence of 22, of a hub
-#: those of every k-th, so that its collapse costs no more than in proportion to its valence. With 128 the parts
-#: of `_LOW_VALENCE` end the same.
+#: those of every k-th, so that its collapse costs no more than in proportion to its valence.
 _FANS_TRIED = 512
 
 
@@ -105,7 +99,6 @@ class Complex:
             return None
         f = self.f[ids]
         stars = stars_of(f, wanted, ids)
-        stars = stars.take(np.flatnonzero(stars.valence <= max(_LOW_VALENCE, 1.5 * stars.valence.min())))
         stars = stars.take(independent(stars, len(self.x)))
         near = marked(np.append(stars.vertices, stars.a), len(self.x))
         adjacency = _Adjacency(f[touching(f, near)], len(self.x))

@@ -89,10 +89,14 @@ class Limb:
     branches: list[Limb]
 
     @cached_property
+    def apart(self) -> IntArray:
+        """The disc's vertices that lie elsewhere than the tip."""
+        return self.disc[np.isfinite(self.log.real[self.disc])]
+
+    @cached_property
     def inwards(self) -> FloatArray:
         """Nepers from the rim to the disc's vertices; to the tip those to its nearest neighbour."""
-        distance = self.log_radius - self.log.real[self.disc]
-        return np.minimum(distance, distance[self.disc != self.tip].max())
+        return np.minimum(self.log_radius - self.log.real[self.disc], self.log_radius - self.log.real[self.apart].min())
 
     @cached_property
     def bins(self) -> int:
@@ -267,7 +271,7 @@ def _limbs(found: list[Branch], placed: Placed) -> list[Limb]:
         log = placed.about(tip)
         radius = float(np.delete(log.real, vertices).min(initial=np.inf))
         disc = np.flatnonzero(log.real < radius)
-        if 1 < len(disc) < len(log):
+        if np.isfinite(log.real[disc]).any() and len(disc) < len(log):
             branches = [limb for met, limb in apart if met == tip]
             apart = [each for each in apart if each[0] != tip]
             apart.append((meets, Limb(tip, disc, log, radius, width, branches)))
@@ -292,8 +296,8 @@ def _costs(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Cost
         own &= ~np.isin(limb.disc, branch.disc)
     deepest, finer = np.zeros((2, bins))
     np.maximum.at(deepest, at[own], placed.depth[limb.disc[own]])
-    inner, finer_at = limb.disc != limb.tip, np.broadcast_to(placed.finer, placed.depth.shape)
-    np.maximum.at(finer, at[inner], finer_at[limb.disc[inner]])
+    inner, finer_at = np.isin(limb.disc, limb.apart), np.broadcast_to(placed.finer, placed.depth.shape)
+    np.maximum.at(finer, at[inner], finer_at[limb.apart])
     angles = _bin_costs(limb, placed.f, source) / 2 + _SPARE * _equilateral_costs()  # two faces a vertex
     # Beyond the gain that lifts the deepest vertex to the floor costs are constant: the table ends one bin later.
     step = _STEP * limb.width
@@ -314,9 +318,8 @@ def _drawn(limb: Limb, table: Table, gained: int) -> tuple[IntArray, ComplexArra
         log[inside] = log_sum(limb.log[branch.tip], about_branch)
         rows.append(inside)
         stretch = max(stretch, divided)
-    other = limb.disc[limb.disc != limb.tip]
-    distance = limb.log_radius - log.real[other]
-    log[other] += distance - _shortened(distance, kappas, limb.width)
+    distance = limb.log_radius - log.real[limb.apart]
+    log[limb.apart] += distance - _shortened(distance, kappas, limb.width)
     where = np.unique(np.concatenate(rows))
     return where, log[where], float(stretch)
 
@@ -332,8 +335,7 @@ def _shortened(distance: FloatArray, kappas: FloatArray, width: float) -> FloatA
 def _bin_costs(limb: Limb, f: IntArray, source: FloatArray) -> FloatArray:
     """What each kappa adds to the mean angle differences of each bin's own faces, summed, in degrees."""
     inside = np.zeros(len(limb.log), dtype=bool)
-    inside[limb.disc] = True
-    inside[limb.tip] = False
+    inside[limb.apart] = True
     faces = np.flatnonzero(inside[f].all(axis=1))
     log, unit = limb.log.real[f[faces]], np.exp(1j * limb.log.imag[f[faces]])
     middle = log.mean(axis=1, keepdims=True)

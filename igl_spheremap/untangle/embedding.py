@@ -35,13 +35,10 @@ _REMOVED_RINGS = 4
 _PATIENCE = 8
 #: A vertex is tried at the centre of its kernel, then at these shares of the way there from the target of its collapse.
 _SHARES = (1.0, 0.3, 0.1, 0.01, 1e-3)
-#: How often vertices without a position are tried; in between the vertices around them are relaxed, which makes room.
-#: With 1 every eighth part of the set tune ends the same (`python -m benchmarks versions . FOLDER/tune --every 8 --set
-#: untangle.embedding._ATTEMPTS=1`).
-_ATTEMPTS = 3
 #: The vertices present are relaxed each time their number has grown by this factor: some 25 times on the way from a
-#: tetrahedron to 100,000 vertices, which costs as much as relaxing all of them three times. With 3 the parts of
-#: `_ATTEMPTS` end the same.
+#: tetrahedron to 100,000 vertices, which costs as much as relaxing all of them three times. With 3 every eighth part
+#: of the set tune ends the same; without relaxing maps of 117 bodies, rounded to float32, have angles 1.9 percent worse
+#: (tried by hand).
 _GROWTH = 1.5
 
 
@@ -116,8 +113,9 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
 def _apart(f: IntArray, bad: BoolArray, n: int) -> list[BoolArray]:
     """Groups of faces, the largest first, around which regions have no vertex in common.
 
-    Embedded all at once 28 trees, chains and worms of up to 1,960 nepers end 1.4 percent higher, and parts alike
-    (tried by hand).
+    Embedded all at once the parts of the set tune end alike, 28 trees, chains and worms of up to 1,960 nepers 1.4
+    percent higher, and to round the maps of 117 bodies to float32 takes more than ten minutes, not 25 seconds (tried by
+    hand).
     """
     near = dilate(f, marked(f[bad], n), _REMOVED_RINGS)
     inside = f[near[f].all(axis=1)]
@@ -211,7 +209,7 @@ def _put_back(mesh: Complex, batches: list[Batch], movable: BoolArray, listener:
     relaxed_at = int((mesh.present & movable).sum())
     for batch in reversed(batches):
         mesh.restore(batch)
-        _insert(mesh, batch, movable, home)
+        _insert(mesh, batch, home)
         size = int((mesh.present & movable).sum())
         if home is None and size > _GROWTH * relaxed_at + 4:
             relax_areas(mesh, movable)
@@ -220,19 +218,16 @@ def _put_back(mesh: Complex, batches: list[Batch], movable: BoolArray, listener:
             listener(mesh.x)
 
 
-def _insert(mesh: Complex, batch: Batch, movable: BoolArray, home: FloatArray | None) -> None:
+def _insert(mesh: Complex, batch: Batch, home: FloatArray | None) -> None:
     """Give the vertices of a batch that was just restored positions in their kernels."""
     x, stars, target = mesh.x, batch.stars, batch.target
-    for _ in range(_ATTEMPTS):
-        placed = centres_beside(x, stars, target, None if home is None else home[stars.vertices])
-        for share in _SHARES:
-            x[stars.vertices] = mesh.grid(unit_rows(x[target] + share * (placed - x[target])))
-            failed = np.flatnonzero(~proper(x, stars))
-            stars, target, placed = stars.take(failed), target[failed], placed[failed]
-            if not len(target):
-                return
-        x[stars.vertices] = x[target]
-        relax_areas(mesh, movable)
+    placed = centres_beside(x, stars, target, None if home is None else home[stars.vertices])
+    for share in _SHARES:
+        x[stars.vertices] = mesh.grid(unit_rows(x[target] + share * (placed - x[target])))
+        failed = np.flatnonzero(~proper(x, stars))
+        stars, target, placed = stars.take(failed), target[failed], placed[failed]
+        if not len(target):
+            return
     raise _TooCoarse(stars.vertices)
 
 

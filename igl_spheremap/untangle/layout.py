@@ -31,16 +31,16 @@ from ..verify.signs import folded_faces
 from .angles import close_angles, proper_angles
 
 #: Share of folded faces beyond which a map says nothing, not even around the hole. Measured: angles of the dumbbell, of
-#: which 30 percent are folded, close in 9 steps without its map, and not in 26 with it. With .1 every eighth part of
-#: the set tune ends .9 percent lower, 1 better and none worse (`python -m benchmarks versions . FOLDER/tune --every 8
-#: --set untangle.layout._LOST=.1`).
+#: which 30 percent are folded, close in 9 steps without its map, and not in 26 with it. With .1 every second part of
+#: the set tune ends alike, 1 worse and 1 better, with 0 .7 percent higher in 1.1 of the time, 7 worse and 1 better
+#: (`python -m benchmarks versions . FOLDER/tune --every 2 --set untangle.layout._LOST=.1`).
 _LOST = 0.25
 #: Number of faces, those with the largest images, of which the best shaped one is cut out: enough for a good shape, and
-#: few enough to lie in the body's middle. With 15 the parts of `_LOST` end .6 percent lower, 1 better and none worse.
+#: few enough to lie in the body's middle. With 15 every eighth part of the set tune ends .6 percent lower, by one part.
 _LARGEST = 60
 #: Faces with shorter edges keep the mesh's own angles: projection changes angles by about the length of edges, so by a
-#: hundredth of a degree at most there, and rounding changes them by eps over the length. With 1e-3 the parts of `_LOST`
-#: end .2 percent higher.
+#: hundredth of a degree at most there, and rounding changes them by eps over the length. With 1e-3 the parts of
+#: `_LARGEST` end .2 percent higher.
 _SHORT = 1e-4
 
 

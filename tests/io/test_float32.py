@@ -40,3 +40,9 @@ def test_float32_reports_where_it_has_no_room():
     crowded = unit(x + 3e9)
     single = certified_float32(crowded, f)
     assert not single.certificate.folding_free
+
+
+def test_limbs_whose_vertices_coincide_in_the_plane_are_rounded_too():
+    v, f = samples.make("octopus", arm_length=6.0)
+    single = certified_float32(spherical_conformal_map(v, f).sphere, f)
+    assert single.certificate.folding_free
