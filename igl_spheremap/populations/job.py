@@ -134,3 +134,13 @@ def failed(job: JobT, task: Task[JobT], reason: str) -> JobResult:
 def host_and_process() -> str:
     """What runs this, as `host:pid`."""
     return f"{socket.gethostname()}:{os.getpid()}"
+
+
+def check_places(jobs: Sequence[Job], remedy: str) -> None:
+    """Raise a ValueError if a file of a job would replace an input, or a file of another one."""
+    owner = {os.path.realpath(path): f"{path}, which is an input" for job in jobs for path in job.sources}
+    for job in jobs:
+        for target in job.targets:
+            if (place := os.path.realpath(target)) in owner:
+                raise ValueError(f"out gives {job.source} the file {owner[place]}; {remedy}")
+            owner[place] = f"{target}, which is that of {job.source}, too"

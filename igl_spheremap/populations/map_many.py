@@ -13,7 +13,7 @@ from ..errors import check_listener, check_number, own_errstate
 from ..io.formats import format_of
 from ..maps.options import Auto, Method, Polish, method_of
 from ..mesh.clean import asked_for
-from .job import Job
+from .job import Job, check_places
 from .manifest import began
 from .mapping import SphereMapping
 from .page import check_page, map_sheet, write_page
@@ -155,15 +155,10 @@ def targets_of(pattern: str, sources: Sequence[str]) -> list[str]:
     ['spheres/one.ply', 'spheres/two.ply']
     """
     targets = [filled(pattern, source, "out ") for source in sources]
-    owner = {os.path.realpath(source): f"{source}, which is an input" for source in sources}
-    for source, target in zip(sources, targets, strict=True):
+    for target in targets:
         if not format_of(target).ordered:
             raise ValueError(f"out gives {target}, whose format keeps no vertex order; give .ply, .obj or .npz")
-        place = os.path.realpath(target)
-        if place in owner:
-            raise ValueError(f"out gives {source} the target {owner[place]}; use {{folder}} or {{stem}}, and each "
-                             "input once")
-        owner[place] = f"{target}, which is that of {source}, too"
+    check_places(list(map(Job, sources, targets)), "use {folder} or {stem}, and each input once")
     return targets
 
 

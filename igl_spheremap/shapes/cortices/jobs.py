@@ -20,7 +20,7 @@ from ...io.hemispheres import SIDES, Hemisphere, Names, atlas_of, fill_sides, he
 from ...io.replacing import make_folder, replacing
 from ...io.scalars import read_scalars
 from ...io.templates import TEMPLATES, TemplateFiles, template_files
-from ...populations.job import Job
+from ...populations.job import Job, check_places
 
 _BIDS_VERSION = "1.10.0"
 
@@ -94,7 +94,6 @@ def hemisphere_jobs(
         raise ValueError(f"out {out}: only {{folder}} and {{subject}} can stand in it")
     asked = SIDES.get(hemisphere or "")
     template, fit = cache(_template), cache(_fit)  # of many subjects each file is looked for and read once
-    places: dict[str, str] = {}
     jobs = []
     for source in [os.fspath(each) for each in sources]:
         known = asked or structure_of(source).get("structure") or _structure_within(source)
@@ -111,15 +110,7 @@ def hemisphere_jobs(
         job = HemisphereJob(source, "", which, pial, templates, atlases, folder,
                             tuple(Names(convention, which, reflect) for convention in dict.fromkeys(names)))
         jobs.append(replace(job, target=job.targets[0]))
-        for read in job.sources:
-            places.setdefault(os.path.realpath(read), "an input")
-    for job in jobs:
-        for target in job.targets:
-            place = os.path.realpath(target)
-            if place in places:
-                raise ValueError(f"out gives {job.source} the file {target}, which is {places[place]} already: use "
-                                 "{subject}, and each hemisphere, template and atlas once")
-            places[place] = f"that of {job.source}"
+    check_places(jobs, "use {subject}, and each hemisphere, template and atlas once")
     return jobs
 
 

@@ -13,7 +13,7 @@ from ...io.files import read_sphere, write_mesh
 from ...io.replacing import REPLACE
 from ...maps.given_sphere import sphere_map
 from ...mesh.arrays import FloatArray
-from ...populations.job import Job, Task
+from ...populations.job import Job, Task, check_places
 from ...populations.map_many import filled
 from ...populations.mapping import SphereMapping
 from ...populations.table import Row
@@ -105,10 +105,5 @@ def shape_jobs(sources: Sequence[str], out: str, template: str | None = None) ->
     """
     jobs = [ShapeJob(source, (Path(filled(out, source, "out ")) / f"{Path(source).stem.removesuffix('_surf')}_para.vtk")
                      .as_posix(), template) for source in sources]
-    owner = {str(Path(path).resolve()): f"{path}, which is an input" for job in jobs for path in job.sources}
-    for job in jobs:
-        for target in job.targets:
-            if (place := str(Path(target).resolve())) in owner:
-                raise ValueError(f"out gives {job.source} the file {owner[place]}; use {{folder}}, and each input once")
-            owner[place] = f"{target}, which is that of {job.source}, too"
+    check_places(jobs, "use {folder}, and each input once")
     return jobs
