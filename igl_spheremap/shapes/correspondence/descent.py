@@ -21,7 +21,7 @@ from .features import FeaturePair
 from .fits import Misfit, fit_moebius
 from .flow import meet
 from .levels import Level
-from .strain import ComposedStrain, Lift, log_strain
+from .strain import ComposedStrain, linear_function, log_strain
 
 #: A stage ends where two steps in turn gain less than this share of their energy each: after one, landmarks far from
 #: each other were left unmet more often.
@@ -193,7 +193,7 @@ class Descent:
             places = target.at(y, target.map.mesh.unit)
             scale = 4 * np.pi  # positions of a surface of area 4 pi, as strains are
             aligned = similar(places, source.map.mesh.unit, source.map.mesh.A, target.map.mesh.unit)
-            there = Lift(target, aligned)
+            there = linear_function(target, aligned)
             terms.append(Misfit(self._position_weight * areas * scale, source.map.mesh.unit, there))
         return terms
 

@@ -15,38 +15,36 @@ from ...resampling.locate import locator_of
 from ...sphere.rows import row_crosses, row_lengths, weighted_sum
 from ..harmonics.basis import expand
 from ..harmonics.rotation import RotationCandidate, best_rotations
+from .fits import Target
 from .levels import Level
-from .strain import Lift
 
 _BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined by Newton's method
 _OVERSAMPLING = 2.0  # finer grids change no registration
 
 
-class VertexFunction:
-    """Values (n, k) over a surface as a smooth function on its sphere; gradients, too, are interpolated linearly."""
+def smooth_function(level: Level, values: FloatArray) -> Target:
+    """Make a function on the sphere of values (n, k) over a surface; its gradients, too, are linear in the faces."""
+    x, f = level.map.sphere, level.map.faces
+    a, b, c = (x[f[:, k]] for k in range(3))
+    normal = row_crosses(b - a, c - a)
+    area = row_lengths(normal)  # twice the face's
+    unit = normal / np.where(area > 0, area, 1.0)[:, None]
+    # The area times the gradient within a face, averaged at vertices by area.
+    rises = values[f[:, 1:]] - values[f[:, :1]]
+    slopes = np.einsum("mks,msd->mkd", rises.transpose(0, 2, 1),
+                       np.stack((row_crosses(unit, a - c), row_crosses(unit, b - a)), axis=1))
+    around = sp.csr_array((np.ones(f.size), (f.ravel(), np.repeat(np.arange(len(f)), 3))), shape=(len(x), len(f)))
+    total = around @ area
+    mean = (around @ slopes.reshape(len(f), -1)) / np.where(total > 0, total, 1.0)[:, None]
+    mean = mean.reshape(len(x), -1, 3)
+    mean -= np.einsum("nkd,nd->nk", mean, x)[:, :, None] * x[:, None]
+    columns, whole = values.shape[1], np.concatenate((values, mean.reshape(len(x), -1)), axis=1)
 
-    def __init__(self, level: Level, values: FloatArray) -> None:
-        x, f = level.map.sphere, level.map.faces
-        a, b, c = (x[f[:, k]] for k in range(3))
-        normal = row_crosses(b - a, c - a)
-        area = row_lengths(normal)  # twice the face's
-        unit = normal / np.where(area > 0, area, 1.0)[:, None]
-        # The area times the gradient within a face, averaged at vertices by area.
-        rises = values[f[:, 1:]] - values[f[:, :1]]
-        slopes = np.einsum("mks,msd->mkd", rises.transpose(0, 2, 1),
-                           np.stack((row_crosses(unit, a - c), row_crosses(unit, b - a)), axis=1))
-        around = sp.csr_array((np.ones(f.size), (f.ravel(), np.repeat(np.arange(len(f)), 3))), shape=(len(x), len(f)))
-        whole = around @ area
-        mean = (around @ slopes.reshape(len(f), -1)) / np.where(whole > 0, whole, 1.0)[:, None]
-        mean = mean.reshape(len(x), -1, 3)
-        mean -= np.einsum("nkd,nd->nk", mean, x)[:, :, None] * x[:, None]
-        self._columns = values.shape[1]
-        self._lift = Lift(level, np.concatenate((values, mean.reshape(len(x), -1)), axis=1))
+    def at(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        there, gradients = np.split(level.at(y, whole), [columns], axis=1)
+        return there, gradients.reshape(len(y), columns, 3)
 
-    def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values (n, k) at points of the sphere, and gradients (n, k, 3)."""
-        values, gradients = np.split(self._lift.values(y), [self._columns], axis=1)
-        return values, gradients.reshape(len(y), self._columns, 3)
+    return at
 
 
 class FeaturePair:
@@ -84,10 +82,10 @@ class FeaturePair:
         """The source's features, at its own vertices."""
         return np.concatenate([self._by_width[width][0] for width in widths], axis=1)
 
-    def target(self, widths: Sequence[float]) -> VertexFunction:
+    def target(self, widths: Sequence[float]) -> Target:
         """The target's features."""
         values = np.concatenate([self._by_width[width][1] for width in widths], axis=1)
-        return VertexFunction(self._levels[1], values)
+        return smooth_function(self._levels[1], values)
 
     def rotations(self, width: float) -> list[RotationCandidate]:
         """Rotations of the source's sphere for which the features of one width agree best, the best first."""

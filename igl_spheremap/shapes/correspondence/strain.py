@@ -9,33 +9,28 @@ from ...balance.flat_faces import FaceImages, FlatFaces
 from ...mesh.arrays import FloatArray, IntArray
 from ...newton.system import PAIRS
 from ...sphere.rows import row_crosses, row_dots
+from .fits import Target
 from .levels import Level
 
 #: Angles and areas count alike, by MIPS and J + 1/J.
 _WEIGHT, _POWER = 0.5, 1
 
 
-class Lift:
-    """Values over a surface, linear in its faces, as functions on its sphere."""
+def linear_function(level: Level, values: FloatArray) -> Target:
+    """Make a function on the sphere of values (n, d) over a surface, linear in its faces, as are its gradients."""
 
-    def __init__(self, level: Level, values: FloatArray) -> None:
-        self._level, self._values = level, values
-
-    def values(self, y: FloatArray) -> FloatArray:
-        """Values (n, d) at points of the sphere."""
-        return self._level.at(y, self._values)
-
-    def __call__(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values (n, d) at points of the sphere, and gradients (n, d, 3) within the faces that hold them."""
-        values, corners = self.values(y), self._level.map.faces[self._level.locate(y).face]
+    def at(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        there, corners = level.at(y, values), level.map.faces[level.locate(y).face]
         # With a' = det(y, b, c) / det(a, b, c) and so on for b and c, weights are these over their sum. Differences
         # from y keep digits in faces of any size.
-        a, b, c = (self._level.map.sphere[corners[:, k]] - y for k in range(3))
+        a, b, c = (level.map.sphere[corners[:, k]] - y for k in range(3))
         normal = row_crosses(b - a, c - a)
         total = row_dots(normal, y)  # det(a, b, c) times the sum of the a'
         changes = np.stack([row_crosses(y, q - p) + row_crosses(p, q) for p, q in ((b, c), (c, a), (a, b))], axis=1)
         changes /= total[:, None, None]
-        return values, np.einsum("nkd,nkj->ndj", self._values[corners] - values[:, None], changes)
+        return there, np.einsum("nkd,nkj->ndj", values[corners] - there[:, None], changes)
+
+    return at
 
 
 class SpaceStrain(BalancedEnergy):
@@ -93,7 +88,7 @@ class ComposedStrain:
         faces = FlatFaces.of(_blended(source, share), source.map.faces)
         self._strain = SpaceStrain(faces, _WEIGHT, _POWER, np.zeros(len(source.map.faces)))
         self._sphere = sphere_strain(source)
-        self._lift = Lift(target, _scaled(_blended(target, share), target.map.faces))
+        self._target, self._there = target, _scaled(_blended(target, share), target.map.faces)
 
     @property
     def area(self) -> FloatArray:
@@ -103,17 +98,17 @@ class ComposedStrain:
     def by_face(self, y: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
         """Energies of the given faces; infinite where one is folded."""
         if isinstance(faces, slice):
-            everywhere = self._lift.values(y)
+            everywhere = self._target.at(y, self._there)
         else:
             used = np.unique(self.f[faces])
-            there = self._lift.values(y[used])
+            there = self._target.at(y[used], self._there)
             everywhere = np.zeros((len(y), there.shape[1]))
             everywhere[used] = there
         return self._strain.by_face(everywhere, faces) + self._guard * self._sphere.by_face(y, faces)
 
     def derivatives(self, y: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gradient (2, n) and positive semidefinite blocks (6, 2, 2, m) along the vertices' axes (2, 3, n)."""
-        there, gradients = self._lift(y)
+        there, gradients = linear_function(self._target, self._there)(y)
         gradient, blocks = self._strain.derivatives(there, np.einsum("ndj,ajn->adn", gradients, axes))
         own = self._sphere.derivatives(y, axes)
         return gradient + self._guard * own[0], blocks + self._guard * own[1]
@@ -122,8 +117,7 @@ class ComposedStrain:
 def log_strain(source: Level, target: Level, y: FloatArray) -> float:
     """Sum the squared logarithms of stretches from source to target: single faces of high strain count little."""
     strain = SpaceStrain(FlatFaces.of(source.metric, source.map.faces), _WEIGHT, 0, np.zeros(len(source.map.faces)))
-    lift = Lift(target, _scaled(target.metric, target.map.faces))
-    return float(strain.by_face(lift.values(y)).sum())
+    return float(strain.by_face(target.at(y, _scaled(target.metric, target.map.faces))).sum())
 
 
 def _blended(level: Level, share: float) -> FloatArray:

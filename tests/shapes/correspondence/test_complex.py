@@ -5,7 +5,9 @@ import pytest
 
 from igl_spheremap.mesh.edges import half_edges
 from igl_spheremap.samples import sphere
+from igl_spheremap.shapes.correspondence.cells import Coincidences
 from igl_spheremap.shapes.correspondence.complex import Complex
+from igl_spheremap.shapes.correspondence.levels import hull_faces
 
 
 def complex_of(n):
@@ -77,3 +79,23 @@ def test_a_flip_undone_by_a_flip():
     assert q not in complex.neighbours(p)
     complex.put(complex.flipped(0, p))
     assert {frozenset(corners) for corners in complex.faces.values()} == before
+
+
+def test_nodes_that_merge_in_turn_all_become_the_last_one():
+    """A vertex of one surface meets a crossing, which then meets a vertex of the other one."""
+    x = np.vstack((np.eye(3), -np.eye(3)))
+    f = hull_faces(x)
+    complex = Complex(dict(enumerate(map(tuple, f.tolist()))))
+    face = next(i for i, corners in complex.faces.items() if 0 in corners)
+    complex.put(complex.divided(face, 6, 8))
+    beside = next(i for i, corners in complex.faces.items() if {0, 6} <= {*corners})
+    complex.put(complex.divided(beside, 7, 10))
+    inwards = x[f[face]].mean(axis=0) - x[0]
+    on = np.vstack((x, x[0] + 1.2e-15 * inwards, x[0] + 1.5e-15 * inwards))
+    owners = np.arange(12)
+    owners[8:] = face
+    merged = Coincidences(np.array([complex.faces[i] for i in range(12)]), np.stack((owners, owners)),
+                          (on, on.copy()), (x[f], x[f]), (np.arange(6), np.array([7, 1, 2, 3, 4, 5])))
+    assert merged.merge() == 0
+    assert merged.node.tolist() == [0, 1, 2, 3, 4, 5, 0, 0]
+    assert {frozenset(corners) for corners in merged.faces[merged.left].tolist()} == {*map(frozenset, f.tolist())}

@@ -11,7 +11,7 @@ import igl_spheremap as ism
 from igl_spheremap.mesh.measure import face_areas
 from igl_spheremap.operators.features import FeatureSurface, depth_potential
 from igl_spheremap.shapes.correspondence import USUAL
-from igl_spheremap.shapes.correspondence.features import VertexFunction
+from igl_spheremap.shapes.correspondence.features import smooth_function
 from igl_spheremap.shapes.correspondence.levels import Level
 from igl_spheremap.shapes.correspondence.registration import reflected
 from igl_spheremap.shapes.harmonics.basis import synthesis
@@ -244,7 +244,7 @@ def test_fixed_features_are_the_function_and_its_gradient():
         x, f = ism.samples.sphere(10 * 4**level + 2)
         x = moebius(x, [0.2, 0.1, 0.1])
         level = Level(ism.sphere_map(x, f, x), x, np.empty(0, dtype=np.int64))
-        values, gradients = VertexFunction(level, synthesis(c, x))(q)
+        values, gradients = smooth_function(level, synthesis(c, x))(q)
         off.append([np.abs(values - synthesis(c, q)).max(), np.abs(gradients[:, 0] - exact).max()])
     assert (np.divide(off[0], off[1]) > 3).all()
     assert (np.divide(off[1], off[2]) > 3).all()
