@@ -6,8 +6,9 @@ What mends a fault is data, a `Remedy`: the library says it as a call, the comma
 from __future__ import annotations
 
 import math
+import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
@@ -207,6 +208,22 @@ def check_whole(value: object, name: str, least: int = 0) -> int:
     return int(value)
 
 
+def check_list(value: object, name: str, length: int | None = None) -> list[Any]:
+    """Several things as a list; a TypeError for a text or one thing alone, a ValueError for another number of them.
+
+    >>> check_list("a.ply", "sources")
+    Traceback (most recent call last):
+        ...
+    TypeError: sources is 'a.ply'; give a list
+    """
+    if isinstance(value, str | bytes | os.PathLike) or not isinstance(value, Iterable):
+        raise TypeError(f"{name} is {value!r}; give a list")
+    several = list(value)
+    if length is not None and len(several) != length:
+        raise ValueError(f"{name} has {len(several)} entries; give {length}")
+    return several
+
+
 def check_listener(listener: object) -> None:
     """Raise a TypeError unless a listener can be called, or is None."""
     if listener is not None and not callable(listener):
@@ -231,6 +248,8 @@ def one_line(error: BaseException) -> str:
     words: object = error
     if isinstance(error, MemoryError):
         words = "out of memory; try a smaller mesh or more memory"
+    elif isinstance(error, ImportError):
+        words = f"a library can't be loaded: {error}; install it anew, or try more memory"
     elif isinstance(error, OSError) and error.strerror:
         words = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return printable(" ".join(str(words).split())) or type(error).__name__

@@ -202,7 +202,8 @@ class OwnEnergy:
         given = x.view()
         given.flags.writeable = False
         found = self.function(given)
-        if not isinstance(found, tuple | list) or len(found) != 2 or np.ndim(found[0]) != 0:
+        pair = isinstance(found, tuple | list) and len(found) == 2
+        if not pair or np.ndim(found[0]) != 0 or np.asarray(found[0]).dtype.kind not in "iuf":
             raise TypeError(f"the fidelity term did not return a number and an array; return its value and its "
                             f"({len(x)}, 3) derivatives")
         value, derivatives = float(found[0]), check_rows(found[1], len(x), "derivatives of the fidelity term")

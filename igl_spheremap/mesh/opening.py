@@ -109,7 +109,10 @@ def _points(cut: ArrayLike | None, n: int) -> IntArray | int | None:
     if cut is None:
         return None
     if np.ndim(cut) == 0:
-        return check_whole(cut, "cut", least=2)
+        tips = check_whole(cut, "cut", least=2)
+        if tips > n:
+            raise ValueError(f"cut is {tips}; give at most the number of vertices, {n}")
+        return tips
     points = np.unique(plain_array(cut, "cut"))
     if points.dtype.kind not in "iu" or len(points) < 2 or points[0] < 0 or points[-1] >= n:
         raise ValueError(f"cut is {cut!r}; give two or more of the vertices 0 to {n - 1}, or a number of tips")

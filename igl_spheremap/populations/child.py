@@ -79,6 +79,7 @@ class Child:
     def _running(self, *call: Any) -> subprocess.Popen[bytes]:
         """The process, with a call's modules loaded, so that its time and memory do not include that."""
         if self._process is None or self._process.poll() is not None:
+            self.end()
             self._process = subprocess.Popen([sys.executable, "-c", _SERVE, *sys.path], stdin=subprocess.PIPE,
                                              stdout=subprocess.PIPE, env=_ENVIRONMENT | os.environ,
                                              **_apart())
@@ -91,6 +92,10 @@ class Child:
         if self._process is not None:
             self._process.kill()
             self._process.wait()
+            for pipe in (self._process.stdin, self._process.stdout):
+                assert pipe is not None
+                with contextlib.suppress(OSError):  # what a call left unsent
+                    pipe.close()
 
 
 def _apart() -> dict[str, Any]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, Literal
 
-from ..errors import check_listener, check_number, own_errstate
+from ..errors import check_list, check_listener, check_number, own_errstate
 from ..io.formats import format_of
 from ..maps.options import Auto, Method, Polish, method_of
 from ..mesh.clean import asked_for
@@ -25,7 +25,7 @@ _FIELD = re.compile(r"\{(folder|name|stem)\}")
 
 @own_errstate
 def map_many(
-    sources: Sequence[str | os.PathLike[str]],
+    sources: Iterable[str | os.PathLike[str]],
     out: str,
     *,
     executor: Executor | None = None,
@@ -54,7 +54,7 @@ def map_many(
 
     Parameters
     ----------
-    sources : sequence of path-like
+    sources : iterable of path-like
         Mesh files.
     out : str
         Where each sphere goes: ``{folder}``, ``{name}`` and ``{stem}`` are those of the source.
@@ -125,7 +125,7 @@ def map_many(
     """
     check_number(balance, "balance", most=1)
     check_listener(listener)
-    names = [os.fspath(source) for source in sources]
+    names = [os.fspath(source) for source in check_list(sources, "sources")]
     targets = targets_of(out, names)
     repairs: dict[str, Any] = {"weld": weld, "keep_largest": keep_largest, "holes": holes, "handles": handles}
     asked = asked_for("repair_mesh", **repairs).options

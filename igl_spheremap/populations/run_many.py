@@ -10,6 +10,7 @@ from dataclasses import replace
 from datetime import datetime, timezone
 from typing import Any
 
+from ..errors import check_number, check_whole
 from .executors import workers_of
 from .job import JobT, Task, host_and_process, key_of
 from .manifest import Manifest
@@ -34,6 +35,7 @@ def run_many(
 
     Targets are what jobs are told apart by. The rows are of the kind that the task makes.
     """
+    check_engine(executor, processes, timeout, memory, retries)
     rows: dict[str, JobRow] = {}
     todo: deque[JobT] = deque()
 
@@ -57,6 +59,18 @@ def run_many(
             log.add(keys[job], result)
             take(result.row)
     return [rows[job.target] for job in jobs if job.target in rows]
+
+
+def check_engine(executor: object, processes: object, timeout: object, memory: object, retries: object) -> None:
+    """Raise an error that names the one that says wrongly who runs jobs, or when they end."""
+    if executor is not None and not callable(getattr(executor, "submit", None)):
+        raise TypeError(f"executor is {executor!r}; give one of concurrent.futures, or that of a Dask client")
+    if processes is not None:
+        check_whole(processes, "processes", 1)
+    for limit, name in ((timeout, "timeout"), (memory, "memory")):
+        if limit is not None:
+            check_number(limit, name)
+    check_whole(retries, "retries")
 
 
 def _earlier_rows(log: Manifest, keys: Mapping[JobT, str], made_only: bool) -> dict[str, JobRow]:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..draw.markup import table
 from ..draw.shown import Drawing, Shown, place_drawing
-from ..errors import MeshError, own_errstate
+from ..errors import MeshError, check_list, own_errstate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ..mesh.check import check_faces
@@ -226,7 +226,7 @@ def sphere_mesh(target: str | SphereMap | tuple[Any, Any]) -> tuple[FloatArray, 
     """Return points and faces of a regular mesh by its name, of a map's image, or of any closed mesh of the sphere."""
     if isinstance(target, str):
         target = regular_mesh(target)
-    x, f = (target.sphere, target.mesh) if isinstance(target, SphereMap) else target
+    x, f = (target.sphere, target.mesh) if isinstance(target, SphereMap) else check_list(target, "target", 2)
     x = check_rows(x, name="points")
     return x, check_faces(f, len(x))
 

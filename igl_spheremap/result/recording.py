@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..draw.palette import FOLDED, GUIDE, INK, LINES
 from ..draw.plot import SMALL, extremes, new_figure, plot_angles, plot_areas
+from ..errors import check_number
 from ..mesh.arrays import FloatArray, IntArray
 from ..verify.signs import folded_faces
 from .run import History, Iterate, Step
@@ -89,7 +90,7 @@ class Recording(History):
     def __init__(self, f: IntArray, *, budget: int = BUDGET) -> None:
         super().__init__()
         self._f = f
-        self._budget = budget
+        self._budget = check_number(budget, "budget")
         #: Two iterates of this many are kept: first where the number of foldings stays, then where it changes.
         self._strides = [2, 2]
         self._lock = threading.Lock()

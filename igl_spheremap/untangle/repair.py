@@ -68,12 +68,16 @@ def repair(mesh: Mesh, x: FloatArray, run: Run, plan: Plan, operators: Operators
             if field and np.isfinite(plan.price):
                 field = [race(field, partial(work.steps, least_gain=plan.price), plan.price)]
         return work.result(field)
-    except _Stopped:
-        raise StopIteration from None
+    except _OfListener as raised:
+        raise raised.error from None
 
 
-class _Stopped(BaseException):
-    """A listener asked to stop: a generator can't raise its StopIteration."""
+class _OfListener(BaseException):
+    """What a listener raised: no step failed, and a generator can't raise a StopIteration."""
+
+    def __init__(self, error: Exception) -> None:
+        super().__init__()
+        self.error = error
 
 
 class _Repair:
@@ -175,8 +179,8 @@ class _Repair:
         try:
             if self.listener is not None:
                 self.listener(Iterate("repair", k, 0, x, energy, float(certificate.foldings)))
-        except StopIteration:
-            raise _Stopped from None
+        except Exception as error:
+            raise _OfListener(error) from None
         return Candidate(x, mean, stretch, gauge) if certificate.folding_free else None
 
     def result(self, field: list[Candidate]) -> tuple[FloatArray, Run]:

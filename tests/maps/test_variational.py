@@ -194,6 +194,7 @@ def test_a_curve_is_drawn_to_the_equator_while_the_map_stays_centred():
 @pytest.mark.parametrize(("term", "error", "message"), [
     (3, TypeError, "fidelity is 3; give a function"),
     (lambda x: 1.0, TypeError, r"return its value and its \(642, 3\) derivatives"),
+    (lambda x: ("1", x), TypeError, r"return its value and its \(642, 3\) derivatives"),
     (lambda x: (x, x), TypeError, r"return its value and its \(642, 3\) derivatives"),
     (lambda x: (1.0, x[1:]), ism.MeshError, "derivatives of the fidelity term have 641 rows"),
     (lambda x: (np.nan, x), ValueError, "nan at the start"),

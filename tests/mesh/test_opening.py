@@ -69,3 +69,9 @@ def test_wrong_cuts_are_one_sentence():
                            ({"handles": "cut"}, "goes with cut")):
         with pytest.raises(ValueError, match=words):
             ism.repair_disk(V, F, **options)
+
+
+def test_more_tips_than_vertices_are_refused_at_once():
+    v, f = ism.samples.sphere(42)
+    with pytest.raises(ValueError, match="cut is 1000000000; give at most the number of vertices, 42"):
+        ism.repair_disk(v, f, cut=10**9)

@@ -1,5 +1,6 @@
 """Processes that run one call at a time: their death and their limits cost the call only."""
 
+import gc
 import os
 import platform
 import signal
@@ -107,3 +108,18 @@ def test_a_pool_that_is_ended_leaves_no_process():
 def test_freed_memory_is_kept_for_the_next_call(child):
     first, second = (child.call(errands.pages_taken) for _ in range(2))
     assert second < first / 10
+
+
+@pytest.mark.filterwarnings("error::ResourceWarning")
+@pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
+def test_the_pipes_of_a_process_are_closed_when_it_ends():
+    pool = ProcessPool(1)
+    assert pool.submit(lambda: own_child().call(os.getpid)).result() != os.getpid()
+    pool.end()
+    child = Child()
+    with pytest.raises(WorkerDied):
+        child.call(os._exit, 3)
+    child.call(os.getpid)
+    child.end()
+    del pool, child
+    gc.collect()

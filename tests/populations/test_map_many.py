@@ -414,3 +414,18 @@ def test_holes_are_filled_and_caps_are_no_figure(tmp_path):
     assert row.mean_angle == pytest.approx(np.abs(result.angle_differences()).mean())
     again, = ism.map_many(sources, out, processes=1, repair=True, holes="fill")
     assert again.resumed
+
+
+@pytest.mark.parametrize(("option", "value"), [
+    ("retries", -1), ("retries", 1.5), ("timeout", -1), ("timeout", float("nan")), ("timeout", "1"), ("memory", -1),
+    ("processes", 0), ("processes", -2), ("executor", 3), ("sources", "300.ply"), ("sources", 3),
+])
+def test_what_says_who_runs_jobs_is_checked_before_a_file_is_touched(option, value, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises((TypeError, ValueError), match=f"^{option} is "):
+        map_many(**{"sources": ["300.ply"], "out": "{stem}.obj", option: value})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_sources_may_come_one_by_one(run):
+    assert [row.status for row in run(f"{size}.ply" for size in (300, 400))] == ["certified"] * 2

@@ -135,3 +135,9 @@ def test_the_drawn_curve_has_each_folding_of_a_long_run():
     assert sorted(x[y > 0]) == sorted(folded)
     assert (y == counts[x]).all()
     assert len(x) < 3000
+
+
+@pytest.mark.parametrize("budget", [float("nan"), -1, "much"])
+def test_a_budget_is_a_number_of_bytes(budget):
+    with pytest.raises((TypeError, ValueError), match=r"^budget is "):
+        ism.Recording(ism.samples.sphere(42)[1], budget=budget)

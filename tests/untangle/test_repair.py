@@ -249,6 +249,21 @@ def test_a_step_that_fails_leaves_the_map_and_a_note(step, culprit, folded, monk
     assert "negative dimensions" in note
 
 
+@pytest.mark.parametrize("count", [1, 2])
+def test_what_a_listener_raises_is_no_step_that_failed(folded, count):
+    mesh, operators, x = folded
+    error, heard = ValueError("mine"), []
+
+    def listen(iterate):
+        heard.append(iterate)
+        if len(heard) == count:
+            raise error
+
+    with pytest.raises(ValueError, match="mine") as caught:
+        _repaired(mesh, operators, x, listener=listen)
+    assert caught.value is error
+
+
 def test_the_poles_gauge_is_left_alone_where_float64_suffices(spheroid):
     mesh, operators, x = spheroid
     repaired = _repaired(mesh, operators, x)

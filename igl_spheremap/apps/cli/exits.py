@@ -62,6 +62,7 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
     (errors.FileError, Exit.FILE),
     (OSError, Exit.FILE),
     (MemoryError, Exit.FAILED),
+    (ImportError, Exit.FAILED),
     (errors.FactorisationFailed, Exit.FAILED),
     (errors.DisplayError, Exit.NO_DISPLAY),
     (errors.WorkersUnavailable, Exit.UNAVAILABLE),

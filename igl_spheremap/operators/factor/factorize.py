@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from functools import cache
-from importlib.util import find_spec
+from importlib import import_module
 
 import numpy as np
 import scipy.sparse as sp
@@ -29,7 +29,7 @@ _BYTES_PER_UNKNOWN = 3_000
 
 def available_backends() -> tuple[str, ...]:
     """Names of the solvers that are installed, the fastest first; "scipy" and "multigrid" always are."""
-    return (*(name for name, (needs, _) in _EXACT.items() if _installed(needs)), _MULTIGRID)
+    return (*(name for name, (needs, _) in _EXACT.items() if _loads(needs)), _MULTIGRID)
 
 
 @stage("factorisation")
@@ -82,9 +82,9 @@ def fits_memory(n: int) -> bool:
 
 
 def _chosen(backend: str) -> str:
-    available = available_backends()
     if backend == "auto":
-        return available[0]
+        return next(name for name, (needs, _) in _EXACT.items() if _loads(needs))
+    available = available_backends()
     if backend not in (*_EXACT, _MULTIGRID):
         raise ValueError(f"unknown backend {backend!r}: choose 'auto' or one of {', '.join((*_EXACT, _MULTIGRID))}")
     if backend not in available:
@@ -107,8 +107,10 @@ def _memory() -> float:
 
 
 @cache
-def _installed(module: str) -> bool:
+def _loads(module: str) -> bool:
+    """Whether a module is installed, and the system gives the memory that its libraries take."""
     try:
-        return find_spec(module) is not None
-    except ModuleNotFoundError:
+        import_module(module)
+    except ImportError:
         return False
+    return True

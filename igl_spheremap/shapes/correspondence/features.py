@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from ...errors import check_list
 from ...mesh.arrays import FloatArray, check_values, own_unit
 from ...operators.features import FeatureSurface, check_varies
 from ...resampling.locate import locator_of
@@ -103,7 +104,8 @@ class FeaturePair:
 def _checked(given: tuple[ArrayLike, ArrayLike], sizes: tuple[int, int]) -> list[FloatArray]:
     """Check that values are finite, not constant, and of the same columns; return them, each column in its own unit."""
     names = "features of the source", "features of the target"
-    checked = [check_values(each, n, name) for each, n, name in zip(given, sizes, names, strict=True)]
+    both = check_list(given, "features", 2)
+    checked = [check_values(each, n, name) for each, n, name in zip(both, sizes, names, strict=True)]
     for each, name in zip(checked, names, strict=True):
         check_varies(each, name)
     k, other = (each.shape[1] for each in checked)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import MapError, Remedy, check_number, own_errstate
+from ...errors import MapError, Remedy, check_list, check_number, own_errstate
 from ...maps.balanced import balanced_spherical_map
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
@@ -134,7 +134,8 @@ def match(
     source, target = (each if each.certificate.folding_free else certified(each.mesh, each.sphere) for each in pairs)
     given = LandmarkPairs.of(landmarks, curves, source, target)
     if features is not None:
-        features = given.carried(features[0], source), features[1]
+        of_source, of_target = check_list(features, "features", 2)
+        features = given.carried(of_source, source), of_target
     divided = reflected(given.surface) if reflect else given.surface
     own, goals = Level.of(divided, "the source", given.vertices), _directions(target, given)
     descent = _descent(own, Level.of(target, "the target"), features, feature_weight, goals, position_weight, soft)

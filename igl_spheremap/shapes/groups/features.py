@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...errors import MeshError
+from ...errors import MeshError, check_list
 from ...io.scalars import read_named
 from ...mesh.arrays import FloatArray, plain_array
 
@@ -37,6 +37,7 @@ def check_features(features: Sequence[ArrayLike] | None, names: Sequence[str]) -
     """Raise an error unless each of the surfaces has features, and all have the same columns."""
     if features is None:
         return
+    features = check_list(features, "features")
     if len(features) != len(names):
         raise ValueError(f"features are of {len(features)} surfaces, sources are {len(names)}; give one for each")
     widths = []

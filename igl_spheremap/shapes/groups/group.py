@@ -20,7 +20,7 @@ from ...mesh.check import check_mesh
 from ...resampling.transfer import check_map, resample
 from ..correspondence.registration import register
 from .modes import ModelFigures, model_figures
-from .placing import at_points, carried, check_unit
+from .placing import at_points, carried, check_member
 from .procrustes import placed
 
 
@@ -205,7 +205,7 @@ class Group(Shown):
         MeshError
             If its coordinates are above 1e48, or its extent is below 1e-48.
         """
-        check_unit(check_map(source, "source"))
+        check_member(check_map(source, "source"))
         coarse = at_points(source, self.sphere, self.faces)
         registered = register(coarse, self.map)
         onto = carried(source, coarse, registered.map.sphere)

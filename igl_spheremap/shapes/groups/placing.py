@@ -7,13 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...errors import MeshError
+from ...errors import MeshError, Remedy
 from ...io.files import read_mesh
 from ...maps.balanced import balanced_spherical_map
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
+from ...mesh.measure import enclosed_volume
 from ...mesh.objects import MeshLike
 from ...resampling.locate import locator_of
 from ...resampling.transfer import interpolate, resample
@@ -24,6 +25,7 @@ from ...untangle.local_repair import unfolded
 #: What members of groups are given as.
 Source = str | os.PathLike[str] | SphereMap | MeshLike
 
+_ROUNDING = 1e-9  # of volumes, relative to the cube of the extent: a flat surface encloses none
 _LARGEST = 2.0**160  # 1e48: products of six coordinates, or of their reciprocals, are float64 numbers
 
 
@@ -36,16 +38,22 @@ def mapped(source: Source, balance: float) -> SphereMap:
     """The map of a file or a mesh; a map is taken as it is."""
     given = read_mesh(source) if isinstance(source, str | os.PathLike) else source
     result = given if isinstance(given, SphereMap) else balanced_spherical_map(given, balance=balance)
-    check_unit(result)
+    check_member(result)
     return result
 
 
-def check_unit(result: SphereMap) -> None:
-    """Raise a MeshError if areas, variances or volumes of a surface in such units may not be float64 numbers."""
+def check_member(result: SphereMap) -> None:
+    """Raise a MeshError if areas, variances or volumes of a surface in such units may not be float64 numbers.
+
+    Or if it is inside out: only a mirror image of it could be laid on the others.
+    """
     largest, least = np.abs(result.vertices).max(), np.ptp(result.vertices, axis=0).max()
     if largest > _LARGEST or least < 1 / _LARGEST:
         raise MeshError(f"its coordinates reach {largest:.3g}, its extent is {least:.3g}; choose units in which both "
                         f"lie between {1 / _LARGEST:.0e} and {_LARGEST:.0e}, so that areas and volumes are numbers")
+    v, f = result.vertices / largest, result.faces
+    if enclosed_volume(v, f) < -_ROUNDING * np.ptp(v, axis=0).max() ** 3:
+        raise MeshError("inside out: its faces point inwards; reverse them", Remedy("repair_mesh"))
 
 
 def at_points(result: SphereMap, x: FloatArray, f: IntArray) -> SphereMap:

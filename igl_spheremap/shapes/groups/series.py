@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...draw.markup import table
 from ...draw.shown import Drawing, Shown, place_drawing
-from ...errors import MeshError, check_number, own_errstate, without_name
+from ...errors import MeshError, check_list, check_number, own_errstate, without_name
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray, check_values
 from ...mesh.measure import enclosed_volume, surface_area
@@ -96,7 +96,7 @@ def series(
 
     Parameters
     ----------
-    sources : sequence of path-like, SphereMap or mesh objects
+    sources : iterable of path-like, SphereMap or mesh objects
         The frames in their order, two or more, whose meshes may differ.
     features : sequence of (n,) or (n, k) array_like, optional
         Data over the vertices of each frame.
@@ -126,13 +126,14 @@ def series(
     """
     check_number(balance, "balance", most=1)
     x, f = sphere_mesh(target)
+    sources = check_list(sources, "sources")
     if len(sources) < 2:
         raise MeshError(f"{len(sources)} frames make no series; give two or more")
     names = names_of(sources)
     check_features(features, names)
     maps: list[SphereMap] = []
     before = first = None
-    for name, source in zip(names, counted("frames", list(sources)), strict=True):
+    for name, source in zip(names, counted("frames", sources), strict=True):
         try:
             result = mapped(source, balance)
         except MeshError as error:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import MeshError, check_number, check_whole, one_line, own_errstate, without_name
+from ...errors import MeshError, check_list, check_number, check_whole, one_line, own_errstate, without_name
 from ...io import npz
 from ...io.npz import read_arrays
 from ...io.replacing import make_folder, replacing
@@ -29,7 +29,7 @@ from ...mesh.check import check_mesh
 from ...mesh.objects import vertices_and_faces
 from ...mesh.timings import log_share
 from ...populations.executors import executor_of
-from ...populations.run_many import run_many
+from ...populations.run_many import check_engine, run_many
 from ...populations.table import MAPPED, JobRow
 from ...resampling.transfer import sphere_mesh
 from ...sphere.moebius import best_rotation, orientation_target
@@ -52,7 +52,7 @@ _FEWEST = 3  # members: two have one mode and no median
 
 @own_errstate
 def template(
-    sources: Sequence[Source],
+    sources: Iterable[Source],
     *,
     features: Sequence[ArrayLike] | None = None,
     modes: int = 10,
@@ -77,7 +77,7 @@ def template(
 
     Parameters
     ----------
-    sources : sequence of path-like, SphereMap or mesh objects
+    sources : iterable of path-like, SphereMap or mesh objects
         The surfaces, three or more; maps are taken as they are, and files and meshes are mapped.
     features : sequence of (n,) or (n, k) array_like, optional
         Data over the vertices of each source, whose mean and standard deviation are taken at corresponding points.
@@ -127,9 +127,9 @@ def template(
     check_whole(modes, "modes", 1)
     check_number(balance, "balance", most=1)
     check_number(farthest, "farthest", 1)
-    if processes is not None:
-        check_whole(processes, "processes", 1)
+    check_engine(executor, processes, timeout, memory, retries)
     mesh = sphere_mesh(target)
+    sources = check_list(sources, "sources")
     if len(sources) < _FEWEST:
         raise MeshError(f"a group needs {_FEWEST} surfaces or more, not {len(sources)}")
     check_features(features, names_of(sources))

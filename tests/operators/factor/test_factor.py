@@ -190,13 +190,13 @@ def test_unknown_backend():
 
 
 def test_missing_backend(monkeypatch):
-    monkeypatch.setattr(factorize_module, "_installed", lambda module: module != "sksparse.cholmod")
+    monkeypatch.setattr(factorize_module, "_loads", lambda module: module != "sksparse.cholmod")
     with pytest.raises(ValueError, match=r"needs sksparse\.cholmod, which is not installed"):
         factorize(problem(1), "scikit-sparse")
 
 
 def test_auto_needs_nothing_but_scipy(monkeypatch):
-    monkeypatch.setattr(factorize_module, "_installed", lambda module: module.startswith("scipy"))
+    monkeypatch.setattr(factorize_module, "_loads", lambda module: module.startswith("scipy"))
     assert available_backends() == ("scipy", "multigrid")
     assert factorize(problem(2)).backend == "scipy"
 
@@ -267,3 +267,18 @@ def test_conjugate_gradients_stop_at_the_residual_that_is_asked_for(accuracy):
     residual = np.linalg.norm(b - P @ x, axis=0) / np.linalg.norm(b, axis=0)
     assert (residual <= 1.001 * accuracy).all()
     assert residual.max() > accuracy / 10
+
+
+def test_a_solver_whose_library_can_not_be_loaded_is_passed_over(monkeypatch):
+    """As where the system gives too little memory for it."""
+
+    def refuse(module):
+        if not module.startswith("scipy"):
+            raise ImportError("failed to map segment from shared object")
+
+    factorize_module._loads.cache_clear()
+    monkeypatch.setattr(factorize_module, "import_module", refuse)
+    try:
+        assert factorize(problem(2)).backend == "scipy"
+    finally:
+        factorize_module._loads.cache_clear()

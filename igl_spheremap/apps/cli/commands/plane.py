@@ -139,7 +139,7 @@ def _load(args: Namespace) -> InputDisk:
     except MeshError as error:
         raise within(error, f"{args.source}: ") from None
     except ValueError as error:
-        raise UsageError(str(error)) from None
+        raise UsageError(f"--{error}") from None
     if disk.actions:
         args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(disk.actions)}")
     rows = np.where(disk.vertex_source < 0, -1, rows[disk.vertex_source])
