@@ -99,7 +99,7 @@ class Descent:
         candidates = self._pair.rotations(width)
         starts = [self._turned(each, width if moebius else None) for each in candidates
                   if each.correlation >= least * candidates[0].correlation]
-        best = int(np.argmin([self._outlook(start) for start in counted("starts", starts)])) if starts[1:] else 0
+        best = int(np.argmin([self.outlook(start) for start in counted("starts", starts)])) if starts[1:] else 0
         return starts[best], (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
 
     def _turned(self, candidate: RotationCandidate, width: float | None) -> FloatArray:
@@ -115,14 +115,19 @@ class Descent:
                         self._pair.target([width]), keep)
         return found[0]
 
-    def _outlook(self, start: FloatArray) -> float:
+    def outlook(self, start: FloatArray) -> float:
         """Lower a start on the coarsest level, and return its energy times its distance of positions."""
         size, stages = self._plan[0]
         source, target = self._level(size)
         source, y = self.lowered(source, target, self._source.carried(start, source), stages)
         terms = self._terms(source, target, y, stages[-1])
         energy = log_strain(source, target, y) + sum(term.value(y) for term in terms)
-        return energy * _distance(source, target, y)
+        return energy * distance_between(source, target, y)
+
+    def distance(self, start: FloatArray) -> float:
+        """Distance of positions after a start on the source's own mesh, on the coarsest level."""
+        source, target = self._level(self._plan[0][0])
+        return distance_between(source, target, self._source.carried(start, source))
 
     def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
         """Lower a start on the source's own mesh through all levels; return the last one, maybe split, and the map."""
@@ -203,7 +208,7 @@ def _position(y: FloatArray) -> tuple[FloatArray, FloatArray]:
     return y, np.broadcast_to(np.eye(3), (len(y), 3, 3))
 
 
-def _distance(source: Level, target: Level, y: FloatArray) -> float:
+def distance_between(source: Level, target: Level, y: FloatArray) -> float:
     """Measure the root mean square distance of the source's points from their images, after a similarity."""
     there = target.at(y, target.map.mesh.unit)
     off = similar(there, source.map.mesh.unit, source.map.mesh.A, there) - source.map.mesh.unit

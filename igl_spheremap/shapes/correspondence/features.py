@@ -88,11 +88,11 @@ class FeaturePair:
         values = np.concatenate([self._by_width[width][1] for width in widths], axis=1)
         return smooth_function(self._levels[1], values)
 
-    def rotations(self, width: float) -> list[RotationCandidate]:
+    def rotations(self, width: float, most: int = 4) -> list[RotationCandidate]:
         """Rotations of the source's sphere for which the features of one width agree best, the best first."""
         source, target = (expand(locator_of(level.map), values, _BAND, _OVERSAMPLING)
                          for level, values in zip(self._levels, self._by_width[width], strict=True))
-        return best_rotations(target, source, _BAND)
+        return best_rotations(target, source, _BAND, most)
 
     def correlation(self, x: FloatArray) -> FloatArray:
         """Correlate each feature, as given or of each width, over the source's area; its vertices lie at x."""

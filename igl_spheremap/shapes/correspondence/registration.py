@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +23,7 @@ from ...result.run import History, Iterate, Listener
 from ...untangle.local_repair import unfolded
 from ..harmonics.rotation import RotationCandidate
 from . import STAGES, STIFFNESS, USUAL
-from .descent import Descent, Stage
+from .descent import Descent, Stage, distance_between
 from .features import FeaturePair
 from .fits import fit_moebius
 from .levels import Level
@@ -36,11 +37,19 @@ _CHAIN = ((642, 0.5, (_WIDEST,)), (2562, 0.9, (_WIDEST, 0.35)), (2562, 0.9, (0.3
 WIDTHS = tuple(dict.fromkeys(width for _, _, each in _CHAIN for width in each))
 #: Radians that surfaces are smoothed by before strain is measured: depths of folds differ between bodies.
 _SMOOTHING = 0.15
+_TURNS = 12  # rotations of a body whose limbs can be told apart by their places only: more than an octopus has arms
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is tried, and reported
 _GUARD = 0.2  # weight of the strain of the source's sphere beside that from surface to surface (benchmarks/tried.md)
 _STEPS = 15  # of Newton's method on each level
 _SOFTEST = 1e-6  # of strains that keep faces from degenerating
 _LOSS = 0.01  # of correlation in a stage is reported; less than that is due to smoothing
+
+
+class Turn(NamedTuple):
+    """A rotation of a surface's sphere, and the distance in space that it leaves to another one, of unit area both."""
+
+    rotation: FloatArray
+    distance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,9 +193,7 @@ def register(
     a, b = pair.smoothed(_SMOOTHING)
     first = _WIDEST if features is None else WIDTHS[-1]  # data are compared nearly as they are
     columns = pair.source([first]).shape[1]
-    plan = [Stage(min(size, len(a.map.sphere)), share, each, 1 / (stiffness * columns * len(each)), _GUARD, _STEPS)
-            for size, share, each in _CHAIN]
-    descent = Descent(a, b, plan, pair, np.empty((0, 3)))
+    descent = Descent(a, b, _plan(len(a.map.sphere), stiffness, columns), pair, np.empty((0, 3)))
     course = _Course(source, pair, history)
     candidates: tuple[RotationCandidate, ...] = ()
     with suppress(StopIteration):  # of a listener
@@ -209,18 +216,60 @@ def register(
     return Registration(replace(result, run=run), tuple(course.stages), candidates, _doubts(candidates, course.stages))
 
 
-def continue_registration(source: SphereMap, target: SphereMap, y: FloatArray) -> tuple[FloatArray, float]:
-    """Register again after the target moved a little, from the map y of before; return the map and its correlation.
+class DepthRegistration:
+    """Lays a surface on another by their depth potentials, as `register` does without features, from chosen starts.
 
-    Only the last level of `register` is run, on the surfaces' own meshes, without features, at its stiffness.
+    Maps are those of the source's vertices to the target's sphere.
     """
-    own = Level.of(source, "the source"), Level.of(target, "the target")
-    _, share, widths = _CHAIN[-1]
-    pair = FeaturePair(*own, None, WIDTHS)
-    a, b = pair.smoothed(_SMOOTHING)
-    stage = Stage(None, share, widths, 1 / (STIFFNESS * len(widths)), _GUARD, _STEPS)
-    _, y = Descent(a, b, [stage], pair, np.empty((0, 3))).lowered(a, b, unfolded(source.mesh, y), [stage])
-    return y, float(pair.correlation(y).mean())
+
+    def __init__(self, source: SphereMap, target: SphereMap) -> None:
+        self._own = Level.of(source, "the source"), Level.of(target, "the target")
+        self._pair = FeaturePair(*self._own, None, WIDTHS)
+        self._source, self._target = self._pair.smoothed(_SMOOTHING)
+        plan = _plan(len(source.sphere), STIFFNESS)
+        _, share, widths = _CHAIN[-1]
+        self._last = Stage(None, share, widths, 1 / (STIFFNESS * len(widths)), _GUARD, _STEPS)
+        self._descent = Descent(self._source, self._target, plan, self._pair, np.empty((0, 3)))
+
+    def turns(self) -> list[Turn]:
+        """Rotations for which the potentials agree better than for those around them, the nearest in space first."""
+        found = [Turn(each.rotation, self.apart(each.rotation)) for each in self._pair.rotations(_WIDEST, _TURNS)]
+        return sorted(found, key=lambda turn: turn.distance)
+
+    def apart(self, rotation: FloatArray) -> float:
+        """Distance of the surfaces after a rotation of the source's sphere, on the coarsest level."""
+        return self._descent.distance(self.turned(rotation))
+
+    def turned(self, rotation: FloatArray) -> FloatArray:
+        """The source's map after a rotation."""
+        return unfolded(self._own[0].map.mesh, self._own[0].map.sphere @ rotation.T)  # rounding may fold slivers
+
+    def outlook(self, y: FloatArray) -> float:
+        """Energy times distance that a start leads to on the coarsest level; both vanish for similar bodies."""
+        return self._descent.outlook(y)
+
+    def run(self, y: FloatArray) -> FloatArray:
+        """The registration that a start leads to, through all levels."""
+        level, y = self._descent.run(y, lambda *_: None)
+        return level.carried(y, self._source)
+
+    def continued(self, y: FloatArray) -> FloatArray:
+        """Where a registration goes on from if the target moved a little: the last level, on the surfaces' meshes."""
+        return self._descent.lowered(self._source, self._target, unfolded(self._own[0].map.mesh, y), [self._last])[1]
+
+    def distance(self, y: FloatArray) -> float:
+        """Root mean square distance of corresponding points after a similarity, of surfaces of unit area."""
+        return distance_between(*self._own, y)
+
+    def correlation(self, y: FloatArray) -> float:
+        """Of the potentials, over the source's area."""
+        return float(self._pair.correlation(y).mean())
+
+
+def _plan(size: int, stiffness: float, columns: int = 1) -> list[Stage]:
+    """The stages of a registration, from coarse to fine."""
+    return [Stage(min(points, size), share, widths, 1 / (stiffness * columns * len(widths)), _GUARD, _STEPS)
+            for points, share, widths in _CHAIN]
 
 
 class _Course:

@@ -70,7 +70,8 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     arrays |= {f"member_{name}": np.array([getattr(member, name) for member in group.members]) for name in FIGURES}
     known = {"names": [member.name for member in group.members], "left_out": dict(group.left_out),
              "changes": group.changes, "rigid": group.rigid, "balance": group.balance,
-             "feature_names": group.feature_names}
+             "feature_names": group.feature_names, "notes": group.notes,
+             "doubts": [member.doubts for member in group.members]}
     with replacing(place / ARCHIVE, force) as partial:
         npz.write_arrays(partial, arrays | {"json": json.dumps(known)})
     over = {"area": group.areas, "spread": group.spread}
@@ -124,25 +125,27 @@ def read_group(folder: str | os.PathLike[str]) -> Group:
         if not {*_ARRAYS, "json", *(f"member_{name}" for name in FIGURES)} <= arrays.keys():
             raise MeshError("the archive holds no group; give one that `igl-spheremap template` wrote")
         known = json.loads(str(arrays["json"]))
-        figures = zip(known["names"], *(arrays[f"member_{name}"].tolist() for name in FIGURES), strict=True)
-        members = tuple(Member(str(name), None, *numbers) for name, *numbers in figures)
+        doubts = map(tuple, known["doubts"])
+        figures = zip(known["names"], *(arrays[f"member_{name}"].tolist() for name in FIGURES), doubts, strict=True)
+        members = tuple(Member(str(name), None, *others) for name, *others in figures)
         return Group(**{name: arrays[name] for name in _ARRAYS}, members=members, left_out=known["left_out"],
                      changes=tuple(known["changes"]), rigid=known["rigid"], balance=known["balance"],
-                     feature_names=tuple(known["feature_names"]))
+                     feature_names=tuple(known["feature_names"]), notes=tuple(known["notes"]))
 
 
 def _rows(group: Group) -> Iterator[Sequence[object]]:
     """The table of members."""
-    yield "member", "status", "reason", *FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes)))
+    yield "member", "status", "reason", "doubts", *FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes)))
     for member, scores in zip(group.members, group.scores, strict=True):
         yield member_row(member, scores)
     for name, reason in group.left_out.items():
-        yield name, "left out", reason, *[""] * (len(FIGURES) + len(group.modes))
+        yield name, "left out", reason, *[""] * (1 + len(FIGURES) + len(group.modes))
 
 
 def member_row(member: Member, scores: FloatArray) -> tuple[object, ...]:
     """A row of the table."""
-    return member.name, "member", "", *(getattr(member, name) for name in FIGURES), *scores.tolist()
+    figures = (getattr(member, name) for name in FIGURES)
+    return member.name, "member", "", "; ".join(member.doubts), *figures, *scores.tolist()
 
 
 def file_names(names: Sequence[str]) -> list[str]:

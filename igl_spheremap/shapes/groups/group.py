@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +12,14 @@ from ...draw.markup import table
 from ...draw.palette import round_up, sizes
 from ...draw.plot import pose
 from ...draw.shown import Drawing, Shown
-from ...errors import Remedy, own_errstate
+from ...errors import own_errstate
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...resampling.transfer import check_map, resample
-from ..correspondence.registration import register
+from .doubts import member_doubts
+from .laying import laid_first, searched
 from .modes import ModelFigures, model_figures
 from .placing import at_points, carried, check_member
 from .procrustes import placed
@@ -41,6 +42,8 @@ class Member:
         Its size over the geometric mean of all members' sizes, a ratio; 1 if only rigid motions were taken away.
     distance : float
         Root mean square distance from the mean surface at corresponding points, over the area, in the members' units.
+    doubts : tuple of str
+        Why it may lie wrong, and what to do; empty for most.
     """
 
     name: str
@@ -48,9 +51,11 @@ class Member:
     correlation: float
     size: float
     distance: float
+    doubts: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return f"Member({self.name!r}, correlation {self.correlation:.3f}, {self.distance:.3g} from the mean)"
+        return (f"Member({self.name!r}, correlation {self.correlation:.3f}, {self.distance:.3g} from the mean"
+                f"{', doubtful' * bool(self.doubts)})")
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +98,8 @@ class Group(Shown):
         Of the members' maps, where they were made for the group: 0 is conformal, 1 preserves areas.
     feature_names : tuple of str
         Of the features; empty if they have none.
+    notes : tuple of str
+        Reasons to doubt the mean: that it did not settle, that the bodies are symmetric, or of two kinds.
     """
 
     vertices: FloatArray
@@ -112,6 +119,7 @@ class Group(Shown):
     rigid: bool = False
     balance: float = 1.0
     feature_names: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         out = f", {len(self.left_out)} left out" if self.left_out else ""
@@ -207,15 +215,16 @@ class Group(Shown):
         """
         check_member(check_map(source, "source"))
         coarse = at_points(source, self.sphere, self.faces)
-        registered = register(coarse, self.map)
-        onto = carried(source, coarse, registered.map.sphere)
+        laid = searched(coarse, self.map, laid_first(coarse, self.map).sphere)
+        onto = carried(source, coarse, laid.sphere)
         points = resample(onto, (self.sphere, self.faces)).v
         shape, size = placed(points, self.vertices, self.areas, 1.0 if self.rigid else None)
         away = shape - self.vertices
         scores = np.einsum("n,nd,knd->k", self._weights, away, self.modes)
         distance = float(np.sqrt(self._weights @ (away**2).sum(axis=1)))
-        correlation = float(registered.stages[-1].correlation.mean())
-        return PlacedMember(Member("", onto, correlation, size, distance), shape, scores)
+        distances, correlations = np.array([[each.distance, each.correlation] for each in self.members]).T
+        said = member_doubts(laid, distance, distances, correlations)
+        return PlacedMember(Member("", onto, laid.correlation, size, distance, said), shape, scores)
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,16 +247,3 @@ class PlacedMember:
 
     def __repr__(self) -> str:
         return f"PlacedMember({self.member.distance:.3g} from the mean, {len(self.scores)} scores)"
-
-
-def too_far(distance: float, distances: Sequence[float] | FloatArray, farthest: float) -> str:
-    """Why a member that lies that far from the mean is left out, given the members' distances; empty if it is not.
-
-    >>> too_far(9, [1, 2, 3], farthest=4)
-    'it lies 4.5 times as far from the mean as half of the members: look at it, or give a larger farthest'
-    """
-    usual = float(np.median(np.asarray(distances)))
-    if distance <= farthest * usual:
-        return ""
-    return (f"it lies {distance / usual:.1f} times as far from the mean as half of the members: look at it, or give a "
-            f"larger {Remedy(options={'farthest': None})}")

@@ -21,10 +21,10 @@ from ...mesh.measure import vertex_areas
 from ...populations.job import Job, Task
 from ...populations.table import JobRow
 from ...resampling.transfer import resample, sphere_mesh, transfer
-from ..correspondence.registration import continue_registration, register
 from ..harmonics.basis import power
 from ..harmonics.harmonics import spherical_harmonics
 from .features import FeatureFiles, file_of
+from .laying import followed, laid_first, searched
 from .placing import at_points, carried, mapped, own_areas
 
 _DEGREE = 8  # of the harmonics whose powers tell which member is nearest to the mean: limbs and lobes, no details
@@ -108,22 +108,23 @@ class MapMember(MemberTask):
 
 @dataclass(frozen=True, kw_only=True)
 class RegisterMember(MemberTask):
-    """Register a member's points to a template: from any rotation, or from the sphere of the round before."""
+    """Register a member's points to a template: from where they were in the round before, if there was one.
+
+    If `search` is set, turns of that are tried, too.
+    """
+
+    search: bool = False
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         coarse, arrays = self.surface(job.source), read_arrays(self.place(job.beside[0]))
         target = certified(check_mesh(arrays["vertices"], arrays["faces"]), arrays["sphere"])
         before = [read_arrays(self.place(path))["sphere"] for path in job.beside[1:]]
         check()
-        if before:
-            y, correlation = continue_registration(coarse, target, before[0])
-        else:
-            found = register(coarse, target, stages=["rotation", "elastic"])
-            y, correlation = found.map.sphere, float(found.stages[-1].correlation.mean())
-        points, f = resample(certified(coarse.mesh, y), (coarse.sphere, coarse.faces))
-        self.write(job.target, {"sphere": y, "points": points, "areas": vertex_areas(points, f),
-                                "correlation": np.array(correlation)})
-        return replace(self.empty(job), vertices=len(y))
+        lay = laid_first if not before else searched if self.search else followed
+        registered = lay(coarse, target, *before)
+        points, f = resample(certified(coarse.mesh, registered.sphere), (coarse.sphere, coarse.faces))
+        self.write(job.target, registered._asdict() | {"points": points, "areas": vertex_areas(points, f)})
+        return replace(self.empty(job), vertices=len(points))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,7 +20,6 @@ from ...io.replacing import make_folder, replacing
 from ...io.textured import write_picture
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.timings import counted
-from ...populations.table import OUTLIER
 from .files import FIGURES, file_names
 from .film import REACH, movement, over_time
 from .group import Group
@@ -39,7 +38,8 @@ def write_group_page(path: str | os.PathLike[str], group: Group, command: str = 
     model = group.figures()
     rows = [(str(k + 1), *(f"{value:.4g}" for value in values)) for k, values in enumerate(zip(*model, strict=True))]
     body = [f"<h1>{len(group.members)} surfaces and their mean</h1>", made_by(command, datetime.now(timezone.utc)),
-            f"<p>{escape(repr(group))}</p>", "<h2>Mean and modes</h2>"]
+            f"<p>{escape(repr(group))}</p>",
+            *(f"<p><strong>Doubtful: {escape(note)}.</strong></p>" for note in group.notes), "<h2>Mean and modes</h2>"]
     for k in range(min(_SHOWN, len(group.modes))):
         scores = [np.append(np.zeros(k), side * np.sqrt(group.variances[k])) for side in (-REACH, 0.0, REACH)]
         bodies = _together([group.shape(each) for each in scores], turn)
@@ -51,26 +51,23 @@ def write_group_page(path: str | os.PathLike[str], group: Group, command: str = 
         views = [View(caption, x, _by_face(ramp, values, group.faces), np.empty(0, dtype=np.int64), ramp)
                  for x, (caption, ramp, values) in zip(bodies, shown, strict=True)]
         body.append(scene(group.faces, views))
-    distances = np.array([member.distance for member in group.members])
-    low, high = np.percentile(distances, [25, 75]).tolist()
-    limit = high + OUTLIER * (high - low)
-    usual = float(np.sqrt((distances**2).mean()))
+    usual = float(np.sqrt(np.mean([member.distance**2 for member in group.members])))
     ramp = sizes("distance from the mean", round_up(_FAR * usual))
     figures = {name: name for name in (*FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes))))}
     body += ["<p>Drag to turn, double-click to reset.</p>", "<h2>How good a model the modes are</h2>",
              table(rows, ("modes", "compactness", "generalisation", "specificity")), "<h2>Members</h2>",
              '<div class="plots">',
              *(histogram(name, name, np.array([getattr(member, name) for member in group.members]),
-                         limit if name == "distance" else np.inf, "", "members") for name in FIGURES), "</div>",
-             f"<p>What was left out, then the farthest from the mean first. Outliers lie more than {OUTLIER:g} "
-             "interquartile ranges above the third quartile of the distances. Click a bar to see its members, a "
-             "picture to see all of one. <code>template --ratings</code> reads the ratings that are saved.</p>",
-             card_sheet(_cards(Path(path), group, ramp, limit, turn), figures, [ramp])]
+                         np.inf, "", "members") for name in FIGURES), "</div>",
+             "<p>What was left out, then the farthest from the mean first. Marked are members that may lie wrong. "
+             "Click a bar to see its members, a picture to see all of one. <code>template "
+             "--ratings</code> reads the ratings that are saved.</p>",
+             card_sheet(_cards(Path(path), group, ramp, turn), figures, [ramp])]
     with replacing(path, force=True) as partial:
         partial.write_text(page("A group of surfaces", "\n".join(body)), encoding="utf-8", errors="backslashreplace")
 
 
-def _cards(path: Path, group: Group, ramp: Ramp, limit: float, turn: FloatArray) -> list[Card]:
+def _cards(path: Path, group: Group, ramp: Ramp, turn: FloatArray) -> list[Card]:
     """A card for each surface, and the pictures of the members, each in colours of its distance from the mean."""
     folder = make_folder(path.parent / "pictures")
     blank: dict[str, object] = dict.fromkeys((*FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes)))))
@@ -86,11 +83,10 @@ def _cards(path: Path, group: Group, ramp: Ramp, limit: float, turn: FloatArray)
         write_picture(folder / f"{shorts[k]}.png", picture, force=True)
         row = {"source": member.name, "status": "member", **{name: getattr(member, name) for name in FIGURES},
                **{f"mode_{j + 1}": score for j, score in enumerate(group.scores[k].tolist())}}
-        far = [f"distance {member.distance:.3g} > {limit:.3g}"] if member.distance > limit else []
         cards.append(Card(f"m{k}", row, member.name, f"{member.distance:.3g} from the mean, size {member.size:.3f}, "
                           f"correlation {member.correlation:.3f}", "Laid on the mean, from the front and from behind.",
                           shlex.join(("igl-spheremap", "view", f"{path.parent}/members/{shorts[k]}.npz")),
-                          f"pictures/{quote(shorts[k], errors='surrogateescape')}.png", far))
+                          f"pictures/{quote(shorts[k], errors='surrogateescape')}.png", list(member.doubts)))
     return cards
 
 

@@ -6,12 +6,12 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,8 +21,6 @@ from ...io import npz
 from ...io.npz import read_arrays
 from ...io.replacing import make_folder, replacing
 from ...io.written_map import read_map
-from ...maps.balanced import balanced_spherical_map
-from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
@@ -33,20 +31,20 @@ from ...populations.run_many import check_engine, run_many
 from ...populations.table import MAPPED, JobRow
 from ...resampling.transfer import sphere_mesh
 from ...sphere.moebius import best_rotation, orientation_target
-from ...sphere.rows import row_lengths, weighted_sum
-from ...untangle.local_repair import unfolded
 from . import FARTHEST
+from .doubts import group_doubts, member_doubts, symmetric
 from .features import FeatureFiles, check_features
 from .files import file_names
-from .group import Group, Member, too_far
+from .fixed_point import FixedPoint, Registered, distances, fixed_point
+from .group import Group, Member
 from .jobs import MapJob, MapMember, MemberJob, MemberTask, PlaceMember, RegisterMember, columns_of, write_arrays
+from .laying import Laid
 from .modes import principal_modes
 from .placing import Source, names_of
-from .procrustes import Alignment, blocks, generalised_procrustes, placed
+from .procrustes import blocks, generalised_procrustes
 
 #: The manifest in a group's folder.
 MANIFEST = "manifest.jsonl"
-_ROUNDS = 10  # at most: 3 to 5 are usual, each of which moves the mean by a quarter of what the one before did
 _FEWEST = 3  # members: two have one mode and no median
 
 
@@ -138,8 +136,11 @@ def template(
         crew = stack.enter_context(executor_of(executor, processes))
         run = partial(run_many, manifest=os.path.join(place, MANIFEST), executor=crew, resume=resume,
                       retry_failed=retry_failed, timeout=timeout, memory=memory, retries=retries)
-        work = _Work(_Files(Path(place)), _Crew(run, target), *mesh, balance, rigid)
-        return work.joined(work.fixed_point(work.mapped(sources, features), farthest), modes, keep=out is None)
+        people = _People(_Files(Path(place)), _Crew(run, target), mesh)
+        first = people.mapped(sources, features, balance)
+        fixed = fixed_point(people.registered, people.members, first, *mesh, balance=balance, rigid=rigid,
+                            farthest=farthest)
+        return people.group(fixed, modes, balance=balance, rigid=rigid, keep=out is None)
 
 
 @dataclass
@@ -150,6 +151,7 @@ class _Member:
     name: str
     short: str
     sphere: str = ""  # the file of its last registration
+    search: str = ""  # that of the last one for which other rotations were tried
 
 
 class _Files:
@@ -215,26 +217,27 @@ class _Crew:
         return found
 
 
-class _Fixed(NamedTuple):
-    """Members registered to their mean, the rotation to its Gauss map, and how far it moved in each round."""
+class _People:
+    """The members of a group in files, and the jobs that make them.
 
-    members: list[_Member]
-    turn: FloatArray
-    changes: tuple[float, ...]
-
-
-class _Work:
-    """The making of a group: rounds of jobs for all members, and what is summed over them.
-
-    Members are in the order of their contents, in which sums are taken: so no bit depends on the sources' order.
+    They are in the order of their contents, in which sums are taken: so no bit depends on the sources' order.
     """
 
-    def __init__(self, files: _Files, crew: _Crew, x: FloatArray, f: IntArray, balance: float, rigid: bool) -> None:
-        self._files, self._crew, self._x, self._f = files, crew, x, f
-        self._balance, self._rigid = balance, rigid
+    def __init__(self, files: _Files, crew: _Crew, mesh: tuple[FloatArray, IntArray]) -> None:
+        self._files, self._crew, (self._x, self._f) = files, crew, mesh
+        self._known: dict[int, _Member] = {}
+        self._round = 0
 
-    def mapped(self, sources: Sequence[Source], features: Sequence[ArrayLike] | None) -> list[_Member]:
-        """Map all members, in the order of their contents."""
+    @property
+    def members(self) -> list[int]:
+        """Their numbers among the sources."""
+        return list(self._known)
+
+    def mapped(self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float) -> FloatArray:
+        """Map all, and return the points of the one whose shape is nearest to the mean.
+
+        That is by powers of harmonics, which neither pose nor mirroring changes.
+        """
         names = names_of(sources)
         members = [_Member(k, *each) for k, each in enumerate(zip(names, file_names(names), strict=True))]
         jobs, known = [], []
@@ -244,9 +247,13 @@ class _Work:
                 known.append(member)
             except MeshError as error:
                 self._crew.left_out[member.name] = one_line(error)
-        found = self._crew.each("maps", known, jobs, MapMember, balance=self._balance)
-        digests = {member.number: read_arrays(self._files.points(member))["digest"].tobytes() for member in found}
-        return sorted(found, key=lambda member: digests[member.number])
+        found = {member.number: (member, read_arrays(self._files.points(member)))
+                 for member in self._crew.each("maps", known, jobs, MapMember, balance=balance)}
+        order = sorted(found, key=lambda k: found[k][1]["digest"].tobytes())
+        self._known = {k: found[k][0] for k in order}
+        powers = np.stack([found[k][1]["powers"] for k in order])
+        medoid = order[int(np.argmin(np.linalg.norm(powers - powers.mean(axis=0), axis=1)))]
+        return np.asarray(found[medoid][1]["points"])
 
     def _map_job(self, member: _Member, source: Source, features: ArrayLike | None) -> MapJob:
         """What is read and written for a member; what was given as an object is written first."""
@@ -267,56 +274,27 @@ class _Work:
         return MapJob(path, self._files.map(member), more=(self._files.points(member),), is_map=is_map,
                       features=columns)
 
-    def fixed_point(self, members: list[_Member], farthest: float) -> _Fixed:
-        """Register the members to a template until it is their mean.
-
-        All turn with the start until then. Members that lie too far off are left out where the mean stays, and it goes
-        on with the others.
-        """
-        x, f, changes = self._x, self._f, list[float]()
-        tolerance = 1 - float(row_lengths(x[f].mean(axis=1)).min())  # how far the icosphere's faces are from the sphere
-        before = read_arrays(self._files.points(self._medoid(members)))["points"]
-        target, last = certified(check_mesh(before, f), x), _ROUNDS
-        for step in count(1):
-            members = self._registered(members, target, step)
-            shapes, areas, aligned = self._aligned([member.sphere for member in members])
-            changes.append(_change(before, aligned.mean, areas))
-            if changes[-1] < tolerance or step == last:
-                distances = _distances(shapes, areas, aligned)
-                far = {member.name: why for member, distance in zip(members, distances, strict=True)
-                       if (why := too_far(distance, distances, farthest))}
-                if not far:
-                    break
-                self._crew.left_out |= far
-                members, last = [member for member in members if member.name not in far], step + _ROUNDS
-                _, areas, aligned = self._aligned([member.sphere for member in members])
-            before = aligned.mean
-            target = balanced_spherical_map(before, f, balance=self._balance)
-            as_before = best_rotation(target.sphere, x, areas)
-            target = certified(target.mesh, unfolded(target.mesh, target.sphere @ as_before))
-        mesh = check_mesh(aligned.mean, f)
-        return _Fixed(members, best_rotation(x, orientation_target(mesh), mesh.A), tuple(changes))
-
-    def _medoid(self, members: list[_Member]) -> _Member:
-        """Whose harmonics' powers, which neither pose nor mirroring changes, are nearest to the mean of all."""
-        powers = np.stack([read_arrays(self._files.points(member))["powers"] for member in members])
-        return members[int(np.argmin(np.linalg.norm(powers - powers.mean(axis=0), axis=1)))]
-
-    def _registered(self, members: list[_Member], target: SphereMap, step: int) -> list[_Member]:
-        """The members registered to a template, from where they were in the round before."""
-        template = self._files.place("work", "rounds", str(step), "template.npz")
+    def registered(self, numbers: Sequence[int], target: SphereMap, search: bool) -> Registered:
+        """Members registered to a template, from where they were in the round before."""
+        self._round += 1
+        template = self._files.place("work", "rounds", str(self._round), "template.npz")
         write_arrays(template, {"vertices": target.vertices, "faces": target.faces, "sphere": target.sphere})
-        jobs = []
-        for member in members:
-            beside = (template, member.sphere) if member.sphere else (template,)
-            jobs.append(MemberJob(self._files.points(member),
-                                  self._files.place("work", "rounds", str(step), f"{member.short}.npz"), beside=beside))
-        found = self._crew.each("registrations", members, jobs, RegisterMember, "it could not be registered: ")
-        spheres = {job.source: job.target for job in jobs}
-        return [replace(member, sphere=spheres[self._files.points(member)]) for member in found]
+        members = [self._known[k] for k in numbers]
+        jobs = [MemberJob(self._files.points(member),
+                          self._files.place("work", "rounds", str(self._round), f"{member.short}.npz"),
+                          beside=(template, *filter(None, (member.sphere,)))) for member in members]
+        written = {member.number: job.target for member, job in zip(members, jobs, strict=True)}
+        found = self._crew.each("registrations", members, jobs, RegisterMember, "it could not be registered: ",
+                                search=search)
+        for member in found:
+            member.sphere = written[member.number]
+            member.search = member.sphere if search else member.search
+        shapes, areas = self._read([member.sphere for member in found])
+        turned = sum(bool(read_arrays(member.sphere)["turned"]) for member in found) if search else 0
+        return Registered([member.number for member in found], shapes, areas, turned)
 
-    def _aligned(self, files: list[str]) -> tuple[FloatArray, FloatArray, Alignment]:
-        """The points of all members in one file, their mean area around each, and how they lie on each other."""
+    def _read(self, files: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+        """The points of all members in one file, and their mean area around each."""
         areas = np.zeros(len(self._x))
 
         def points() -> Iterator[FloatArray]:
@@ -326,28 +304,30 @@ class _Work:
                 areas = areas + arrays["areas"] / len(files)
                 yield arrays["points"]
 
-        shapes = self._stored("points", points(), len(files))
-        return shapes, areas, generalised_procrustes(shapes, areas, self._rigid)
+        size = len(files), len(self._x), 3
+        return self._files.stored("points", points(), size), areas
 
-    def _stored(self, name: str, shapes: Iterable[FloatArray], number: int) -> FloatArray:
-        return self._files.stored(name, shapes, (number, len(self._x), 3))
-
-    def joined(self, fixed: _Fixed, modes: int, keep: bool) -> Group:
+    def group(self, fixed: FixedPoint, modes: int, *, balance: float, rigid: bool, keep: bool) -> Group:
         """The group: each registration is carried to the member's own mesh, and sampled there.
 
         With `keep` it holds maps and shapes; else they lie in files.
         """
+        mesh = check_mesh(fixed.mean, self._f)
         frame = self._files.place("work", "frame.npz")
-        write_arrays(frame, {"turn": fixed.turn})
+        write_arrays(frame, {"turn": best_rotation(self._x, orientation_target(mesh), mesh.A)})
+        self._crew.left_out |= {self._known[k].name: why for k, why in fixed.left_out.items()}
+        members = [self._known[k] for k in fixed.members]
         jobs = [MemberJob(self._files.map(member), self._files.result(member),
                           beside=(self._files.points(member), member.sphere, frame),
-                          more=(self._files.placed(member),)) for member in fixed.members]
-        members = self._crew.each("members", fixed.members, jobs, PlaceMember)
+                          more=(self._files.placed(member),)) for member in members]
+        members = self._crew.each("members", members, jobs, PlaceMember)
         files = [self._files.placed(member) for member in members]
-        shapes, areas, aligned = self._aligned(files)
-        distances = _distances(shapes, areas, aligned)
-        shapes = self._stored("aligned", (aligned.laid(shapes, slice(k, k + 1))[0] for k in range(len(files))),
-                              len(files))
+        shapes, areas = self._read(files)
+        size = shapes.shape
+        aligned = generalised_procrustes(shapes, areas, rigid)
+        away = distances(shapes, areas, aligned)
+        shapes = self._files.stored("aligned", (aligned.laid(shapes, slice(k, k + 1))[0] for k in range(len(files))),
+                                    size)
         mean, several = aligned.mean, len(members) - 1
         found = principal_modes(shapes, areas, modes, mean)
         variance = sum((((shapes[part] - mean) ** 2).sum(axis=(0, 2)) for part in blocks(shapes)),
@@ -355,29 +335,26 @@ class _Work:
         feature_mean = _mean_of(files, lambda values: values)
         feature_variance = _mean_of(files, lambda values: (values - feature_mean) ** 2)
         order = np.argsort([member.number for member in members])  # as the sources came
-        shapes = self._stored("shapes", (shapes[k] for k in order), len(files))
-        rows = [Member(member.name, read_map(self._files.result(member)) if keep else None,
-                       float(read_arrays(member.sphere)["correlation"]), float(size), float(distance))
-                for member, size, distance in zip(members, aligned.sizes, distances, strict=True)]
+        shapes = self._files.stored("shapes", (shapes[k] for k in order), size)
+        correlations = np.array([float(read_arrays(member.sphere)["correlation"]) for member in members])
+        laid = [self._laid(member) for member in members]
+        alike = symmetric(laid)
+        rows = [Member(member.name, read_map(self._files.result(member)) if keep else None, correlation, size, distance,
+                       member_doubts(each, distance, away, correlations, alike))
+                for member, each, correlation, size, distance in zip(
+                    members, laid, correlations.tolist(), aligned.sizes.tolist(), away.tolist(), strict=True)]
         return Group(
             mean, self._f, self._x, np.array(shapes) if keep else shapes, found.modes, found.variances,
             found.scores[order], tuple(rows[k] for k in order), areas, np.sqrt(variance), feature_mean,
-            np.sqrt(feature_variance * len(files) / several), dict(self._crew.left_out), fixed.changes, self._rigid,
-            self._balance,
+            np.sqrt(feature_variance * len(files) / several), dict(self._crew.left_out), fixed.changes, rigid,
+            balance, notes=tuple(group_doubts(fixed.changes, fixed.settled, laid, found.scores)),
         )  # fmt: skip
 
-
-def _change(before: FloatArray, mean: FloatArray, areas: FloatArray) -> float:
-    """How far a mean lies from the one before, over its root mean square radius."""
-    moved = placed(before, mean, areas)[0] - mean
-    offset = mean - weighted_sum(areas / areas.sum(), mean)
-    return float(np.sqrt((areas @ moved**2).sum() / (areas @ offset**2).sum()))
-
-
-def _distances(shapes: FloatArray, areas: FloatArray, aligned: Alignment) -> FloatArray:
-    """Root mean square distance of each shape from the mean."""
-    return np.concatenate([np.sqrt(((aligned.laid(shapes, part) - aligned.mean) ** 2).sum(axis=2)
-                                   @ (areas / areas.sum())) for part in blocks(shapes)])
+    def _laid(self, member: _Member) -> Laid:
+        """How a member lies, as the last search for other rotations found it."""
+        arrays = read_arrays(member.search)
+        rival, angle, mirrored = (float(arrays[name]) for name in ("rival", "angle", "mirrored"))
+        return Laid(arrays["sphere"], float(arrays["correlation"]), bool(arrays["turned"]), rival, angle, mirrored)
 
 
 def _mean_of(files: list[str], of: Callable[[FloatArray], FloatArray]) -> FloatArray:

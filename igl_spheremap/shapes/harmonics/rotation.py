@@ -110,14 +110,14 @@ def euler_angles(R: FloatArray) -> tuple[float, float, float]:
     return alpha, beta, np.arctan2(*sin_cos)
 
 
-def best_rotations(target: FloatArray, source: FloatArray, band: int) -> list[RotationCandidate]:
+def best_rotations(target: FloatArray, source: FloatArray, band: int, most: int = 4) -> list[RotationCandidate]:
     """Local maxima of the correlation of two functions' coefficients ((L + 1)^2, k), degrees 1 ... band - 1, by value.
 
     The correlation is that of all columns together. An ellipsoid fits itself in four ways: as many maxima are refined.
     """
     f, g = _padded(target, band), _padded(source, band)
     size = np.sqrt(np.vdot(f, f).real * np.vdot(g, g).real)
-    refined = [_refine(f, g, R) for R in _peaks(_on_grid(f, g), len(_FLIPS))]
+    refined = [_refine(f, g, R) for R in _peaks(_on_grid(f, g), most)]
     refined.sort(key=lambda candidate: -candidate.correlation)
     kept: list[RotationCandidate] = []
     for R, value in refined:

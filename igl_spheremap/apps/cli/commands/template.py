@@ -20,10 +20,11 @@ from ....populations.executors import connect
 from ....populations.map_many import filled
 from ....populations.ratings import FAIL, read_ratings
 from ....shapes.groups.design import read_design, test_names, write_test
+from ....shapes.groups.doubts import too_far
 from ....shapes.groups.features import FeatureFiles
-from ....shapes.groups.files import ARCHIVE, file_names, member_row, read_group, write_group
+from ....shapes.groups.files import ARCHIVE, FIGURES, file_names, member_row, read_group, write_group
 from ....shapes.groups.film import write_mode_film, write_series_film
-from ....shapes.groups.group import Group, too_far
+from ....shapes.groups.group import Group
 from ....shapes.groups.page import write_group_page, write_series_page
 from ....shapes.groups.permutation import LEVEL, indicators, permutation_test
 from ....shapes.groups.series import series
@@ -170,6 +171,11 @@ def _describe(args: Namespace, group: Group) -> None:
     far = max(group.members, key=lambda member: member.distance)
     found.add("farthest", f"{far.name}: {far.distance:.4g} from the mean")
     found.add("written", f"{Path(args.out) / _PAGE} shows all of it, {ARCHIVE} holds it")
+    doubts = [f"{member.name}: {doubt}" for member in group.members for doubt in member.doubts]
+    found.figures |= {"doubts": {member.name: member.doubts for member in group.members if member.doubts},
+                      "notes": group.notes}
+    for line in (*group.notes, *doubts[:LISTED]):
+        found.add("doubtful", line)
     found.report(args)
 
 
@@ -195,12 +201,14 @@ def _add(args: Namespace) -> Exit:
                 write_map(folder / f"{short}.npz", member.map, force=True)
             cells = (name, "added", *member_row(member, placed.scores)[2:])
             found.add("added", f"{name}: {member.distance:.4g} from the mean")
+            for doubt in member.doubts:
+                found.add("doubtful", f"{name}: {doubt}")
         except (MeshError, FileError, MapError) as error:
             reason = without_name(one_line(error), name)
             refused, cells = True, (name, "left out", reason)
             found.add("left out", f"{name}: {reason}")
         rows[name] = cells
-    header = ("member", "status", "reason", "correlation", "size", "distance",
+    header = ("member", "status", "reason", "doubts", *FIGURES,
               *(f"mode_{k + 1}" for k in range(len(group.modes))))
     write_cells(table, [header, *rows.values()], force=True)
     found.figures["members"] = [dict(zip(header, rows[name], strict=False)) for name in names]
@@ -251,7 +259,7 @@ def _earlier(table: Path) -> dict[str, tuple[object, ...]]:
     """Rows of surfaces that were added before, by name."""
     if not table.exists():
         return {}
-    return {row[0]: (*row[:3], *map(_number, row[3:])) for row in read_cells(table)[1:]}
+    return {row[0]: (*row[:4], *map(_number, row[4:])) for row in read_cells(table)[1:]}
 
 
 def _number(cell: str) -> float | str:

@@ -1,0 +1,102 @@
+"""What there is to doubt of a group: members that may lie wrong, and means that are of no one body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ...errors import Remedy
+from ...mesh.arrays import HALF_DIGITS, FloatArray
+from .laying import Laid
+
+#: A turn that leads to this many times the energy and distance, or less, fits nearly as well: of octopuses whose arms
+#: were exchanged the right one had 1/1.3, of members that lie right the next one has 4 or more, or never comes near.
+_RIVAL = 1.5
+#: A mirror image that lies at this share of the distance is named: of a hippocampus among those of the other side it
+#: has .4, of bodies that are nearly their own mirror images .9.
+_MIRRORED = 2 / 3
+#: Beyond so many deviations, of the logarithms of positive figures, from their median: of 1,000 groups of 6 to 40
+#: members of log-normal figures one has such a member, 30 if they differ by 30 percent.
+_BEYOND = 4.0
+_USUAL = 0.15  # deviation at least: that of planted groups' distances
+_KINDS = 0.98  # share of a mode's variance that lies between two kinds: of 1,000 groups of one kind 3 have it
+_FEWEST = 3  # members of a kind
+
+
+def member_doubts(laid: Laid, distance: float, distances: FloatArray, correlations: FloatArray,
+                  alike: bool = False) -> tuple[str, ...]:
+    """What is to be doubted of a member, in sentences, beside the figures of all; `alike` if most lie in two ways."""
+    said = []
+    if laid.mirrored < _MIRRORED:
+        said.append(f"its mirror image lies at {laid.mirrored:.2f} times its distance from the mean: if it is of the "
+                    "other side of a body, mirror it (x to -x, and its faces reversed)")
+    elif laid.rival < _RIVAL and not alike:
+        said.append(f"turned by {laid.angle:.0f} degrees it fits the mean nearly as well: look whether its parts are "
+                    "where those of the others are")
+    if _beyond(np.log(distance), np.log(distances)):
+        said.append(f"it lies {distance / np.median(distances):.1f} times as far from the mean as half of the members: "
+                    "look at its picture, it may lie wrong or be of another kind")
+    if _beyond(_unlike(laid.correlation), _unlike(correlations)):
+        said.append(f"its depth correlates with the mean's by {laid.correlation:.2f}, that of half of the members by "
+                    f"{np.median(correlations):.2f} or more: look at its picture")
+    return tuple(said)
+
+
+def symmetric(laid: Sequence[Laid]) -> bool:
+    """Whether half of the members or more lie nearly as near to the mean after a turn."""
+    return float(np.mean([each.rival < _RIVAL for each in laid])) >= 0.5
+
+
+def _unlike(correlations: float | FloatArray) -> FloatArray:
+    """Fisher's transform of correlations, whose deviation does not depend on them, the least alike the largest."""
+    return -np.arctanh(np.clip(correlations, -1 + HALF_DIGITS, 1 - HALF_DIGITS))
+
+
+def _beyond(value: float | FloatArray, values: FloatArray) -> bool:
+    """Whether a value lies above others by far more than these differ."""
+    off = values - np.median(values)
+    deviation = 1.4826 * np.median(np.abs(off))  # the standard deviation of a normal distribution
+    return bool(value - np.median(values) > _BEYOND * max(deviation, _USUAL))
+
+
+def group_doubts(changes: Sequence[float], settled: float, laid: Sequence[Laid], scores: FloatArray) -> Iterator[str]:
+    """What is to be doubted of the mean, in sentences; changes below `settled` are none."""
+    if changes[-1] >= settled:
+        yield (f"the mean still moved by {100 * changes[-1]:.2g} percent of its radius in round {len(changes)}, the "
+               "last: points still slide; look at the farthest members, or give a finer mesh")
+    if symmetric(laid):
+        angle = np.median([each.angle for each in laid if each.rival < _RIVAL])
+        yield (f"most members fit the mean nearly as well when they are turned, by {angle:.0f} degrees for instance: "
+               "the bodies are symmetric, and modes along such turns are chance")
+    if (sizes := two_kinds(scores[:, 0])) is not None:
+        yield (f"the first mode parts the members into {sizes[0]} and {sizes[1]} with nothing between: they may be two "
+               "kinds, each with a mean of its own")
+
+
+def two_kinds(scores: FloatArray) -> tuple[int, int] | None:
+    """How many scores lie on either side, if they lie around two values; else None.
+
+    >>> two_kinds(np.array([-1.0, -1.1, -0.9, 1.0, 1.1, 0.9])), two_kinds(np.arange(6.0))
+    ((3, 3), None)
+    """
+    ordered = np.sort(scores - scores.mean())
+    total = (ordered**2).sum()
+    for k in range(_FEWEST, len(ordered) - _FEWEST + 1):
+        low, high = ordered[:k], ordered[k:]
+        if (k * low.mean() ** 2 + len(high) * high.mean() ** 2) > _KINDS * total:
+            return k, len(high)
+    return None
+
+
+def too_far(distance: float, distances: Sequence[float] | FloatArray, farthest: float) -> str:
+    """Why a member that lies that far from the mean is left out, given the members' distances; empty if it is not.
+
+    >>> too_far(9, [1, 2, 3], farthest=4)
+    'it lies 4.5 times as far from the mean as half of the members: look at it, or give a larger farthest'
+    """
+    usual = float(np.median(np.asarray(distances)))
+    if distance <= farthest * usual:
+        return ""
+    return (f"it lies {distance / usual:.1f} times as far from the mean as half of the members: look at it, or give a "
+            f"larger {Remedy(options={'farthest': None})}")

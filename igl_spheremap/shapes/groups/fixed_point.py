@@ -1,0 +1,131 @@
+"""The mean of surfaces that are registered to it: m = mean of F_k(m), by rounds of registration and averaging.
+
+F_k(m) are member k's points by its registration to m, laid on the others' by generalised Procrustes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import count
+from typing import NamedTuple
+
+import numpy as np
+
+from ...maps.balanced import balanced_spherical_map
+from ...maps.given_sphere import certified
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.check import check_mesh
+from ...sphere.moebius import best_rotation
+from ...sphere.rows import row_lengths, weighted_sum
+from ...untangle.local_repair import unfolded
+from .doubts import too_far
+from .procrustes import Alignment, blocks, generalised_procrustes, placed
+
+_ROUNDS = 10  # at most: 3 to 5 are usual, each of which moves the mean by a quarter of what the one before did
+_PATIENCE = 5  # rounds after which other rotations are tried, also if the mean does not settle
+_SEARCHES = 3  # at most; after the first one most groups have nobody who lies wrong
+
+
+class Registered(NamedTuple):
+    """Members at points that correspond by their registration to a template.
+
+    Attributes
+    ----------
+    members : list of int
+        Their numbers.
+    shapes : (k, n, 3) float64 array
+        The points, where each member lies; perhaps in a file.
+    areas : (n,) float64 array
+        The members' own area around each point, on average.
+    turned : int
+        How many lie otherwise than before, after a search for other rotations.
+    """
+
+    members: list[int]
+    shapes: FloatArray
+    areas: FloatArray
+    turned: int
+
+
+#: Registers members to a template, from where they are, or also from other rotations if the last argument is true.
+Register = Callable[[Sequence[int], SphereMap, bool], Registered]
+
+
+class FixedPoint(NamedTuple):
+    """Members registered to their mean, and who lies too far from it.
+
+    Attributes
+    ----------
+    members : list of int
+        Their numbers.
+    mean : (n, 3) float64 array
+        Their mean.
+    changes : tuple of float
+        How far it moved in each round, as a share of its root mean square radius.
+    settled : float
+        A change that is less than this is none: how far the mesh's faces are from the sphere.
+    left_out : dict of int to str
+        Numbers of members that lie too far off, and why.
+    """
+
+    members: list[int]
+    mean: FloatArray
+    changes: tuple[float, ...]
+    settled: float
+    left_out: dict[int, str]
+
+
+def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x: FloatArray, f: IntArray, *,
+                balance: float, rigid: bool, farthest: float) -> FixedPoint:
+    """Register members to a first template (n, 3), on the mesh x, f of the sphere, and to their mean until it stays.
+
+    All turn with the first template. Other rotations are tried where the mean stays, or will not, until nobody turns.
+    Members that lie too far off are left out, and it goes on with the others.
+    """
+    settled = 1 - float(row_lengths(x[f].mean(axis=1)).min())
+    before, target = first, certified(check_mesh(first, f), x)
+    changes, left_out = list[float](), dict[int, str]()
+    searches, searched, began = 0, False, 0
+    for step in count(1):
+        found = register(members, target, search := not searched and step > 1 and (
+            changes[-1] < settled or step - began > _PATIENCE))
+        members, aligned = found.members, generalised_procrustes(found.shapes, found.areas, rigid)
+        changes.append(_change(before, aligned.mean, found.areas))
+        if search:
+            searches += 1
+            searched = not found.turned or searches == _SEARCHES
+            began = step if found.turned else began
+        if searched and (changes[-1] < settled or step - began >= _ROUNDS):
+            far = _far(found, aligned, farthest)
+            if not far:
+                return FixedPoint(found.members, aligned.mean, tuple(changes), settled, left_out)
+            left_out |= far
+            members, began = [k for k in found.members if k not in far], step
+            kept = [k not in far for k in found.members]
+            aligned = generalised_procrustes(found.shapes[kept], found.areas, rigid)
+        before = aligned.mean
+        target = balanced_spherical_map(before, f, balance=balance)
+        as_before = best_rotation(target.sphere, x, found.areas)
+        target = certified(target.mesh, unfolded(target.mesh, target.sphere @ as_before))
+    raise AssertionError  # the rounds are counted without end
+
+
+def _far(found: Registered, aligned: Alignment, farthest: float) -> dict[int, str]:
+    """Members that lie too far from the mean, and why."""
+    away = distances(found.shapes, found.areas, aligned)
+    return {k: why for k, distance in zip(found.members, away, strict=True)
+            if (why := too_far(distance, away, farthest))}
+
+
+def _change(before: FloatArray, mean: FloatArray, areas: FloatArray) -> float:
+    """How far a mean lies from the one before, over its root mean square radius."""
+    moved = placed(before, mean, areas)[0] - mean
+    offset = mean - weighted_sum(areas / areas.sum(), mean)
+    return float(np.sqrt((areas @ moved**2).sum() / (areas @ offset**2).sum()))
+
+
+def distances(shapes: FloatArray, areas: FloatArray, aligned: Alignment) -> FloatArray:
+    """Root mean square distance of each shape from the mean."""
+    return np.concatenate([np.sqrt(((aligned.laid(shapes, part) - aligned.mean) ** 2).sum(axis=2)
+                                   @ (areas / areas.sum())) for part in blocks(shapes)])

@@ -1,0 +1,87 @@
+"""A member laid on a template: the rotation of its sphere that leads to least, and what the next one leads to."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...maps.given_sphere import certified
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray
+from ...untangle.local_repair import unfolded
+from ..correspondence.registration import DepthRegistration, Turn, reflected
+from ..harmonics.rotation import rotation_angle
+
+_TRY = 1.5  # times the distance of the nearest rotation: of an octopus with its arms exchanged the right one has 1.05
+_TRIED = 4  # of them at most: arms of an octopus are exchanged with the next ones
+_APART = 15.0  # degrees between rotations that are two, as of peaks of the correlation
+
+
+class Laid(NamedTuple):
+    """A member's registration to a template.
+
+    Attributes
+    ----------
+    sphere : (n, 3) float64 array
+        Where the member's points lie on the template's sphere.
+    correlation : float
+        Of its depth potential with the template's.
+    turned : bool
+        Whether it was laid otherwise before.
+    rival : float
+        What the next best turn leads to, energy times distance, over that of the one that was taken; infinite if none
+        comes near, NaN if none was tried.
+    angle : float
+        Degrees from the rotation that was taken to that one.
+    mirrored : float
+        Distance of the mirror image's registration, over that of the one that was taken.
+    """
+
+    sphere: FloatArray
+    correlation: float
+    turned: bool = False
+    rival: float = np.nan
+    angle: float = np.nan
+    mirrored: float = np.nan
+
+
+def laid_first(source: SphereMap, target: SphereMap) -> Laid:
+    """The registration from a rotation: of those that bring the surfaces near in space, the one that leads to least."""
+    problem = DepthRegistration(source, target)
+    starts = [problem.turned(turn.rotation) for turn in _near(problem.turns())]
+    best = int(np.argmin([problem.outlook(start) for start in starts])) if starts[1:] else 0
+    y = problem.run(starts[best])
+    return Laid(y, problem.correlation(y))
+
+
+def _near(turns: list[Turn]) -> list[Turn]:
+    """Rotations that bring surfaces nearly as near in space as the nearest one."""
+    least = min(turn.distance for turn in turns)
+    return [turn for turn in turns if turn.distance <= _TRY * least][: 1 + _TRIED]
+
+
+def followed(source: SphereMap, target: SphereMap, before: FloatArray) -> Laid:
+    """The registration that goes on from the one before."""
+    problem = DepthRegistration(source, target)
+    y = problem.continued(before)
+    return Laid(y, problem.correlation(y))
+
+
+def searched(source: SphereMap, target: SphereMap, before: FloatArray) -> Laid:
+    """The registration that goes on from the one before, or that from a turn of it which leads to less."""
+    registered = certified(source.mesh, unfolded(source.mesh, before))
+    lying, problem = DepthRegistration(registered, target), DepthRegistration(source, target)
+    as_it_is = Turn(np.eye(3), lying.apart(np.eye(3)))
+    turns = _near([as_it_is, *(turn for turn in lying.turns() if rotation_angle(turn.rotation) > _APART)])
+    turns = [as_it_is, *(turn for turn in turns if turn is not as_it_is)]
+    outlooks = np.array([problem.outlook(lying.turned(turn.rotation)) for turn in turns]) if turns[1:] else np.ones(1)
+    best, *others = np.argsort(outlooks).tolist()
+    y = problem.run(lying.turned(turns[best].rotation)) if best else problem.continued(before)
+    rival, angle = np.inf, np.nan
+    if others:
+        rival = outlooks[others[0]] / outlooks[best]
+        angle = rotation_angle(turns[others[0]].rotation @ turns[best].rotation.T)
+    mirror = DepthRegistration(reflected(source), target)
+    mirrored = mirror.distance(mirror.run(mirror.turned(mirror.turns()[0].rotation)))
+    return Laid(y, problem.correlation(y), best > 0, rival, angle, mirrored / problem.distance(y))

@@ -1,0 +1,104 @@
+"""Members that lie wrong are turned right, or named, and good ones are not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from family import spiral
+from scipy.spatial.transform import Rotation
+
+import igl_spheremap as ism
+from igl_spheremap.resampling.transfer import sphere_mesh
+from igl_spheremap.shapes.correspondence.registration import reflected
+from igl_spheremap.shapes.groups.doubts import group_doubts, member_doubts
+from igl_spheremap.shapes.groups.laying import Laid, laid_first, searched
+from igl_spheremap.shapes.groups.placing import at_points
+
+ARMS = np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1]])
+
+
+def cross(x, lengths):
+    """A body of four arms in a plane, and a head."""
+    off = ((x[:, None] - ARMS) ** 2).sum(axis=2)
+    return x * [1, 1, 0.6] * (0.5 + np.exp(-6 * off) @ lengths)[:, None]
+
+
+@pytest.fixture(scope="module")
+def arms():
+    """The body, as it is registered to itself: points that correspond are those of one place."""
+    x, f = spiral(600, np.random.default_rng(0))
+    mapped = ism.balanced_spherical_map(cross(x, np.array([1.2, 1.0, 0.9, 1.1, 0.5])), f, balance=1)
+    return at_points(mapped, *sphere_mesh("ico:2"))
+
+
+@pytest.mark.parametrize("angle", [90, 180])
+def test_a_member_whose_arms_are_exchanged_is_turned_right(arms, angle):
+    up = arms.sphere[np.argmax(arms.vertices[:, 2])]
+    wrong = arms.sphere @ Rotation.from_rotvec(np.radians(angle) * up).as_matrix().T
+    found = searched(arms, arms, wrong)
+    assert found.turned
+    assert np.median(np.linalg.norm(found.sphere - arms.sphere, axis=1)) < 0.1
+    assert not searched(arms, arms, arms.sphere).turned
+
+
+def test_the_first_registration_is_that_which_leads_nearest(arms):
+    turn = Rotation.from_rotvec([1.0, 2.0, 0.5]).as_matrix()
+    turned = ism.sphere_map(arms.vertices, arms.faces, arms.sphere @ turn)
+    assert np.median(np.linalg.norm(laid_first(turned, arms).sphere - arms.sphere, axis=1)) < 0.1
+
+
+def twisted(x, by, bulge):
+    """A flat body that is wound about its axis, which tells it from its mirror image."""
+    p, angle = x * [1.5, 0.7, 0.3], by * x[:, 0]
+    turn = np.stack((np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)), axis=1).reshape(-1, 2, 2)
+    p[:, 1:] = np.einsum("nij,nj->ni", turn, p[:, 1:])
+    return p * (1 + bulge * np.exp(-4 * ((x - [1, 0, 0]) ** 2).sum(axis=1)))[:, None]
+
+
+def test_a_mirrored_member_is_named_and_no_other(here):
+    x, f = spiral(300, np.random.default_rng(0))
+    sources = [ism.balanced_spherical_map(twisted(x, *each), f, balance=1)
+               for each in ((1.2, 0.5), (1.1, 0.6), (1.3, 0.55), (1.15, 0.4), (1.25, 0.6))]
+    found = ism.shapes.template([*sources[:4], reflected(sources[4])], target="ico:2", executor=here)
+    assert "mirror it" in " ".join(found.members[4].doubts)
+    assert not any(member.doubts for member in found.members[:4])
+    assert "mirror it" in " ".join(found.place(reflected(sources[0])).member.doubts)
+
+
+def test_good_groups_have_no_doubts(group, three, maps):
+    for each in (group, three):
+        assert not each.notes
+        assert not any(member.doubts for member in each.members)
+    assert not group.place(maps[0]).member.doubts
+
+
+def test_doubts_survive_in_files(group, tmp_path):
+    doubtful = replace(group.members[1], doubts=("it lies wrong: look", "twice"))
+    noted = replace(group, members=(group.members[0], doubtful, *group.members[2:]), notes=("it moved",))
+    ism.shapes.write_group(tmp_path, noted)
+    again = ism.shapes.read_group(tmp_path)
+    assert again.notes == noted.notes
+    assert [member.doubts for member in again.members] == [member.doubts for member in noted.members]
+    assert "it lies wrong: look; twice" in (tmp_path / "members.tsv").read_text()
+
+
+NOTHING = Laid(np.empty((0, 3)), 0.95, rival=3.0, angle=90.0, mirrored=1.0)
+DISTANCES, CORRELATIONS = np.array([1.0, 1.1, 0.9, 1.2, 1.0]), np.full(5, 0.95)
+
+
+@pytest.mark.parametrize(("laid", "distance", "words"), [
+    (NOTHING, 1.2, None), (NOTHING, 2.5, "2.5 times as far"), (NOTHING._replace(rival=1.05), 1.0, "by 90 degrees"),
+    (NOTHING._replace(mirrored=0.5), 1.0, "mirror it"), (NOTHING._replace(correlation=0.6), 1.0, "correlates"),
+])
+def test_what_is_doubted_of_a_member(laid, distance, words):
+    said = member_doubts(laid, distance, DISTANCES, CORRELATIONS)
+    assert len(said) == (words is not None)
+    assert words is None or words in said[0]
+
+
+def test_what_is_doubted_of_a_mean():
+    calm, kinds = (np.array([row]).T for row in ([-1, -0.2, 0.4, 0.1, 0.7, -0.5], [1.0, 1.1, 0.9, -1, -1, -1]))
+    assert not [*group_doubts([0.1, 0.001], 0.01, [NOTHING] * 6, calm)]
+    assert "moved by 2 percent" in next(group_doubts([0.1, 0.02], 0.01, [NOTHING] * 6, calm))
+    assert "symmetric" in next(group_doubts([0.001], 0.01, [NOTHING._replace(rival=1.05)] * 6, calm))
+    assert "into 3 and 3" in next(group_doubts([0.001], 0.01, [NOTHING] * 6, kinds))
