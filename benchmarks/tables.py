@@ -71,7 +71,7 @@ TABLES = {
     "landmarks": "landmarks",
     "scaling": "scaling map sample:octopus:n_vertices=7500,arm_length=8 map sample:spring:n_vertices=7500 "
                ".5 sample:octopus:n_vertices=7500 1 sample:octopus:n_vertices=7500",
-    "stages": "stages",
+    "phases": "phases",
     "open_handles": "open_surfaces --handles 1:200 5:200 20:200",
     "open_folder": "open_surfaces --folder CORPUS/open",
     "claims_boosts": "claims boosts --meshes CORPUS",

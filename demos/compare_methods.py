@@ -19,7 +19,7 @@ def compare_methods(v, f, up, target, progress):
         methods.remove("gu-yau")
     maps = {"Gauss map": ism.gauss_map(v, f)}
     for method in methods:
-        progress.stage(method)
+        progress.begin(method)
         maps[method] = ism.spherical_conformal_map(v, f, method=method, listener=progress.listener(f)).sphere
     progress.close()
     compare(ism.check_mesh(v, f), maps, target, up=up)

@@ -11,7 +11,7 @@ from igl_spheremap import __version__
 # Names that are gone shall leave no page behind.
 shutil.rmtree(Path(__file__).parent / "reference" / "generated", ignore_errors=True)
 
-# One of the packages of the theme prints whatever is logged, and examples log their stages.
+# One of the packages of the theme prints whatever is logged, and examples log their phases.
 logging.getLogger("igl_spheremap").setLevel(logging.WARNING)
 
 project = "igl_spheremap"

@@ -36,7 +36,7 @@ def test_the_list_says_what_each_measures():
 
 
 OPTIONS = ("balanced_maps", "convergence", "cortices", "disks", "factors", "gather", "groups", "judge", "mindboggle",
-           "peers", "permutations", "player", "random_meshes", "repairs", "scaling", "shapes", "stages", "versions")
+           "peers", "permutations", "phases", "player", "random_meshes", "repairs", "scaling", "shapes", "versions")
 
 
 #: Starts benchmarks, one after the other; one that needs a package which is not there is left out.

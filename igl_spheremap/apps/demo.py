@@ -38,8 +38,8 @@ def run_demo(demo: Demo, surface: str) -> None:
         target = targets[0] if targets else None
         window.check_drawing(target)
         with Progress() as progress:
-            source = read_source(sources[0] if sources else surface, stage=progress.stage)
-            progress.stage("mapping")
+            source = read_source(sources[0] if sources else surface, begin=progress.begin)
+            progress.begin("mapping")
             demo(source.v, source.f, source.up, target, progress)
     except KeyboardInterrupt:
         print(f"{script}: interrupted by you", file=sys.stderr)

@@ -13,7 +13,7 @@ from ..descent.minimize import Minimum, minimize
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import FLOAT64_LIMIT, log_edges
-from ..mesh.timings import stage
+from ..mesh.timings import phase
 from ..newton.faces import FaceProblem
 from ..newton.loop import newton
 from ..newton.system import VertexSystem
@@ -66,7 +66,7 @@ def balanced_map(mesh: Mesh, conformal: FloatArray, x: FloatArray, balance: floa
     """
     source = FlatFaces.of(mesh.unit, mesh.f)
     energy = balanced_energy(source, conformal, balance)
-    with stage("balance"):
+    with phase("balance"):
         minimum = minimize_balanced(partial(FaceProblem, turns=False), VertexSystem(source.f, source.n), energy,
                                     stretched(mesh, x), listener)
     short, status, notes = energy.area_error(minimum.last.x), minimum.status, tuple[str, ...]()

@@ -11,7 +11,7 @@ import numpy as np
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
-from ..mesh.timings import stage
+from ..mesh.timings import phase
 from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Status
 from ..sphere.cayley import cayley_step
@@ -118,7 +118,7 @@ def _correct_quadrupoles(D: FloatArray, x: FloatArray, g: FloatArray) -> float:
     return 4 * np.pi / 5 * float((Q**2).sum() + (turned**2).sum())
 
 
-@stage("steps")
+@phase("steps")
 def harmonic_map(
     mesh: Mesh,
     operators: Operators,

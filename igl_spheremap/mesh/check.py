@@ -17,7 +17,7 @@ from .edges import HalfEdges, half_edges
 from .explain import Refusal
 from .measure import corner_angles, face_areas, vertex_shares
 from .objects import MeshLike, is_mesh, takes_mesh, vertices_and_faces
-from .timings import stage
+from .timings import phase
 
 _EPS = np.finfo(float).eps
 #: Least ratio of area to squared extent: below, the area is rounding, and the extent sets the scale. Of samples that
@@ -91,7 +91,7 @@ class Mesh(CheckedFaces):
 
 @takes_mesh
 @own_errstate
-@stage("check")
+@phase("check")
 def check_mesh(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> Mesh:
     """Check that `v, f` is a closed, oriented, connected genus-0 mesh, and normalise it.
 
@@ -138,7 +138,7 @@ def checked(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None, asked: Remedy) -
     return _mesh(vertices, faces, edges, None if caps is None else check_caps(caps, len(faces)))
 
 
-@stage("check")
+@phase("check")
 def move_mesh(mesh: Mesh, v: ArrayLike) -> Mesh:
     """The mesh with other positions; MeshError if their number differs."""
     vertices = check_positions(v)

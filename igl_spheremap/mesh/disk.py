@@ -14,7 +14,7 @@ from .edges import components, pinched_vertices, shared_edges
 from .explain import Refusal
 from .holes import rims
 from .objects import takes_mesh
-from .timings import stage
+from .timings import phase
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Disk(CheckedFaces):
 
 @takes_mesh
 @own_errstate
-@stage("check")
+@phase("check")
 def check_disk(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> Disk:
     """Check that `v, f` is an oriented, connected mesh with one boundary loop and no handle, and normalise it.
 

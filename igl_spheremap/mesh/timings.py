@@ -1,4 +1,4 @@
-"""Where the time of a run goes: seconds by stage; each is logged when it begins, and how far a long loop is."""
+"""Where the time of a run goes: seconds by phase; each is logged when it begins, and how far a long loop is."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SECONDS: ContextVar[dict[str, float] | None] = ContextVar("seconds", default=No
 
 @contextmanager
 def timed() -> Iterator[None]:
-    """Count the stages inside; `timings` gives their seconds."""
+    """Count the phases inside; `timings` gives their seconds."""
     token = _SECONDS.set({})
     try:
         yield
@@ -44,10 +44,10 @@ def log_share(name: str, done: int, total: int) -> None:
 
 
 def timings() -> dict[str, float]:
-    """Wall seconds of the stages that ended so far in the run that counts them.
+    """Wall seconds of the phases that ended so far in the run that counts them.
 
     >>> with timed():
-    ...     with stage("outer"), stage("inner"):
+    ...     with phase("outer"), phase("inner"):
     ...         pass
     ...     list(timings())
     ['inner', 'outer']
@@ -56,8 +56,8 @@ def timings() -> dict[str, float]:
 
 
 @contextmanager
-def stage(name: str) -> Iterator[None]:
-    """Add the time inside to the stage of that name; nested stages are subtracted."""
+def phase(name: str) -> Iterator[None]:
+    """Add the time inside to the phase of that name; nested phases are subtracted."""
     LOGGER.info(name)
     outer = _SECONDS.get()
     if outer is None:

@@ -14,7 +14,7 @@ from ..mesh.arrays import FloatArray, IntArray, count, examples
 from ..mesh.check import Mesh
 from ..mesh.edges import HalfEdges, Indices, half_edges
 from ..mesh.measure import by_libigl
-from ..mesh.timings import stage
+from ..mesh.timings import phase
 from .factor.factorize import Factor, factorize
 from .flips import delaunay_triangulation
 
@@ -158,7 +158,7 @@ class Operators:
     notes: tuple[str, ...] = ()  # why the weights are not the first choice
 
 
-@stage("Laplacian")
+@phase("Laplacian")
 def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None = None) -> Operators:
     """Assemble and factorise the Laplacian with cotangent weights, or with the first more robust ones that allow it.
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from ..errors import FoldingsRemain, check_number, own_errstate
 from ..mesh.disk import Disk, check_disk
 from ..mesh.objects import takes_mesh
-from ..mesh.timings import stage, timed
+from ..mesh.timings import phase, timed
 from ..result.run import History, Listener, Status
 from .plane_map import PlaneMap
 from .sliding import balanced_disk, conformal_disk
@@ -172,7 +172,7 @@ def balanced_disk_map(
 
 def map_conformally(disk: Disk, history: History) -> DiskMap:
     """The map of `disk_conformal_map`, of a mesh that is checked."""
-    with stage("disk"):
+    with phase("disk"):
         p, certificate, run = conformal_disk(disk, history)
     result = DiskMap(disk, p, certificate, history.complete(run, "disk"))
     if not certificate.folding_free and run.status is not Status.STOPPED:

@@ -17,7 +17,7 @@ from ..mesh.arrays import FloatArray, own_unit
 from ..mesh.disk import Disk, check_disk
 from ..mesh.measure import surface_area
 from ..mesh.objects import takes_mesh
-from ..mesh.timings import stage, timed
+from ..mesh.timings import phase, timed
 from ..newton.system import VertexSystem
 from ..result.run import History, Iterate, Listener, Run, Status
 from ..sphere.rows import weighted_sum
@@ -137,7 +137,7 @@ def flatten(
 def _flattened(disk: Disk, balance: float, history: History, start: DiskMap | None = None) -> FlatMap:
     """The layout of a balance, from a map to the disk, if there is one already."""
     settings = {"balance": balance}
-    with stage("unroll"):
+    with phase("unroll"):
         isometry = unrolled(disk)
         if isometry is not None:
             q = np.ldexp(_turned(disk, isometry - weighted_sum(disk.A, isometry)), own_unit(disk.v)[1])
@@ -149,7 +149,7 @@ def _flattened(disk: Disk, balance: float, history: History, start: DiskMap | No
     start = start or map_conformally(disk, History(history))
     p, run = start.plane, start.run
     if run.status is not Status.STOPPED:
-        with stage("flatten"):
+        with phase("flatten"):
             p, run = _spread(disk, p, balance, history)
     q, certificate = _placed(disk, p)
     if isometry is not None:

@@ -25,8 +25,8 @@ from .plane_map import in_space, upright
 from .problem import RADIUS, CircleProblem, ConformalEnergy
 from .tutte import by_harmonic_measure, by_lengths, evenly, tutte_map
 
-#: Weights of the areas at balance 1, after a first stage with .97. That stage leaves areas 7 percent off (median of 24
-#: disks), these two 4 and 3 percent. Spheres and flat maps need no such stages, as no circle bends their boundary.
+#: Weights of the areas at balance 1, after steps with .97. Those leave areas 7 percent off (median of 24 disks), these
+#: two 4 and 3 percent. Spheres and flat maps do not need them, as no circle bends their boundary.
 _EVEN_WEIGHTS = (0.99, 0.997)
 #: Exponent k of the conformal energy: slivers may spoil the angles of single faces. With .9, as balanced maps have it,
 #: the means of angle differences of 53 disks whose doubles fold are 4 percent larger (benchmarks/tried.md has others).

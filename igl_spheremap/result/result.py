@@ -70,7 +70,7 @@ class Result(Shown):
 
     @property
     def timings(self) -> dict[str, float]:
-        """Wall seconds by stage."""
+        """Wall seconds by phase."""
         return self.run.timings
 
     @property

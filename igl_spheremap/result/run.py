@@ -231,8 +231,8 @@ class Run:
     seconds : float
         Wall seconds from arrays to result.
     timings : dict
-        Wall seconds by stage ("check", "Laplacian", "factorisation", "solves", "start", "steps", "gauge",
-        "certificate", "repair", ...), each without what other stages took inside it. Files don't keep them.
+        Wall seconds by phase ("check", "Laplacian", "factorisation", "solves", "start", "steps", "gauge",
+        "certificate", "repair", ...), each without what other phases took inside it. Files don't keep them.
     backend : str
         The factorisation that was used; empty where none was.
     notes : tuple of str

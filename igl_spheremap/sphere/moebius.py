@@ -12,7 +12,7 @@ from ..errors import MeshError
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
-from ..mesh.timings import stage
+from ..mesh.timings import phase
 from .rows import row_dots, weighted_moment, weighted_sum
 
 _EPS = np.finfo(float).eps
@@ -119,7 +119,7 @@ def center(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> Flo
     return _balance(x, weights, within)[1]
 
 
-@stage("gauge")
+@phase("gauge")
 def fix_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
     """Moebius map of `x` in the package's gauge.
 

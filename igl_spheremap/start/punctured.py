@@ -10,7 +10,7 @@ import numpy as np
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import spread, surface_area, vertex_normals, weighted_quantile
-from ..mesh.timings import stage
+from ..mesh.timings import phase
 from ..operators.laplacian import Operators, apply_laplacian
 from ..sphere.moebius import center
 from ..sphere.rows import INFINITE, from_chart, inner
@@ -61,7 +61,7 @@ class Start(NamedTuple):
     derivative: FloatArray
 
 
-@stage("start")
+@phase("start")
 def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | None = None) -> Start:
     """Map that is nearly conformal outside one face, by two solves; centred to `OFF_CENTRE` on the vertex areas.
 

@@ -13,7 +13,7 @@ from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import marked, touching
 from ..mesh.measure import by_blocks, corner_angles, log_edges, spread
-from ..mesh.timings import stage
+from ..mesh.timings import phase
 from ..newton.loop import Levenberg, Model, Trial, newton
 from ..newton.system import VertexSystem, gram_blocks
 from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows, weighted_sum
@@ -50,7 +50,7 @@ _THIN = np.radians(30)
 _SAMPLE = 500
 
 
-@stage("polish")
+@phase("polish")
 def polish_map(mesh: Mesh, x: FloatArray, systems: int, price: float) -> FloatArray:
     """Lower the angle differences of a map that is certified free of foldings, where it is, by rounds of steps.
 

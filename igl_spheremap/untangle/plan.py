@@ -10,7 +10,7 @@ import numpy as np
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
-from ..mesh.timings import stage
+from ..mesh.timings import phase
 from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
@@ -72,7 +72,7 @@ class Plan:
         return f"{self.why}; so {' and '.join(names)} may start, and steps go on while further ones gain {percent}"
 
 
-@stage("plan")
+@phase("plan")
 def plan_repair(mesh: Mesh, x: FloatArray, certificate: Certificate, polish: str | None, effort: Effort,
                 large: Large = "embedded") -> Plan:
     """The first row of `Auto`'s table whose condition a map meets."""

@@ -29,7 +29,7 @@ from ..descent.energies import HarmonicEnergy
 from ..errors import one_line
 from ..mesh.arrays import HALF_DIGITS, FloatArray
 from ..mesh.check import Mesh
-from ..mesh.timings import stage
+from ..mesh.timings import phase
 from ..newton.loop import DAMPED
 from ..newton.system import VertexSystem
 from ..operators.laplacian import Operators
@@ -54,7 +54,7 @@ from .race import Candidate, race
 _ROUGH_GAIN = 0.1
 
 
-@stage("repair")
+@phase("repair")
 def repair(mesh: Mesh, x: FloatArray, run: Run, plan: Plan, operators: Operators, listener: Listener | None = None, *,
            centred: bool = False, effort: Effort = Effort()) -> tuple[FloatArray, Run]:  # noqa: B008 - it is frozen
     """Carry out a plan that lets a map start, in the gauge of the result: free it of foldings, and improve its angles.

@@ -12,7 +12,7 @@ from ..errors import Remedy, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.disk import disk_rim
-from ..mesh.timings import stage
+from ..mesh.timings import phase
 from ..sphere.rows import row_lengths, scale_rows
 from .rim import plane_signs, rim_crossings, rim_direction
 from .signs import determinant_signs, orientation_signs
@@ -66,7 +66,7 @@ class Certificate:
     faces: int = 0
 
     @classmethod
-    @stage("certificate")
+    @phase("certificate")
     def of(cls, x: FloatArray, f: IntArray) -> Certificate:
         """The certificate of float64 rows and the faces of a checked mesh; `certify` takes other arrays.
 
@@ -92,7 +92,7 @@ class Certificate:
                    faces=len(f))
 
     @classmethod
-    @stage("certificate")
+    @phase("certificate")
     def of_plane(cls, p: FloatArray, f: IntArray, rim: IntArray) -> Certificate:
         """The certificate of a map of a checked disk to the plane; `certify` takes other arrays.
 

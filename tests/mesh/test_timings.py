@@ -1,19 +1,19 @@
-"""Stages share the time of a run among them, whatever is nested in what."""
+"""Phases share the time of a run among them, whatever is nested in what."""
 
 import time
 
 import igl_spheremap as ism
-from igl_spheremap.mesh.timings import stage, timed, timings
+from igl_spheremap.mesh.timings import phase, timed, timings
 
 
 def test_a_stage_counts_what_no_stage_within_it_counts():
     with timed():
         began = time.perf_counter()
-        with stage("outer"):
+        with phase("outer"):
             time.sleep(0.01)
-            with stage("inner"):
+            with phase("inner"):
                 time.sleep(0.05)
-                with stage("outer"):
+                with phase("outer"):
                     time.sleep(0.01)
         seconds, passed = timings(), time.perf_counter() - began
     assert seconds["inner"] >= 0.05
@@ -25,7 +25,7 @@ def test_a_stage_counts_what_no_stage_within_it_counts():
 def test_an_error_ends_its_stages():
     with timed():
         try:
-            with stage("outer"), stage("inner"):
+            with phase("outer"), phase("inner"):
                 raise ValueError
         except ValueError:
             pass

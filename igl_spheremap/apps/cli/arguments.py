@@ -234,7 +234,7 @@ MAPPING = (
     REPORT,
     goes_with("--report", UP),
     argument("--plot", "FILE", "draw energy, foldings and angle differences: .png, .svg or .pdf"),
-    switch("--timings", help="print the time of each stage"),
+    switch("--timings", help="print the time of each phase"),
     *OUTPUT,
     switch("-v", "--verbose", help="log every iteration on stderr"),
 )

@@ -92,7 +92,7 @@ class InputMap:
 
 def load_source(args: Namespace, name: str | None = None) -> InputMesh:
     """A mesh that the command line names, SOURCE by default; repairs, which may renumber vertices, go to stderr."""
-    source = read_source(name or args.source, repair=repair_options(args), kind=args.format, stage=args.progress.stage)
+    source = read_source(name or args.source, repair=repair_options(args), kind=args.format, begin=args.progress.begin)
     if source.repairs:
         args.progress.write(f"igl-spheremap: repaired {source.name}: {'; '.join(source.repairs)}")
     return source
@@ -103,16 +103,16 @@ def read_source(
     *,
     repair: Mapping[str, Any] | None = None,
     kind: str = "obj",
-    stage: Callable[[str], None] = lambda name: None,
+    begin: Callable[[str], None] = lambda name: None,
 ) -> InputMesh:
     """A checked mesh from a file, a sample, or stdin, whose format is `kind`; `repair` are options of `repair_mesh`.
 
     Raises UsageError for an unknown sample, FileError and MeshError for a file without a closed genus-0 mesh.
     """
-    stage(f"reading {name}")
+    begin(f"reading {name}")
     mesh = read_any(name, kind, lambda path: read_mesh(path, triangulate=repair is not None))
     name = "stdin" if name == STREAM else name
-    stage(f"checking {name}")
+    begin(f"checking {name}")
     try:
         if repair is None:
             return InputMesh(name, mesh.v, mesh.f, mesh.metadata, caps=check_mesh(mesh).caps)
@@ -132,7 +132,7 @@ def load_any(args: Namespace) -> InputMesh:
     """The mesh that the command line names, closed or not; polygons are triangulated, and that is a repair."""
     if args.repair:
         return load_source(args)
-    args.progress.stage(f"reading {args.source}")
+    args.progress.begin(f"reading {args.source}")
     mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=True))
     name = "stdin" if args.source == STREAM else args.source
     return InputMesh(name, mesh.v, mesh.f, mesh.metadata, _triangulated(mesh))
@@ -145,15 +145,15 @@ def load_pair(args: Namespace, mirror: bool = False) -> InputMap:
     if args.sphere is None and not args.source.lower().endswith(".npz"):
         raise UsageError(f"{args.source} holds no map: give SPHERE, or an .npz with both")
     source = load_source(args)
-    found = read_pair(source, args.sphere or source.name, args.format, args.progress.stage)
+    found = read_pair(source, args.sphere or source.name, args.format, args.progress.begin)
     return found.mirrored() if mirror else found
 
 
 def read_pair(
-    source: InputMesh, name: str, kind: str = "obj", stage: Callable[[str], None] = lambda name: None
+    source: InputMesh, name: str, kind: str = "obj", begin: Callable[[str], None] = lambda name: None
 ) -> InputMap:
     """A mesh and a map of it from a file or stdin; a MeshError if its vertices or faces are not those of the mesh."""
-    stage(f"reading {name}")
+    begin(f"reading {name}")
     x, f = read_any(name, kind, read_sphere)
     name = "stdin" if name == STREAM else name
     if len(x) != len(source.v):

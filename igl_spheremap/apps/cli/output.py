@@ -119,7 +119,7 @@ def keeps_target(args: Namespace, certificate: Certificate, interrupted: Exit | 
 
 def write_target(args: Namespace, write: Callable[[str | Path], _T]) -> _T:
     """Write OUT by a function of a path, and return what that returns; OUT may be stdout."""
-    args.progress.stage(f"writing {args.target}")
+    args.progress.begin(f"writing {args.target}")
     if not target_format(args).ordered:
         args.progress.write(f"igl-spheremap: {args.target}: an STL file holds triangles and no vertices; their order "
                             "is lost, other formats keep it")
@@ -183,7 +183,7 @@ class Findings:
     def report_beside(self, args: Namespace, pictures: Pictures, show: Callable[[], object]) -> None:
         """Print the summary, then open the window that --show asks for; or write pictures, then name them."""
         if pictures.offscreen:
-            args.progress.stage("drawing")
+            args.progress.begin("drawing")
             show()
             self.written(screenshot=pictures.screenshot, video=pictures.video)
         self.report(args)

@@ -14,7 +14,7 @@ from ...mesh.timings import LOGGER
 from ...result.run import Iterate, Listener, title_of
 from ...verify.signs import folded_faces
 
-#: Stages of the library that take long on large meshes, by what they do.
+#: Phases of the library that take long on large meshes, by what they do.
 _LONG = {"factorisation": "factorising", "repair": "finishing the map", "certificate": "certifying"}
 _PLAIN = "{desc} [{elapsed}{postfix}]"
 _INTERVAL = 0.5  # seconds; foldings are counted anew for each line
@@ -31,9 +31,9 @@ class _Line(tqdm):
 
 
 class Progress(logging.Handler):
-    """A context that shows one stage at a time and leaves the terminal clean; silent on any other stream.
+    """A context that shows one activity at a time and leaves the terminal clean; silent on any other stream.
 
-    Stages are those of the command; what the library logs meanwhile is shown beside the name and the time of the stage,
+    Activities are those of the command; what the library logs meanwhile is shown beside the name and the time of one,
     and how far a loop is as a share, with the time that is left.
     """
 
@@ -41,7 +41,7 @@ class Progress(logging.Handler):
         super().__init__(logging.INFO)
         self._quiet = quiet
         self._bar: _Line | None = None
-        self._stage = ""
+        self._activity = ""
         self._loop: object = None  # the outermost one that is counted
         self._share = ""  # what is done of it, and the time that is left
         self._began, self._shown = 0.0, -math.inf
@@ -57,25 +57,25 @@ class Progress(logging.Handler):
         self.close()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Show a stage of the library, or how far one of its loops is."""
+        """Show a phase of the library, or how far one of its loops is."""
         if isinstance(record.args, tuple) and len(record.args) == 3:
             name, done, total = record.args
             self._count_loop(name, int(str(done)), int(str(total)))
         elif record.msg in _LONG and self._loop is None:
-            self._line(f"{self._stage}: {_LONG[record.msg]}" if self._stage else _LONG[record.msg])
+            self._line(f"{self._activity}: {_LONG[record.msg]}" if self._activity else _LONG[record.msg])
 
-    def stage(self, name: str) -> None:
-        """Begin a stage."""
+    def begin(self, name: str) -> None:
+        """Begin an activity."""
         self._open(name, _PLAIN)
 
     def steps(self, name: str, total: int) -> Callable[[], object]:
-        """Begin a stage of this many steps; call the result for each."""
+        """Begin an activity of this many steps; call the result for each."""
         self._open(name, None, total=total, unit="step")
         assert self._bar is not None
         return self._bar.update
 
     def count(self, name: str, total: int) -> Callable[[bool, bool], None]:
-        """Begin a stage that goes through files; call the result for each: is its map certified, was it made before?
+        """Begin to go through files; call the result for each: is its map certified, was it made before?
 
         On a terminal it is a bar; elsewhere at most a line a minute says how many are done, and when all will be.
         """
@@ -122,10 +122,10 @@ class Progress(logging.Handler):
         """Clear the line."""
         if self._bar is not None:
             self._bar.close()
-        self._bar, self._stage, self._loop, self._share = None, "", None, ""
+        self._bar, self._activity, self._loop, self._share = None, "", None, ""
 
     def _line(self, text: str, postfix: str = "") -> None:
-        """Show a text in the place of the stage's name, without beginning its time anew."""
+        """Show a text in the place of the activity's name, without beginning its time anew."""
         if self._bar is None:
             self._open("", _PLAIN)
         assert self._bar is not None
@@ -141,16 +141,16 @@ class Progress(logging.Handler):
             self._loop, self._began, self._share = name, now, ""
         elif done == total:
             self._loop, self._share = None, ""
-            self._line(self._stage)
+            self._line(self._activity)
         elif (now - self._began) * total > _LONG_LOOP * done:
             self._share = f": {done / total:.0%}, {_duration((now - self._began) * (total - done) / done)} left"
             if now - self._shown > _INTERVAL:
                 self._shown = now
-                self._line(self._stage + self._share)
+                self._line(self._activity + self._share)
 
     def _open(self, name: str, bar_format: str | None, **options: Any) -> None:
         self.close()
-        self._stage = name
+        self._activity = name
         self._bar = _Line(
             desc=name,
             bar_format=bar_format,

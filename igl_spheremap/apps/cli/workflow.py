@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ...maps.sphere_map import SphereMap
-from ...mesh.timings import stage
+from ...mesh.timings import phase
 from ...plane.plane_map import PlaneMap
 from ...result.run import Iterate, Listener, Status
 from ...verify.certificate import Certificate
@@ -32,11 +32,11 @@ def map_and_report(
     `write` writes the map, and returns the certificate of the file and what was found; `draw` returns the page that it
     wrote, if there is one. A signal ends the run early, with the map that there is.
     """
-    args.progress.stage(f"mapping {name}")
+    args.progress.begin(f"mapping {name}")
     with Interrupt() as interrupt:
         heard: list[Listener] = [*filter(None, listeners), interrupt]
 
-        @stage(_LISTENING)
+        @phase(_LISTENING)
         def listen(iterate: Iterate) -> None:
             for listener in heard:
                 listener(iterate)

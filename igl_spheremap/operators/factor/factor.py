@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...errors import FactorisationFailed
-from ...mesh.timings import stage
+from ...mesh.timings import phase
 from .ordering import bandwidth_order, inverse_permutation, nested_dissection
 
 Solver = Callable[[np.ndarray], np.ndarray]
@@ -59,7 +59,7 @@ class Factor:
         """Whether a matrix has the same pattern."""
         return self.indices is not None and np.array_equal(self.indices, P.indices)
 
-    @stage("solves")
+    @phase("solves")
     def solve(self, b: np.ndarray, accuracy: float = 1e-8) -> np.ndarray:
         """``P^-1 b`` for right-hand sides in the columns of an (n,) or (n, k) array.
 

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...errors import FactorisationFailed
-from ...mesh.timings import stage
+from ...mesh.timings import phase
 from .factor import Analysis, Cholmod, Entries, Factor, ScikitSparse, SuperLU, factorise_by
 from .multigrid import multigrid
 
@@ -32,7 +32,7 @@ def available_backends() -> tuple[str, ...]:
     return (*(name for name, (needs, _) in _EXACT.items() if _loads(needs)), _MULTIGRID)
 
 
-@stage("factorisation")
+@phase("factorisation")
 def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None) -> Factor:
     """Factorise a symmetric positive definite matrix, of which both triangles are stored.
 
@@ -65,7 +65,7 @@ def analyse(entries: Entries, backend: str = "auto") -> Analysis:
     return _EXACT[_chosen(backend)][1](entries)
 
 
-@stage("factorisation")
+@phase("factorisation")
 def refactorize(analysis: Analysis, values: np.ndarray) -> Factor:
     """Factorise a matrix of a pattern that was analysed, in place of the last one: that factor raises if used again.
 

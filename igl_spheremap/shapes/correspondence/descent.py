@@ -23,14 +23,14 @@ from .flow import meet
 from .levels import Level
 from .strain import ComposedStrain, linear_function, log_strain
 
-#: A stage ends where two steps in turn gain less than this share of their energy each: after one, landmarks far from
-#: each other were left unmet more often.
+#: Steps towards an objective end where two in turn gain less than this share of their energy each: after one, landmarks
+#: far from each other were left unmet more often.
 _GAIN = 2e-3
 #: Weight of a soft landmark's squared chord: it leaves distances of some .01.
 _SOFT = 10.0
 
 
-class Stage(NamedTuple):
+class Objective(NamedTuple):
     """What is lowered on a level.
 
     Attributes
@@ -57,8 +57,8 @@ class Stage(NamedTuple):
     steps: int
 
 
-#: Takes the stage, the level, an iterate on it, and its energy.
-Report = Callable[[Stage, Level, FloatArray, float], None]
+#: Takes the objective, the level, an iterate on it, and its energy.
+Report = Callable[[Objective, Level, FloatArray, float], None]
 
 
 class Descent:
@@ -68,7 +68,7 @@ class Descent:
     ----------
     source, target : Level
         The surfaces on their own meshes.
-    stages : sequence of Stage
+    objectives : sequence of Objective
         From coarse levels to fine ones.
     pair : FeaturePair
         Their features.
@@ -80,11 +80,11 @@ class Descent:
         Whether landmarks are drawn to their goals instead of being held there.
     """
 
-    def __init__(self, source: Level, target: Level, stages: Sequence[Stage], pair: FeaturePair, goals: FloatArray, *,
-                 position_weight: float = 0.0, soft: bool = False) -> None:
+    def __init__(self, source: Level, target: Level, objectives: Sequence[Objective], pair: FeaturePair,
+                 goals: FloatArray, *, position_weight: float = 0.0, soft: bool = False) -> None:
         self._source, self._target, self._goals, self._soft = source, target, goals, soft
         self._pair, self._position_weight = pair, position_weight
-        self._plan = [(size, list(each)) for size, each in groupby(stages, key=lambda stage: stage.size)]
+        self._plan = [(size, list(each)) for size, each in groupby(objectives, key=lambda objective: objective.size)]
         self._levels: dict[int | None, tuple[Level, Level]] = {None: (source, target)}
 
     def start(self, width: float, moebius: bool,
@@ -117,10 +117,10 @@ class Descent:
 
     def outlook(self, start: FloatArray) -> float:
         """Lower a start on the coarsest level, and return its energy times its distance of positions."""
-        size, stages = self._plan[0]
+        size, objectives = self._plan[0]
         source, target = self._level(size)
-        source, y = self.lowered(source, target, self._source.carried(start, source), stages)
-        terms = self._terms(source, target, y, stages[-1])
+        source, y = self.lowered(source, target, self._source.carried(start, source), objectives)
+        terms = self._terms(source, target, y, objectives[-1])
         energy = log_strain(source, target, y) + sum(term.value(y) for term in terms)
         return energy * distance_between(source, target, y)
 
@@ -131,20 +131,20 @@ class Descent:
 
     def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
         """Lower a start on the source's own mesh through all levels; return the last one, maybe split, and the map."""
-        own, steps = len(self._source.map.sphere), Counter[Stage]()
-        plan = [stage for _, stages in self._plan for stage in stages]
-        *before, total = accumulate(((stage.size or own) * stage.steps for stage in plan), initial=0)
+        own, steps = len(self._source.map.sphere), Counter[Objective]()
+        plan = [objective for _, objectives in self._plan for objective in objectives]
+        *before, total = accumulate(((objective.size or own) * objective.steps for objective in plan), initial=0)
         ahead = dict(zip(plan, before, strict=True))
 
-        def take(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
-            log_share("steps", ahead[stage] + (stage.size or own) * steps[stage], total)
-            steps[stage] += 1
-            report(stage, level, y, energy)
+        def take(objective: Objective, level: Level, y: FloatArray, energy: float) -> None:
+            log_share("steps", ahead[objective] + (objective.size or own) * steps[objective], total)
+            steps[objective] += 1
+            report(objective, level, y, energy)
 
         level, y = self._source, start
-        for size, stages in self._plan:
+        for size, objectives in self._plan:
             source, target = self._level(size)
-            level, y = self.lowered(source, target, level.carried(y, source), stages, take)
+            level, y = self.lowered(source, target, level.carried(y, source), objectives, take)
         log_share("steps", total, total)
         return level, y
 
@@ -155,7 +155,7 @@ class Descent:
             self._levels[size] = self._source.coarser(size), self._target.coarser(size)
         return self._levels[size]
 
-    def lowered(self, source: Level, target: Level, y: FloatArray, stages: Sequence[Stage],
+    def lowered(self, source: Level, target: Level, y: FloatArray, objectives: Sequence[Objective],
                 report: Report | None = None) -> tuple[Level, FloatArray]:
         """Bring landmarks to their goals, hold them, and lower the strain; return the level, maybe split, and the map.
 
@@ -168,28 +168,28 @@ class Descent:
                 return source, y
             held = np.zeros(len(y), dtype=bool)
             held[source.landmarks] = True
-        for stage in stages:
-            strain = ComposedStrain(source, target, stage.share, stage.guard)
-            problem = FaceProblem(strain, self._terms(source, target, y, stage), held=held)
+        for objective in objectives:
+            strain = ComposedStrain(source, target, objective.share, objective.guard)
+            problem = FaceProblem(strain, self._terms(source, target, y, objective), held=held)
             value, small = problem.value(y), 0
             for k, trial in enumerate(newton(problem, LineSearch(source.system), y), 1):
                 y, gain, value = trial.x, value - trial.value, trial.value
                 if report is not None:
-                    report(stage, source, y, value)
+                    report(objective, source, y, value)
                 small = small + 1 if gain < _GAIN * (value + gain) else 0
-                if small == 2 or k == stage.steps:
+                if small == 2 or k == objective.steps:
                     break
         return source, y
 
-    def _terms(self, source: Level, target: Level, y: FloatArray, stage: Stage) -> list[VertexTerm]:
+    def _terms(self, source: Level, target: Level, y: FloatArray, objective: Objective) -> list[VertexTerm]:
         """Return the misfits that count beside the strain."""
         terms: list[VertexTerm] = []
         areas = 4 * np.pi * source.map.mesh.A
-        if stage.weight:
-            values = self._pair.source(stage.widths)
+        if objective.weight:
+            values = self._pair.source(objective.widths)
             if source.own is not None:
                 values = source.own.at(source.map.sphere, values)
-            terms.append(Misfit(stage.weight * areas, values, self._pair.target(stage.widths)))
+            terms.append(Misfit(objective.weight * areas, values, self._pair.target(objective.widths)))
         if self._soft:
             weights, rows = np.zeros(len(y)), np.zeros_like(y)
             weights[source.landmarks], rows[source.landmarks] = _SOFT, self._goals

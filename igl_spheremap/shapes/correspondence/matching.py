@@ -23,7 +23,7 @@ from ...result.run import History, Iterate, Listener
 from ...sphere.rows import unit_rows
 from ...untangle.local_repair import unfolded
 from ..harmonics.rotation import RotationCandidate
-from .descent import Descent, Stage
+from .descent import Descent, Objective
 from .features import FeaturePair
 from .landmarks import LandmarkPairs, Points
 from .levels import Level
@@ -164,8 +164,8 @@ def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike]
         guide, last = _GUIDE, 0.0
     pair = FeaturePair(source, target, features, [_WIDTH, *_SHARES.values()])
     sizes = *(size for size in _SIZES if size <= len(source.map.sphere)), None
-    plan = [Stage(size, share, (width,), guide, _GUARD, _STEPS) if share < 1
-            else Stage(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS)
+    plan = [Objective(size, share, (width,), guide, _GUARD, _STEPS) if share < 1
+            else Objective(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS)
             for size in sizes for share, width in _SHARES.items()]
     return Descent(source, target, plan, pair, goals, position_weight=position_weight, soft=soft)
 
@@ -182,9 +182,9 @@ def _lowered(source: Level, descent: Descent, start: FloatArray, history: Histor
     """Run the descent until its end, or until a listener stops it; return the level and the map on it."""
     found = source, unfolded(source.map.mesh, start)
 
-    def report(stage: Stage, level: Level, y: FloatArray, energy: float) -> None:
+    def report(objective: Objective, level: Level, y: FloatArray, energy: float) -> None:
         nonlocal found
-        if stage.size is None:
+        if objective.size is None:
             found = level, y
             history(Iterate("match", 0, len(history.steps), y, energy))
 

@@ -23,7 +23,7 @@ from ...result.run import History, Iterate, Listener
 from ...untangle.local_repair import unfolded
 from ..harmonics.rotation import RotationCandidate
 from . import STAGES, STIFFNESS, USUAL
-from .descent import Descent, Stage, distance_between
+from .descent import Descent, Objective, distance_between
 from .features import FeaturePair
 from .fits import fit_moebius
 from .levels import Level
@@ -205,7 +205,7 @@ def register(
             with course.stage("moebius"):
                 fit_moebius(course.x, a.map.faces, pair.weights, pair.source([first]), pair.target([first]), course)
         if "elastic" in stages:
-            def step(_: Stage, level: Level, y: FloatArray, energy: float) -> None:
+            def step(_: Objective, level: Level, y: FloatArray, energy: float) -> None:
                 course(course.x if listener is None else level.carried(y, a), energy)  # the history keeps numbers only
 
             with course.stage("elastic", course.x):
@@ -228,7 +228,7 @@ class DepthRegistration:
         self._source, self._target = self._pair.smoothed(_SMOOTHING)
         plan = _plan(len(source.sphere), STIFFNESS)
         _, share, widths = _CHAIN[-1]
-        self._last = Stage(None, share, widths, 1 / (STIFFNESS * len(widths)), _GUARD, _STEPS)
+        self._last = Objective(None, share, widths, 1 / (STIFFNESS * len(widths)), _GUARD, _STEPS)
         self._descent = Descent(self._source, self._target, plan, self._pair, np.empty((0, 3)))
 
     def turns(self) -> list[Turn]:
@@ -266,9 +266,9 @@ class DepthRegistration:
         return float(self._pair.correlation(y).mean())
 
 
-def _plan(size: int, stiffness: float, columns: int = 1) -> list[Stage]:
-    """The stages of a registration, from coarse to fine."""
-    return [Stage(min(points, size), share, widths, 1 / (stiffness * columns * len(widths)), _GUARD, _STEPS)
+def _plan(size: int, stiffness: float, columns: int = 1) -> list[Objective]:
+    """The objectives of a registration, from coarse to fine."""
+    return [Objective(min(points, size), share, widths, 1 / (stiffness * columns * len(widths)), _GUARD, _STEPS)
             for points, share, widths in _CHAIN]
 
 

@@ -43,7 +43,7 @@ def screen(text: str) -> str:
 def test_stages_are_shown_at_once_and_cleared(monkeypatch):
     terminal = as_stderr(Terminal(), monkeypatch)
     with Progress() as progress:
-        progress.stage("reading bunny.ply")
+        progress.begin("reading bunny.ply")
         assert screen(terminal.getvalue()).startswith("reading bunny.ply")
         progress.count("mapping", 4)
         assert "0/4" in screen(terminal.getvalue())
@@ -65,7 +65,7 @@ def test_a_long_loop_shows_the_time_that_is_left(monkeypatch):
     clock = [100.0]
     monkeypatch.setattr("igl_spheremap.apps.cli.progress.time.monotonic", lambda: clock[0])
     with Progress() as progress:
-        progress.stage("expanding bunny.ply")
+        progress.begin("expanding bunny.ply")
         for _ in counted("steps", range(4)):
             clock[0] += 10
             assert list(counted("steps within", range(3))) == [0, 1, 2]
@@ -84,7 +84,7 @@ def test_a_line_ends_where_the_terminal_does(monkeypatch):
     with open(slave, "w") as terminal:
         as_stderr(terminal, monkeypatch)
         with Progress() as progress:
-            progress.stage("reading " + "long/" * 40 + "bunny.ply")
+            progress.begin("reading " + "long/" * 40 + "bunny.ply")
             shown = os.read(master, 4096).decode()
     os.close(master)
     assert "reading long/long/" in shown
@@ -110,7 +110,7 @@ def test_a_map_shows_its_stages_on_a_terminal(monkeypatch, tmp_path):
 def test_nothing_is_shown_in_files_or_when_quiet(quiet, monkeypatch):
     stream = as_stderr(Terminal() if quiet else io.StringIO(), monkeypatch)
     with Progress(quiet=quiet) as progress:
-        progress.stage("reading bunny.ply")
+        progress.begin("reading bunny.ply")
         progress.count("mapping", 4)(True, False)
     assert stream.getvalue() == ""
 

@@ -87,7 +87,7 @@ def run_files(args: Namespace, name: str, total: int, manifest: str, run: Callab
         write_table(args.summary, rows)
     page = None
     if args.report is not None:
-        args.progress.stage("drawing")
+        args.progress.begin("drawing")
         page = write_page(args.report, rows, sheet(rows), args.jobs, began=began(manifest),
                           command=shlex.join(("igl-spheremap", *args.words)))
     args.progress.close()

@@ -42,7 +42,7 @@ def run_check(args: Namespace) -> Exit:
         refuse_flags(args, ("--directions", "--reflect"), "a map to the plane")
         return check_plane_map(args, *pair)
     mesh = check_mesh(pair.source.v, pair.source.f, caps=pair.source.caps)
-    args.progress.stage(f"certifying {pair.name}")
+    args.progress.begin(f"certifying {pair.name}")
     x = unit_rows(check_directions(pair.x, name=f"{pair.name}: images")) if args.directions else pair.x
     checked = certify_radius(x, mesh.f)
     certificate, off, rounded = checked.certificate, checked.certificate.off_sphere, False
@@ -105,7 +105,7 @@ def run_repair(args: Namespace) -> Exit:
     pair = load_pair(args)
     source, x = pair.source, pair.x
     before = certify_radius(x, source.f)
-    args.progress.stage(f"repairing {pair.name}")
+    args.progress.begin(f"repairing {pair.name}")
     result = repair_foldings(source.v, source.f, x, caps=source.caps, listener=args.progress.listener(source.f))
     written = write_target(
         args,

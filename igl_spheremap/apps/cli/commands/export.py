@@ -50,7 +50,7 @@ def run_export(args: Namespace) -> None:
         return
     source = pair.source
     found = Findings(source=source.name, sphere=pair.name, target=target, show=args.show, texture=args.texture)
-    args.progress.stage(f"writing {target}")
+    args.progress.begin(f"writing {target}")
     up = "z" if source.up in Z_UP else "y"
     if args.texture == "carried":
         texture = read_textured(args.source)
@@ -163,7 +163,7 @@ def _export_plane(args: Namespace, source: InputDisk, p: FloatArray) -> None:
         v, f = np.empty((whole, 3)), source.rows[f]
         v[source.rows] = source.v
     square = UnitSquare.of(p)
-    args.progress.stage(f"writing {args.target}")
+    args.progress.begin(f"writing {args.target}")
     if args.texture == "carried":
         texture = read_textured(args.source)
         atlas, image, v = _own_atlas(texture, source), texture.image, np.column_stack((p, np.zeros(len(p))))

@@ -45,7 +45,7 @@ def run_grid(args: Namespace) -> None:
     pair = load_pair(args)
     source = pair.source
     values = source.v if args.data is None else read_data(args.data, source)
-    args.progress.stage(f"sampling {source.name}")
+    args.progress.begin(f"sampling {source.name}")
     grid = to_grid(pair.map(), values, kind=args.kind, rows=rows, columns=args.columns)
     if target.lower().endswith(".png"):
         write_picture(target, _picture(grid), force=args.force)
@@ -110,7 +110,7 @@ def run_harmonics(args: Namespace) -> Exit:
     pair = load_pair(args)
     source = pair.source
     values = None if args.data is None else read_data(args.data, source)
-    args.progress.stage(f"expanding {source.name}")
+    args.progress.begin(f"expanding {source.name}")
     harmonics = spherical_harmonics(pair.map(), values, degree=args.degree)
     found = Findings(target=args.target)
     found.add("source", f"{source.name}: {len(source.v)} vertices, sphere {pair.name}",
@@ -123,12 +123,12 @@ def run_harmonics(args: Namespace) -> Exit:
     for note in harmonics.notes:
         found.add("note", note)
     found.figures["notes"] = harmonics.notes
-    args.progress.stage("measuring the error of each degree")
+    args.progress.begin("measuring the error of each degree")
     error, power = harmonics.error(), harmonics.power()
     found.add("error", f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}",
               error_percent=error, degree=args.degree, power=power)
     surface = harmonics.surface(mesh) if mesh else None
-    args.progress.stage(f"writing {args.target}")
+    args.progress.begin(f"writing {args.target}")
     write_coefficients(args.target, harmonics, force=args.force)
     if surface:
         write_mesh(args.surface, *surface, force=args.force)
@@ -161,7 +161,7 @@ def _harmonics_of_all(args: Namespace) -> Exit:
             reasons[name] = without_name(one_line(error), name)
     if not shapes:
         raise MeshError(f"none of {len(names)} surfaces can be expanded; {names[0]}: {reasons[names[0]]}")
-    args.progress.stage("aligning" if args.align else "writing")
+    args.progress.begin("aligning" if args.align else "writing")
     rows = in_common_frame(list(shapes.values())) if args.align else list(shapes.values())
     table = coefficient_table(list(shapes), rows, args.modes)
     write_coefficient_table(args.target, table, force=args.force)

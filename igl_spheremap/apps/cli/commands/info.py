@@ -20,7 +20,7 @@ def run_info(args: Namespace) -> None:
     """
     check_outputs(args)
     source = load_any(args)
-    args.progress.stage(f"measuring {source.name}")
+    args.progress.begin(f"measuring {source.name}")
     try:
         known, *findings = mesh_findings(info(source.v, source.f))
     except MeshError as error:

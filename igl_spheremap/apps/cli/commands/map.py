@@ -128,12 +128,12 @@ def _map_by(
 def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, recording: Recording) -> Path | None:
     """The course of the run as curves and as a page, which is returned."""
     if args.plot is not None:
-        args.progress.stage(f"drawing {args.plot}")
+        args.progress.begin(f"drawing {args.plot}")
         figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios(),
                           title=f"{os.path.basename(source.name)}, {result.method}")
         write_plot(args.plot, figure)
     if args.report is not None:
-        args.progress.stage(f"drawing the report in {args.report}")
+        args.progress.begin(f"drawing the report in {args.report}")
         command = shlex.join(("igl-spheremap", *args.words))
         return write_report(args.report, result, recording, source=os.path.basename(source.name), command=command,
                             up=args.up or source.up)
@@ -163,10 +163,10 @@ def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: Sp
 
 
 def _timings(result: SphereMap) -> list[str]:
-    """Seconds and share of each stage, and of what belongs to none."""
-    stages = result.timings | {"other": result.seconds - sum(result.timings.values())}
+    """Seconds and share of each phase, and of what belongs to none."""
+    phases = result.timings | {"other": result.seconds - sum(result.timings.values())}
     return [f"{'' if k else 'time':13}{seconds:8.4f} s {seconds / result.seconds:6.1%}  {name}"
-            for k, (name, seconds) in enumerate(stages.items())]
+            for k, (name, seconds) in enumerate(phases.items())]
 
 
 def _rounds(result: SphereMap) -> list[str]:

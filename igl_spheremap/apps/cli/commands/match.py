@@ -54,17 +54,17 @@ def run_match(args: Namespace) -> Exit:
     curves = [_vertices(files, sources) for files in args.curve]
     features = read_features(args.feature, *sources)[1] if args.feature else None
     maps = [_mapped(args, source) for source in sources]
-    args.progress.stage(f"matching {sources[0].name} with {sources[1].name}")
+    args.progress.begin(f"matching {sources[0].name} with {sources[1].name}")
     result = match(*maps, landmarks=landmarks, features=features, curves=curves, feature_weight=args.feature_weight,
                    position_weight=args.position_weight, soft=args.soft, reflect=args.reflect,
                    listener=args.progress.listener(maps[0].faces))
     if whole:
-        args.progress.stage(f"writing {args.target}")
+        args.progress.begin(f"writing {args.target}")
         write_surface_map(args.target, result, force=args.force)
     else:
         write_target(args, lambda path: write_mesh(path, result.positions, result.map.faces, force=args.force,
                                                    metadata=sources[1].metadata))
-    args.progress.stage("measuring the map on the overlay")
+    args.progress.begin("measuring the map on the overlay")
     if args.overlay:
         common = result.overlay()
         for path, v in zip(args.overlay, (common.on_source, common.on_target), strict=True):
@@ -87,7 +87,7 @@ def _mapped(args: Namespace, source: InputMesh) -> SphereMap:
     path = Path(source.name)
     if not source.repairs and path.suffix.lower() == ".npz" and "sphere" in read_arrays(path):
         return read_map(path)
-    args.progress.stage(f"mapping {source.name} to the sphere")
+    args.progress.begin(f"mapping {source.name} to the sphere")
     return balanced_spherical_map(source.v, source.f, balance=1.0, caps=source.caps,
                                   listener=args.progress.listener(source.f))
 

@@ -86,7 +86,7 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
             raise within(error, f"{source.name}: ") from None
 
     def write(result: PlaneMap) -> tuple[Certificate, Findings]:
-        args.progress.stage(f"writing {args.target}")
+        args.progress.begin(f"writing {args.target}")
         written = write_plane_map(args.target, result, force=args.force, rows=source.rows,
                                   up="z" if (args.up or guess_up(source.name)) in Z_UP else "y")
         return written, _findings(source, args, result, written)
@@ -117,14 +117,14 @@ def _draw(args: Namespace, source: InputDisk, result: PlaneMap) -> Path | None:
         write_plot(args.plot, result.plot(os.path.basename(source.name)))
     if args.report is None:
         return None
-    args.progress.stage(f"drawing the report in {args.report}")
+    args.progress.begin(f"drawing the report in {args.report}")
     return write_plane_report(args.report, result, source=os.path.basename(source.name),
                               command=shlex.join(("igl-spheremap", *args.words)), up=args.up or guess_up(source.name))
 
 
 def _load(args: Namespace) -> InputDisk:
     """The mesh that the command line names, or the part of it that a patch holds, repaired if that is asked for."""
-    args.progress.stage(f"reading {args.source}")
+    args.progress.begin(f"reading {args.source}")
     mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=args.repair))
     v, f, rows = mesh.v, mesh.f, np.arange(len(mesh.v))
     if args.patch is not None:
@@ -197,7 +197,7 @@ def load_map(args: Namespace, mirror: bool = False) -> InputMap | tuple[InputDis
 def check_plane_map(args: Namespace, source: InputDisk, p: FloatArray) -> Exit:
     """Certify a map of a disk to the plane, and report what it does."""
     name = args.sphere or args.source
-    args.progress.stage(f"certifying {name}")
+    args.progress.begin(f"certifying {name}")
     disk = check_disk(source.v, source.f, caps=source.caps)
     result = given_map(disk, p)
     found = Findings(source=args.source, plane=name, vertices=len(disk.v), faces=len(disk.f), rim=len(disk.rim))

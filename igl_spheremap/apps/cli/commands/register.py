@@ -38,10 +38,10 @@ def run_register(args: Namespace) -> Exit:
     if args.show or pictures.offscreen:
         open_for(pictures, instead="--screenshot OUT.png")
     pair = load_pair(args)
-    source, target = pair.source, read_source(args.other, stage=args.progress.stage)
+    source, target = pair.source, read_source(args.other, begin=args.progress.begin)
     maps = reflected(pair.map()) if args.reflect else pair.map(), read_pair(target, args.other_sphere).map()
     names, features = read_features(args.feature, source, target) if args.feature else (_GEOMETRY, None)
-    args.progress.stage(f"registering {source.name}")
+    args.progress.begin(f"registering {source.name}")
     listener = args.progress.listener(maps[0].faces)
     result = register(*maps, features=features, stages=stages, stiffness=args.stiffness, listener=listener)
     out = _of_the_file(result.map) if args.reflect else result.map

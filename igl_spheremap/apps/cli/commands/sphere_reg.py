@@ -23,7 +23,7 @@ def run_sphere_reg(args: Namespace) -> Exit:
     igl-spheremap sphere-reg lh.white --to fsaverage5 --labels {hemi}.aparc.annot --out lh_on_right --reflect
     """
     sources = list_sources(args)
-    args.progress.stage("looking for templates")
+    args.progress.begin("looking for templates")
     task = SphereRegistration(reflect=args.reflect, force=args.force, folder=os.getcwd())
     try:
         jobs = hemisphere_jobs(sources, args.out, to=args.templates or ["fsaverage"], names=args.names or ["bids"],

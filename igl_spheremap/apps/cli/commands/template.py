@@ -78,7 +78,7 @@ def _make(args: Namespace) -> Exit:
                      memory=args.memory, retries=args.retries, retry_failed=args.retry_failed)
     failed = Exit.FAILED if group.left_out else Exit.OK
     group = replace(group, left_out={**excluded, **group.left_out}, feature_names=_feature_names(args))
-    args.progress.stage("writing")
+    args.progress.begin("writing")
     write_group(out, group, force=True)
     write_group_page(out / _PAGE, group, shlex.join(("igl-spheremap", *args.words)))
     write_mode_film(out / _FILM, group)
@@ -91,7 +91,7 @@ def _follow(args: Namespace) -> Exit:
     """A series, in files."""
     kept, _, features = _given(args, SERIES)
     found = series(kept, features=features, target=args.to, balance=args.balance)
-    args.progress.stage("writing")
+    args.progress.begin("writing")
     out, names = Path(args.out), _feature_names(args)
     mean = write_series(out, found, kept, names)
     write_series_film(out / _SERIES_FILM, found, mean)
@@ -190,7 +190,7 @@ def _add(args: Namespace) -> Exit:
     found, refused = Findings(), False
     others = [name for name in rows if name not in names]  # whose files stay
     for name, short in zip(names, file_names([*others, *names])[len(others):], strict=True):
-        args.progress.stage(f"placing {name}")
+        args.progress.begin(f"placing {name}")
         cells: tuple[object, ...]
         try:
             placed = group.place(balanced_spherical_map(read_mesh(name), balance=group.balance))
@@ -227,7 +227,7 @@ def _test(args: Namespace) -> Exit:
     for member, reason in list(left_out.items())[:LISTED]:
         found.add("left out", f"{member}: {reason}")
     for (name, values), short in zip(columns.items(), test_names(list(columns)), strict=True):
-        args.progress.stage(f"testing {name}")
+        args.progress.begin(f"testing {name}")
         others = [each if each.dtype.kind == "f" else indicators(each) for key, each in columns.items() if key != name]
         try:
             test = permutation_test(tested, values, covariates=np.column_stack(others) if others else None,

@@ -25,7 +25,7 @@ def run_resample(args: Namespace) -> None:
     pair = load_pair(args, args.reflect)
     source = pair.source
     points, faces = read_target_sphere(args.to, source)
-    args.progress.stage(f"resampling {source.name}")
+    args.progress.begin(f"resampling {source.name}")
     v = transfer(pair.map(), source.v, points)
     write_target(args, lambda path: write_mesh(path, v, faces, force=args.force, metadata=source.metadata))
     found = Findings(target=args.target, vertices=len(v), faces=len(faces))
@@ -56,7 +56,7 @@ def run_transfer(args: Namespace) -> None:
     if labels:
         metadata["labels"] = table or ()
     result = pair.map()
-    args.progress.stage(f"locating {len(there[0])} points on {pair.name}")
+    args.progress.begin(f"locating {len(there[0])} points on {pair.name}")
     weights = transfer_matrix(result, there, method=args.method)
     matrix, received, areas, own_areas = weights.matrix, weights.received, weights.areas, weights.source_areas
     carried = {key: apply_matrix(matrix, values, labels) for key, values in maps.items()}

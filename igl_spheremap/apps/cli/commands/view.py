@@ -77,7 +77,7 @@ def _map(args: Namespace) -> tuple[InputMesh, SphereMap, str]:
             return source, read_map(source.name), "map"
         except MeshError:  # the archive holds a mesh only
             pass
-    args.progress.stage(f"mapping {source.name}")
+    args.progress.begin(f"mapping {source.name}")
     listener = args.progress.listener(source.f)
     result = balanced_spherical_map(source.v, source.f, balance=args.balance, method=args.method, caps=source.caps,
                                     listener=listener)
@@ -97,7 +97,7 @@ def run_play(args: Namespace) -> None:
     pictures = _pictures(args)
     open_for(pictures)
     source = load_source(args)
-    args.progress.stage(f"mapping {source.name}")
+    args.progress.begin(f"mapping {source.name}")
     load = partial(_load, source)
     up = args.up or source.up
     kind = Player if pictures.offscreen else PlayerWindow

@@ -1,7 +1,7 @@
-"""CPU time of a map by stage: by backend, or beside another version.
+"""CPU time of a map by phase: by backend, or beside another version.
 
-    python -m benchmarks stages [--backends cvxopt scipy] [--mesh sample:brain:n_vertices=240000] [--maps 3]
-    python -m benchmarks stages CHECKOUT [--rounds 2] [--meshes 0 1 2 3]
+    python -m benchmarks phases [--backends cvxopt scipy] [--mesh sample:brain:n_vertices=240000] [--maps 3]
+    python -m benchmarks phases CHECKOUT [--rounds 2] [--meshes 0 1 2 3]
 
 CHECKOUT is a checkout of the other version. The two take turns, each in a process of its own with one thread, after a
 warm-up; figures are the best of all rounds, in milliseconds. Prints tables.
@@ -28,7 +28,7 @@ from .common import ROOT, in_process, load, parser
 
 #: Loop subdivisions of the brain sample, and maps in a process; first a spheroid.
 SIZES = ((None, 60), (0, 6), (1, 3), (2, 1))
-#: Stages that ordering, CHOLMOD and its solves bound, and those outside.
+#: Phases that ordering, CHOLMOD and its solves bound, and those outside.
 LIMIT = ("order", "analysis", "factorisation", "solves")
 OWN = ("check", "Laplacian", "triangle for CHOLMOD", "start", "steps", "gauge", "certificate", "repair")
 
@@ -56,12 +56,12 @@ def main(argv: list[str]) -> None:
             n = write(path, subdivisions)
             for _ in range(options.rounds):
                 for version, done in runs.items():
-                    done.append(in_process("stages", path, "--maps", maps, package=version))
+                    done.append(in_process("phases", path, "--maps", maps, package=version))
         report(n, *(functools.reduce(best, done) for done in runs.values()))
 
 
 def by_backend(v: np.ndarray, f: np.ndarray, backends: list[str], maps: int) -> None:
-    """Print CPU seconds of each stage, the least of some maps."""
+    """Print CPU seconds of each phase, the least of some maps."""
     timings.time.perf_counter = time.process_time  # type: ignore[attr-defined]
     found = []
     for backend in backends:
@@ -69,8 +69,8 @@ def by_backend(v: np.ndarray, f: np.ndarray, backends: list[str], maps: int) -> 
         runs = [ism.spherical_conformal_map(v, f, backend=backend) for _ in range(maps)]
         found.append(functools.reduce(best, (run.timings | {"whole": run.seconds} for run in runs)))
     print(f"| {len(v):,} vertices | " + " | ".join(backends) + " |\n|---" + "|---:" * len(backends) + "|")
-    for stage in found[0]:
-        print(f"| {stage} | " + " | ".join(f"{one[stage]:.3f}" for one in found) + " |")
+    for phase in found[0]:
+        print(f"| {phase} | " + " | ".join(f"{one[phase]:.3f}" for one in found) + " |")
 
 
 def write(path: Path, subdivisions: int | None) -> int:
@@ -82,7 +82,7 @@ def write(path: Path, subdivisions: int | None) -> int:
 
 
 def measure(mesh: Path, maps: int) -> dict[str, float]:
-    """CPU seconds of the stages that CHOLMOD bounds and of the whole, wall seconds of the others."""
+    """CPU seconds of the phases that CHOLMOD bounds and of the whole, wall seconds of the others."""
     arrays = np.load(mesh)
     v, f = arrays["v"], arrays["f"]
     ism.spherical_conformal_map(v, f, backend="cvxopt")
@@ -90,11 +90,11 @@ def measure(mesh: Path, maps: int) -> dict[str, float]:
     ours = (module for name, module in sys.modules.items() if name.startswith("igl_spheremap"))
     driver = next(module for module in ours if hasattr(module, "bandwidth_order") and hasattr(module, "Factor"))
     spent: dict[str, float] = defaultdict(float)
-    for owner, name, stage in ((driver, "bandwidth_order", "order"), (driver, "nested_dissection", "order"),
+    for owner, name, phase in ((driver, "bandwidth_order", "order"), (driver, "nested_dissection", "order"),
                                (library, "symbolic", "analysis"), (library, "numeric", "factorisation"),
                                (driver.Factor, "solve", "solves")):
         if hasattr(owner, name):
-            setattr(owner, name, clocked(getattr(owner, name), spent, stage))
+            setattr(owner, name, clocked(getattr(owner, name), spent, phase))
     rounds = []
     for _ in range(maps):
         spent.clear()
@@ -102,33 +102,33 @@ def measure(mesh: Path, maps: int) -> dict[str, float]:
         result = ism.spherical_conformal_map(v, f, backend="cvxopt")
         whole = time.process_time() - began
         own = dict(getattr(result, "timings", {}))
-        own["triangle for CHOLMOD"] = own.pop("factorisation", 0.0) - sum(spent[stage] for stage in LIMIT[:3])
+        own["triangle for CHOLMOD"] = own.pop("factorisation", 0.0) - sum(spent[phase] for phase in LIMIT[:3])
         rounds.append(own | spent | {"outside": whole - sum(spent.values()), "whole": whole})
     return functools.reduce(best, rounds)
 
 
-def clocked(function: Callable[..., Any], spent: dict[str, float], stage: str) -> Callable[..., Any]:
-    """The function, whose CPU time is added to that of a stage."""
+def clocked(function: Callable[..., Any], spent: dict[str, float], phase: str) -> Callable[..., Any]:
+    """The function, whose CPU time is added to that of a phase."""
 
     def call(*args: Any, **options: Any) -> Any:
         began = time.process_time()
         try:
             return function(*args, **options)
         finally:
-            spent[stage] += time.process_time() - began
+            spent[phase] += time.process_time() - began
 
     return call
 
 
 def best(a: dict[str, float], b: dict[str, float]) -> dict[str, float]:
-    """The lesser time of each stage."""
-    return {stage: min(a[stage], b[stage]) for stage in a}
+    """The lesser time of each phase."""
+    return {phase: min(a[phase], b[phase]) for phase in a}
 
 
 def report(n: int, old: dict[str, float], new: dict[str, float]) -> None:
     """Print the table of a mesh in milliseconds."""
     print(f"\n| {n:,} vertices | before | now | ratio |\n|---|---:|---:|---:|")
-    for stage in (*LIMIT, *OWN, "outside", "whole"):
-        before, now = old.get(stage, 0.0), new[stage]
-        ratio = f"{now / before:.2f}" if stage in (*LIMIT, "outside", "whole") else ""
-        print(f"| {stage} | {f'{1e3 * before:.1f}' if ratio else ''} | {1e3 * now:.1f} | {ratio} |", flush=True)
+    for phase in (*LIMIT, *OWN, "outside", "whole"):
+        before, now = old.get(phase, 0.0), new[phase]
+        ratio = f"{now / before:.2f}" if phase in (*LIMIT, "outside", "whole") else ""
+        print(f"| {phase} | {f'{1e3 * before:.1f}' if ratio else ''} | {1e3 * now:.1f} | {ratio} |", flush=True)
