@@ -66,7 +66,7 @@ def show_map(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") 
     if np.ptp(x, axis=0).max() < _DOT:
         middle = x.mean(axis=0) @ pose(surface.v, surface.up).T
         ax.plot(*middle[:2], "o", color=FOLDED, markersize=3, clip_on=False)
-        caption(ax, f"{title}, at one point")
+        caption(ax, f"{title},\nat one point")
     else:
         _box(ax, surface, x, folded, behind=":")
 
