@@ -74,6 +74,8 @@ TABLES = {
     "phases": "phases",
     "open_handles": "open_surfaces --handles 1:200 5:200 20:200",
     "open_folder": "open_surfaces --folder CORPUS/open",
+    "readings": "readings readings --csv RESULTS/readings.csv --meshes CORPUS",
+    "readings_surfaces": "readings surfaces --csv RESULTS/readings.csv --meshes CORPUS",
     "claims_boosts": "claims boosts --meshes CORPUS",
     "claims_eigenfunctions": "claims eigenfunctions --meshes CORPUS",
     "claims_planes": "claims planes --meshes CORPUS",

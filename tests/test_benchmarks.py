@@ -36,7 +36,8 @@ def test_the_list_says_what_each_measures():
 
 
 OPTIONS = ("balanced_maps", "convergence", "cortices", "disks", "factors", "gather", "groups", "judge", "mindboggle",
-           "peers", "permutations", "phases", "player", "random_meshes", "repairs", "scaling", "shapes", "versions")
+           "peers", "permutations", "phases", "player", "random_meshes", "readings", "repairs", "scaling", "shapes",
+           "versions")
 
 
 #: Starts benchmarks, one after the other; one that needs a package which is not there is left out.
@@ -66,6 +67,25 @@ def test_every_benchmark_with_options_explains_them_and_the_others_find_what_the
 
 def test_a_level_of_scaling_is_a_row_of_figures():
     assert "| 0 | yes |" in benchmark("scaling", "map", "sample:spheroid:n_vertices=500", "--levels", "0")
+
+
+def test_two_of_the_readings_are_the_paper_as_printed_and_as_programmed():
+    code = """
+import sys
+sys.path.insert(0, "tests")
+import numpy as np
+import igl_spheremap as ism
+from benchmarks.readings import WAYS, course
+v, f = ism.samples.make("spheroid", n_vertices=500)
+for name, method in (("H = L F / A, L2, area 1", ism.Lai2014.as_printed(max_iterations=40)),
+                     ("H = L F, Frobenius", ism.Lai2014.as_programmed(max_iterations=40))):
+    seen = []
+    ism.algorithm_1(v, f, method=method, listener=lambda it: it.stage == "harmonic" and seen.append(it.energy))
+    assert len(seen) == 41
+    assert np.allclose(course(v, f, WAYS[name])[:41, 0], seen, rtol=1e-9), name
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def test_parts_are_listed_once_and_no_wheel_has_parts_of_both_sets():
