@@ -117,22 +117,19 @@ def _digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()[:24]
 
 
-@dataclass(frozen=True)
-class SphereCheck:
-    """Certificate and radius of a sphere in a file.
+@dataclass(frozen=True, eq=False)
+class SphereCheck(Certificate):
+    """The certificate of a sphere of any radius about the origin, such as a file holds.
 
     Attributes
     ----------
-    certificate : Certificate
-        Of the numbers in the file; ``off_sphere`` is relative to the radius.
     radius : float
-        The median distance of its vertices from the origin.
+        The median distance of its vertices from the origin, to which ``off_sphere`` is relative.
     moved : int
         Vertices that were moved, when the file was written, to keep its float32 numbers from folding.
     """
 
-    certificate: Certificate
-    radius: float
+    radius: float = 1.0
     moved: int = 0
 
 
@@ -144,7 +141,7 @@ def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
     >>> import igl_spheremap as ism
     >>> x, f = ism.samples.sphere(42)
     >>> check = certify_radius(100 * x, f)
-    >>> check.certificate.folding_free, round(check.radius, 9)
+    >>> check.folding_free, round(check.radius, 9)
     (True, 100.0)
     """
     x = check_rows(x)
@@ -155,7 +152,8 @@ def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
     if abs(radius - 1) < UNIT_TOLERANCE:  # rounding: a unit sphere is written back digit for digit
         radius = 1.0
     off = np.flatnonzero(~(np.abs(distance - radius) <= UNIT_TOLERANCE * radius))
-    return SphereCheck(replace(certificate, off_sphere=off[~np.isin(off, certificate.not_finite)]), radius)
+    off_sphere = off[~np.isin(off, certificate.not_finite)]
+    return SphereCheck(**{**vars(certificate), "off_sphere": off_sphere}, radius=radius)
 
 
 @own_errstate
@@ -167,7 +165,7 @@ def write_map(
     radius: float | None = None,
     surface: bool = False,
     metadata: Metadata | None = None,
-) -> Certificate:
+) -> SphereCheck:
     """Write the sphere of a map (NPZ: the whole map), read it back, and certify what is in the file.
 
     The file carries a mark of what made it from what, see `read_mark`. STL files lose the order of the vertices.
@@ -191,9 +189,9 @@ def write_map(
 
     Returns
     -------
-    Certificate
-        Of the numbers in the file. Where rounding to float32 folds the map, vertices are moved to repair it; what
-        can't be repaired is written all the same.
+    SphereCheck
+        The certificate of the numbers in the file, and their radius. Where rounding to float32 folds the map, vertices
+        are moved to repair it; what can't be repaired is written all the same.
 
     Raises
     ------
@@ -210,19 +208,6 @@ def write_map(
     ...     ism.write_map(f"{folder}/sphere.ply", result).folding_free
     True
     """
-    return write_checked(path, result, force=force, radius=radius, surface=surface, metadata=metadata).certificate
-
-
-def write_checked(
-    path: PathLike,
-    result: SphereMap,
-    *,
-    force: bool = False,
-    radius: float | None = None,
-    surface: bool = False,
-    metadata: Metadata | None = None,
-) -> SphereCheck:
-    """`write_map`, with the radius of the sphere in the file, and how many vertices float32 made move."""
     known = dict(metadata or {}) | {"mark": mark_of(result)}
     if format_of(path).name != "NPZ":
         return write_sphere(path, result.sphere, result.faces, force=force, radius=radius,

@@ -14,7 +14,7 @@ from ..errors import FileError
 from ..io.files import read_mesh
 from ..io.records import LoadedMesh
 from ..io.replacing import REPLACE, check_writable
-from ..io.written_map import make_mark, read_mark, write_checked
+from ..io.written_map import make_mark, read_mark, write_map
 from ..maps.balanced import balanced_spherical_map
 from ..maps.mapper import SphereMapper
 from ..maps.options import Auto, Method
@@ -64,8 +64,7 @@ class SphereMapping(Task[Job]):
                 raise FileError(f"{job.target} exists without the mark of this version, method and mesh; it is kept, "
                                 f"{REPLACE} replaces it")
         result = _map(v, f, caps, self)
-        written = write_checked(target, result, force=True, metadata=loaded.metadata)
-        certificate = written.certificate
+        written = write_map(target, result, force=True, metadata=loaded.metadata)
         moved = (f"{written.moved} vertices moved to keep float32 from folding",) if written.moved else ()
         figures = {
             "angle": log_figures(result.angle_differences()),
@@ -75,9 +74,9 @@ class SphereMapping(Task[Job]):
         columns: dict[str, Any] = {f"{kind}_{name}": figures[name][kind] for name in figures
                                    for kind in ("mean", "p99", "max")}
         return replace(
-            self.empty(job), status="certified" if certificate.folding_free else "folded", vertices=len(v),
+            self.empty(job), status="certified" if written.folding_free else "folded", vertices=len(v),
             foldings_before=result.rounds[0].foldings_before if result.rounds else result.certificate.foldings,
-            foldings=certificate.foldings, energy=result.energy, stretch=result.stretch,
+            foldings=written.foldings, energy=result.energy, stretch=result.stretch,
             notes="; ".join((*result.notes, *moved)), **columns,
         )  # fmt: skip
 

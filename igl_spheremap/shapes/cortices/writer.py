@@ -35,7 +35,7 @@ class Writer:
         """Write a sphere, with the volume's geometry; the coordinate system of the surface is not that of a sphere."""
         volume = {"volume": self._given["volume"]} if "volume" in self._given else {}
         written = write_sphere(self._path(name), x, self._f, force=True, metadata=self._metadata | volume)
-        self.foldings += written.certificate.foldings
+        self.foldings += written.foldings
         self.moved += written.moved
 
     def surface(self, name: str, v: FloatArray, f: IntArray, structure: str | None = None) -> None:

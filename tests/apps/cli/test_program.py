@@ -375,7 +375,7 @@ def test_no_output_replaces_an_input_or_another_output(words, tmp_path, monkeypa
 @pytest.mark.parametrize(("words", "stopped"), [
     (["map", SAMPLE, "out.obj", "--report", "page"], "commands.map.write_report"),
     (["repair", SAMPLE, "folded.obj", "out.obj"], "commands.check.repair_foldings"),
-    (["repair", SAMPLE, "folded.obj", "out.obj"], "commands.check.write_checked"),
+    (["repair", SAMPLE, "folded.obj", "out.obj"], "commands.check.write_map"),
     (["check", SAMPLE, "folded.obj"], "commands.check.certify_radius"),
 ])
 def test_an_interrupt_is_one_line_and_leaves_whole_files_only(words, stopped, tmp_path, monkeypatch, capsys):

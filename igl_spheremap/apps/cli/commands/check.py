@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ....descent.energies import HarmonicEnergy
-from ....io.written_map import certify_radius, write_checked
+from ....io.written_map import certify_radius, write_map
 from ....maps.given_sphere import repair_foldings
 from ....mesh.arrays import FloatArray, check_directions
 from ....mesh.check import check_mesh
@@ -45,7 +45,7 @@ def run_check(args: Namespace) -> Exit:
     args.progress.begin(f"certifying {pair.name}")
     x = unit_rows(check_directions(pair.x, name=f"{pair.name}: images")) if args.directions else pair.x
     checked = certify_radius(x, mesh.f)
-    certificate, off, rounded = checked.certificate, checked.certificate.off_sphere, False
+    certificate, off, rounded = checked, checked.off_sphere, False
     off_radius: dict[str, float] = {}
     spread = 0.0
     if len(off) and checked.radius > 0:
@@ -72,7 +72,7 @@ def run_check(args: Namespace) -> Exit:
         found.add("off radius", f"{len(off)} vertices are off by {off_radius['lowest']:+.2g} to "
                   f"{off_radius['highest']:+.2g} of the radius, most at vertex {off_radius['farthest']}{remedy}",
                   off_radius=off_radius)
-    if not len(checked.certificate.not_finite) and checked.radius > 0:
+    if not len(checked.not_finite) and checked.radius > 0:
         unit, v, surface = x / checked.radius, mesh.v, mesh.f[mesh.surface]
         found.extend([
             findings.energy(HarmonicEnergy.of(mesh).evaluate(unit)[0]),
@@ -109,14 +109,14 @@ def run_repair(args: Namespace) -> Exit:
     result = repair_foldings(source.v, source.f, x, caps=source.caps, listener=args.progress.listener(source.f))
     written = write_target(
         args,
-        lambda path: write_checked(path, result, force=args.force, radius=before.radius, metadata=source.metadata),
+        lambda path: write_map(path, result, force=args.force, radius=before.radius, metadata=source.metadata),
     )
     unit = unit_rows(x.astype(np.float64))
     found = Findings(sphere=pair.name, target=args.target)
     found.source(source)
     for label, file, positions, certificate in (
-        ("before", pair.name, unit, before.certificate),
-        ("after", args.target, result.sphere, written.certificate),
+        ("before", pair.name, unit, before),
+        ("after", args.target, result.sphere, written),
     ):
         found.add(label, f"{file}: {certificate}")
         angles = findings.angles(angle_differences(result.vertices, result.faces[result.mesh.surface], positions))
@@ -127,4 +127,4 @@ def run_repair(args: Namespace) -> Exit:
     for note in result.notes:
         found.add("note", note)
     found.report(args)
-    return Exit.OK if written.certificate.folding_free else Exit.UNCERTIFIED
+    return Exit.OK if written.folding_free else Exit.UNCERTIFIED

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ....io.written_map import SphereCheck, write_checked
+from ....io.written_map import SphereCheck, write_map
 from ....maps.balanced import balanced_spherical_map
 from ....maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows, run_findings
 from ....maps.variational import landmark_map, p_harmonic_map
@@ -111,12 +111,12 @@ def _map_by(
     def write(result: SphereMap) -> tuple[Certificate, Findings]:
         written = write_target(
             args,
-            lambda path: write_checked(path, result, force=args.force, radius=args.radius, surface=args.with_surface,
+            lambda path: write_map(path, result, force=args.force, radius=args.radius, surface=args.with_surface,
                                    metadata=source.metadata),
         )
         found = _findings(source, args, result, written)
         more(found, result)
-        return written.certificate, found
+        return written, found
 
     return map_and_report(
         args, source.name, lambda listener: solve(source.v, source.f, caps=source.caps, listener=listener),
@@ -157,7 +157,7 @@ def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: Sp
         "format": kind,
         "radius": radius,
         "moved": written.moved,
-        "certificate": certificate_numbers(written.certificate),
+        "certificate": certificate_numbers(written),
     }
     return found
 
@@ -177,12 +177,12 @@ def _rounds(result: SphereMap) -> list[str]:
 
 
 def _as_written(result: SphereMap, written: SphereCheck) -> str:
-    if written.certificate.folding_free:
+    if written.folding_free:
         moved = f", {written.moved} vertices moved to keep float32 from folding" if written.moved else ""
         return "certified as written" + moved
     if result.certificate.folding_free:
         return (
-            f"but rounded to this format it is {written.certificate}; write .obj, .ply or .npz, "
+            f"but rounded to this format it is {written}; write .obj, .ply or .npz, "
             "which keep every digit"
         )
     return "not certified"

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....io.written_map import write_checked
+from ....io.written_map import write_map
 from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray
 from ....result.findings import certificate_numbers
@@ -45,18 +45,18 @@ def run_register(args: Namespace) -> Exit:
     listener = args.progress.listener(maps[0].faces)
     result = register(*maps, features=features, stages=stages, stiffness=args.stiffness, listener=listener)
     out = _of_the_file(result.map) if args.reflect else result.map
-    written = write_target(args, lambda path: write_checked(path, out, force=args.force, metadata=source.metadata))
+    written = write_target(args, lambda path: write_map(path, out, force=args.force, metadata=source.metadata))
     found = Findings()
     found.mesh("source", source)
     found.mesh("onto", target)
     _describe(found, result, names)
     for note in out.run.notes:
         found.add("note", note)
-    found.add("written", f"{args.target}: {written.certificate}", target=args.target,
-              certificate=certificate_numbers(written.certificate))
+    found.add("written", f"{args.target}: {written}", target=args.target,
+              certificate=certificate_numbers(written))
     found.report_beside(args, pictures, lambda: run_app(
         registration_view(*maps, result, features, names[0] if features else "depth"), pictures))
-    return Exit.OK if written.certificate.folding_free else Exit.UNCERTIFIED
+    return Exit.OK if written.folding_free else Exit.UNCERTIFIED
 
 
 def _of_the_file(result: SphereMap) -> SphereMap:
