@@ -76,9 +76,10 @@ class MemberTask(Task[MemberJob]):
         write_arrays(self.place(path), arrays)
 
     def surface(self, path: str) -> SphereMap:
-        """A surface on the icosphere, whose points are its map."""
+        """A surface on the icosphere, whose points are its map unless it has a sphere of its own."""
         x, f = sphere_mesh(self.icosphere)
-        return certified(check_mesh(read_arrays(self.place(path))["points"], f), x)
+        arrays = read_arrays(self.place(path))
+        return certified(check_mesh(arrays["points"], f), arrays.get("sphere", x))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,8 +117,7 @@ class RegisterMember(MemberTask):
     search: bool = False
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
-        coarse, arrays = self.surface(job.source), read_arrays(self.place(job.beside[0]))
-        target = certified(check_mesh(arrays["vertices"], arrays["faces"]), arrays["sphere"])
+        coarse, target = self.surface(job.source), self.surface(job.beside[0])
         before = [read_arrays(self.place(path))["sphere"] for path in job.beside[1:]]
         check()
         lay = laid_first if not before else searched if self.search else followed

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import os
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...draw.markup import table
 from ...draw.shown import Drawing, Shown, place_drawing
-from ...errors import MeshError, check_list, check_number, own_errstate, without_name
+from ...errors import MeshError, check_list, check_number, own_errstate
+from ...io.npz import read_arrays
+from ...io.written_map import read_map
+from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
-from ...mesh.arrays import FloatArray, IntArray, check_values
+from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.check import check_mesh
 from ...mesh.measure import enclosed_volume, surface_area
-from ...mesh.timings import counted
-from ...resampling.transfer import resample, sphere_mesh, transfer
-from ..correspondence.registration import register
+from ...populations.run_many import check_engine
+from ...resampling.transfer import sphere_mesh
 from .features import check_features
-from .placing import Source, at_points, carried, mapped, names_of, own_areas
+from .jobs import MemberJob, PlaceMember, RegisterMember, write_arrays
+from .placing import Source, carried, names_of
 from .procrustes import generalised_procrustes
+from .workplace import Crew, Entry, Files, mapped_all, workplace
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,15 +92,24 @@ class Series(Shown):
 
 @own_errstate
 def series(
-    sources: Sequence[Source],
+    sources: Iterable[Source],
     *,
     features: Sequence[ArrayLike] | None = None,
     target: str = "ico:4",
     balance: float = 1.0,
+    out: str | os.PathLike[str] | None = None,
+    executor: Executor | None = None,
+    processes: int | None = None,
+    resume: bool = True,
+    retry_failed: bool = False,
+    timeout: float | None = None,
+    memory: float | None = None,
+    retries: int = 1,
 ) -> Series:
     """Follow points of one body through its frames.
 
-    Each frame is mapped to the sphere and registered to the one before it, from which it differs little.
+    Each frame is mapped to the sphere and registered to the one before it, from which it differs little. These are
+    jobs of their own, whose results are put together.
 
     Parameters
     ----------
@@ -104,6 +121,11 @@ def series(
         The mesh whose points are followed.
     balance : float, default 1
         Of the maps: 0 is conformal, 1 preserves areas.
+    out : path-like, optional
+        A folder for what the work leaves, as of `template`, by which another call continues where this one ended; the
+        frames' maps are in its folder ``maps``. A temporary one by default.
+    executor, processes, resume, retry_failed, timeout, memory, retries
+        As of `igl_spheremap.map_many`.
 
     Returns
     -------
@@ -113,9 +135,7 @@ def series(
     Raises
     ------
     MeshError
-        If a mesh is invalid, or there are fewer than two.
-    FileError
-        If a file can't be read.
+        If a frame can't be read or mapped, or there are fewer than two.
 
     Examples
     --------
@@ -125,32 +145,68 @@ def series(
     (2, 162, 3)
     """
     check_number(balance, "balance", most=1)
-    x, f = sphere_mesh(target)
+    check_engine(executor, processes, timeout, memory, retries)
+    mesh = sphere_mesh(target)
     sources = check_list(sources, "sources")
     if len(sources) < 2:
         raise MeshError(f"{len(sources)} frames make no series; give two or more")
-    names = names_of(sources)
-    check_features(features, names)
-    maps: list[SphereMap] = []
-    before = first = None
-    for name, source in zip(names, counted("frames", sources), strict=True):
-        try:
-            result = mapped(source, balance)
-        except MeshError as error:
-            raise MeshError(f"frame {name}: {without_name(error.fault, name)}", error.remedy) from error
-        coarse = at_points(result, x, f)
-        onto = coarse if before is None else register(coarse, before).map
-        maps.append(result if before is None else carried(result, coarse, onto.sphere))
-        before = at_points(maps[-1], x, f)
-        first = first or before
-    assert first is not None
-    direct = carried(result, coarse, register(coarse, first).map.sphere)
-    points = np.stack([resample(each, (x, f)).v for each in maps])
-    data = [np.empty((len(each.sphere), 0)) for each in maps] if features is None else [
-        check_values(values, len(each.sphere), f"features of frame {name}")
-        for name, each, values in zip(names, maps, features, strict=True)]
-    return Series(
-        points, f, x, np.stack([own_areas(each, x, f) for each in maps]),
-        np.stack([transfer(each, values, (x, f)) for each, values in zip(maps, data, strict=True)]), tuple(maps),
-        np.linalg.norm(points[-1] - resample(direct, (x, f)).v, axis=1),
-    )  # fmt: skip
+    check_features(features, names_of(sources))
+    with workplace(out, "maps", target, executor, processes, resume=resume, retry_failed=retry_failed, timeout=timeout,
+                   memory=memory, retries=retries) as (files, crew):
+        return _Chain(files, crew, *mesh).series(sources, features, balance)
+
+
+class _Chain:
+    """Frames in files, each of which is registered to the one before; all registrations are jobs of their own.
+
+    A frame's registration leads to the sphere of the one before, and is composed with what that one's leads to.
+    """
+
+    def __init__(self, files: Files, crew: Crew, x: FloatArray, f: IntArray) -> None:
+        self._files, self._crew, self._x, self._f = files, crew, x, f
+
+    def series(self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float) -> Series:
+        """Map, register, compose, and sample all frames."""
+        frames = mapped_all(self._files, self._crew, sources, features, balance)
+        self._refuse_failures()
+        pairs = [*pairwise(frames), (frames[0], frames[-1])]  # the last one is direct, and tells the drift
+        places = [self._files.place("work", "pairs", f"{k}.npz") for k in range(len(pairs))]
+        jobs = [MemberJob(self._files.points(frame), place, beside=(self._files.points(before),))
+                for (before, frame), place in zip(pairs, places, strict=True)]
+        self._crew.each("registrations", [frame for _, frame in pairs], jobs, RegisterMember)
+        self._refuse_failures()
+        turn = self._files.place("work", "frame.npz")
+        write_arrays(turn, {"turn": np.eye(3)})
+        jobs = [self._files.place_job(frame, sphere, turn)
+                for frame, sphere in zip(frames, self._composed(frames, places[:-1]), strict=True)]
+        ends = [self._files.place("work", "direct", f"{name}.npz") for name in ("map", "points")]
+        jobs.append(replace(self._files.place_job(frames[-1], places[-1], turn), target=ends[0], more=(ends[1],)))
+        self._crew.each("frames", [*frames, frames[-1]], jobs, PlaceMember)
+        self._refuse_failures()
+        placed = [read_arrays(self._files.placed(frame)) for frame in frames]
+        points, areas, data = (np.stack([arrays[name] for arrays in placed])
+                               for name in ("points", "areas", "features"))
+        return Series(points, self._f, self._x, areas, data,
+                      tuple(read_map(self._files.result(frame)) for frame in frames),
+                      np.linalg.norm(points[-1] - read_arrays(ends[1])["points"], axis=1))
+
+    def _composed(self, frames: Sequence[Entry], places: Sequence[str]) -> list[str]:
+        """Files of each frame's registration to the first one."""
+        y, coarse = self._x, self._surface(frames[0])
+        spheres = [self._files.place("work", "chain", "0.npz")]
+        write_arrays(spheres[0], {"sphere": y})
+        for k, (frame, place) in enumerate(zip(frames[1:], places, strict=True), 1):
+            before, coarse = coarse, self._surface(frame)
+            y = carried(certified(coarse.mesh, read_arrays(place)["sphere"]), before, y).sphere
+            spheres.append(self._files.place("work", "chain", f"{k}.npz"))
+            write_arrays(spheres[-1], {"sphere": y})
+        return spheres
+
+    def _surface(self, frame: Entry) -> SphereMap:
+        """A frame on the icosphere, as it is mapped."""
+        return certified(check_mesh(read_arrays(self._files.points(frame))["points"], self._f), self._x)
+
+    def _refuse_failures(self) -> None:
+        """Raise an error for the first frame for which a job failed: the chain has no link to leave out."""
+        for name, error in self._crew.left_out.items():
+            raise MeshError(f"frame {name}: {error.fault}", error.remedy)

@@ -15,10 +15,10 @@ def frames(bends):
 
 
 @pytest.fixture(scope="module")
-def bending():
+def bending(here):
     """Four frames."""
     meshes, places = zip(*frames([0.0, 0.4, 0.8, 1.2]), strict=True)
-    return meshes, ism.shapes.series(meshes, features=places, target="ico:2")
+    return meshes, ism.shapes.series(meshes, features=places, target="ico:2", executor=here)
 
 
 def test_points_keep_their_place_in_the_body(bending):
@@ -48,9 +48,9 @@ def test_one_frame_makes_no_series():
 
 def test_an_inside_out_member_is_named_and_repaired():
     v, f = ism.samples.make("pear", n_vertices=100)
-    with pytest.raises(ism.MeshError, match=r"frame 1: inside out: .* \(repair_mesh\(v, f\) does\)") as caught:
+    with pytest.raises(ism.MeshError, match=r"frame 1: inside out: .* \(repair_mesh\(v, f\) does\)"):
         ism.shapes.series([(v, f), (v, f[:, ::-1])], target="ico:2")
-    mended = ism.repair_mesh(v, f[:, ::-1], **caught.value.remedy.options)
+    mended = ism.repair_mesh(v, f[:, ::-1])
     assert ism.shapes.series([(v, f), mended], target="ico:2").drift.max() < 1e-9
     group = ism.shapes.template([(v * [1 + 0.1 * k, 1, 1], f) for k in range(3)] + [(v, f[:, ::-1])], target="ico:2")
     assert list(group.left_out) == ["3"]
@@ -72,3 +72,21 @@ def test_an_argument_that_is_none_is_named(call, option, value):
 def test_frames_may_come_one_by_one():
     v, f = ism.samples.make("pear", n_vertices=100)
     assert len(ism.shapes.series(((v * (1 + k), f) for k in range(2)), target="ico:2").vertices) == 2
+
+
+def test_a_series_goes_on_where_it_ended_and_gives_the_same_bits(bending, here, tmp_path):
+    meshes, found = bending
+    for _ in range(2):
+        again = ism.shapes.series(meshes, target="ico:2", executor=here, out=tmp_path)
+        assert (again.vertices == found.vertices).all()
+        assert (again.drift == found.drift).all()
+        (tmp_path / "work" / "pairs" / "1.npz").unlink()
+        manifest = tmp_path / "manifest.jsonl"
+        lines = manifest.read_bytes().splitlines(keepends=True)
+        manifest.write_bytes(b"".join(lines[: len(lines) // 2]))
+
+
+def test_a_frame_that_can_not_be_mapped_is_named(here):
+    v, f = ism.samples.sphere(42)
+    with pytest.raises(ism.MeshError, match="frame 1: open surface"):
+        ism.shapes.series([(v * [1, 1, 2], f), (v, f[1:]), (v * [1, 1, 2], f)], target="ico:1", executor=here)

@@ -7,6 +7,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -39,7 +40,9 @@ from ..output import LISTED, Findings
 _PAGE, _FILM, _SERIES_FILM = "index.html", "mode_1.gif", "frames.gif"
 _COMMON = ("out", "json", "quiet")
 #: Uses of the command besides the one that makes a group, and the flags that each takes.
-_TAKEN = {"series": ("feature", "to", "balance", "exclude", "ratings", "force"), "add": ("farthest",),
+_ENGINE = ("resume", "retry_failed", "timeout", "memory", "retries")
+_TAKEN = {"series": ("feature", "to", "balance", "exclude", "ratings", "force", "jobs", "scheduler",
+                     *(name.replace("_", "-") for name in _ENGINE)), "add": ("farthest",),
           "design": ("permutations", "augment")}
 
 
@@ -73,9 +76,7 @@ def _make(args: Namespace) -> Exit:
     kept, excluded, features = _given(args, ARCHIVE)
     out = make_folder(args.out)
     group = template(kept, features=features, modes=args.modes, target=args.to, balance=args.balance, rigid=args.rigid,
-                     farthest=args.farthest, out=out, processes=args.jobs, resume=args.resume,
-                     executor=None if args.scheduler is None else connect(args.scheduler), timeout=args.timeout,
-                     memory=args.memory, retries=args.retries, retry_failed=args.retry_failed)
+                     farthest=args.farthest, out=out, **_engine(args))
     failed = Exit.FAILED if group.left_out else Exit.OK
     group = replace(group, left_out={**excluded, **group.left_out}, feature_names=_feature_names(args))
     args.progress.begin("writing")
@@ -87,10 +88,17 @@ def _make(args: Namespace) -> Exit:
     return failed
 
 
+def _engine(args: Namespace) -> dict[str, Any]:
+    """Who runs the jobs, and how."""
+    return {"executor": None if args.scheduler is None else connect(args.scheduler), "processes": args.jobs,
+            **{name: getattr(args, name) for name in _ENGINE}}
+
+
 def _follow(args: Namespace) -> Exit:
     """A series, in files."""
     kept, _, features = _given(args, SERIES)
-    found = series(kept, features=features, target=args.to, balance=args.balance)
+    found = series(kept, features=features, target=args.to, balance=args.balance, out=make_folder(args.out),
+                   **_engine(args))
     args.progress.begin("writing")
     out, names = Path(args.out), _feature_names(args)
     mean = write_series(out, found, kept, names)

@@ -182,7 +182,7 @@ def test_a_series_is_written_in_the_order_of_its_numbers(tmp_path, capsys):
     (["{folder}/body0.ply", "--to", "fsaverage5"], Exit.USAGE, "--to fsaverage5"),
     (["{folder}/body0.ply", "--out", "{folder}/body0.ply"], Exit.FILE, "can't make the folder"),
     (["--add", "a.ply", "--out", "{folder}"], Exit.FILE, "group.npz"),
-    (["{folder}/body0.ply", "--series", "--modes", "2", "--no-resume"], Exit.USAGE, "takes no --modes and no --resume"),
+    (["{folder}/body0.ply", "--series", "--modes", "2", "--rigid"], Exit.USAGE, "takes no --modes and no --rigid"),
     (["--add", "a.ply", "--rigid"], Exit.USAGE, "--add takes no --rigid"),
     (["--design", "a.tsv", "--to", "ico:2"], Exit.USAGE, "--design takes no --to"),
     (["{folder}/body0.ply", "--permutations", "20"], Exit.USAGE, "a new group takes no --permutations"),
