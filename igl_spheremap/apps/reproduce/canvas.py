@@ -50,7 +50,7 @@ def caption(ax: Any, text: str) -> None:
 def show_source(ax: Any, surface: PaperSurface, x: FloatArray | None = None, *, title: str = "") -> None:
     """The source, and in vermilion the faces that a map folds; boxes around small patches of them."""
     folded = _NONE if x is None else np.flatnonzero(folded_faces(x, surface.f))
-    _show(ax, surface, surface.v, title, folded)
+    show_surface(ax, surface, surface.v, title, folded)
     _box(ax, surface, surface.v, folded)
 
 
@@ -61,7 +61,7 @@ def show_map(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") 
     """
     folded = np.flatnonzero(folded_faces(x, surface.f))  # of the map as it is: normalised it may have others
     x = unit_rows(x)
-    _show(ax, surface, x, title, folded)
+    show_surface(ax, surface, x, title, folded)
     _sphere(ax, x, 1.0, color=GUIDE, linewidth=0.5)
     if np.ptp(x, axis=0).max() < _DOT:
         middle = x.mean(axis=0) @ pose(surface.v, surface.up).T
@@ -71,14 +71,9 @@ def show_map(ax: Any, surface: PaperSurface, x: FloatArray, *, title: str = "") 
         _box(ax, surface, x, folded, behind=":")
 
 
-def show_colours(ax: Any, surface: PaperSurface, x: FloatArray, colours: FloatArray, *, title: str = "") -> None:
-    """Positions of the vertices, in colours of the faces and the brightness of the source's."""
-    _show(ax, surface, x, title, colours=colours)
-
-
 def show_shape(ax: Any, surface: PaperSurface, x: FloatArray, radius: float, *, title: str = "") -> None:
     """Other positions of the vertices, in vermilion the faces that face inwards, and the sphere of a radius, dotted."""
-    _show(ax, surface, x, title, np.flatnonzero(folded_faces(x, surface.f)))
+    show_surface(ax, surface, x, title, np.flatnonzero(folded_faces(x, surface.f)))
     _sphere(ax, x, radius, color=INK, linestyle=":")
 
 
@@ -101,8 +96,9 @@ def show_function(
 
     scale = scale or function_scale(values)
     ramp = LinearSegmentedColormap.from_list("", diverging("", 1.0).stops)
+    colours = ramp(scale(values[surface.f].mean(axis=1)))[:, :3]
     # Soft shades, for dark ones would be taken for strong colours.
-    _show(ax, surface, surface.v, title, colours=ramp(scale(values[surface.f].mean(axis=1)))[:, :3], ambient=0.75)
+    show_surface(ax, surface, surface.v, title, colours=colours, ambient=0.75)
     _box(ax, surface, surface.v, box)
     if bar:
         drawn = ax.figure.colorbar(ScalarMappable(scale, ramp), ax=ax, orientation="horizontal", shrink=0.7, aspect=25,
@@ -129,7 +125,7 @@ def show_angles(ax: Any, results: dict[str, SphereMap]) -> None:
               handlelength=1)
 
 
-def _show(
+def show_surface(
     ax: Any, surface: PaperSurface, where: FloatArray, title: str, folded: IntArray = _NONE,
     colours: FloatArray | None = None, ambient: float = 0.35,
 ) -> None:  # fmt: skip

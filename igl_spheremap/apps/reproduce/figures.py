@@ -24,12 +24,12 @@ from .canvas import (
     function_scale,
     page_figure,
     show_angles,
-    show_colours,
     show_fold,
     show_function,
     show_map,
     show_shape,
     show_source,
+    show_surface,
 )  # fmt: skip
 from .runs import Runs
 from .surfaces import PaperSurface
@@ -58,7 +58,7 @@ def figure_1(runs: Runs) -> Any:
     x = unit_rows(igl.upsample(result.sphere, surface.f, _DIVIDED)[0])
     colours = _checkerboard(unit_rows(x[f].mean(axis=1)))
     for ax, where, words in ((source, v, named(surface)), (sphere, x, "the same squares on the unit sphere")):
-        show_colours(ax, PaperSurface("", v, f, "", "", surface.up), where, colours, title=words)
+        show_surface(ax, PaperSurface("", v, f, "", "", surface.up), where, words, colours=colours)
     return figure
 
 
