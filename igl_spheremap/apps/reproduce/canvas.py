@@ -21,7 +21,7 @@ from .surfaces import PaperSurface
 PAGE = 7.2
 TEXT = 7  # points
 _NONE = np.empty(0, dtype=np.int64)
-_PIXELS = 1000  # along a side of a picture, which matplotlib reduces to the place that it has
+_PIXELS = 1600  # of the pictures in a row together: about as many as they have in a PNG, so that no thin limb is lost
 _DOT = 0.02  # a map of less extent has collapsed
 _LARGEST = 180  # degrees: no angle difference is larger
 _ASPECT = 1.25  # width over height of a picture
@@ -138,7 +138,8 @@ def show_surface(
     colours = np.tile(SURFACE, (len(surface.f), 1)) if colours is None else colours
     colours = colours * shading(surface.v, surface.f, view, ambient)[:, None]
     (x0, y0, _), radius = frame(y)
-    picture = raster(y, surface.f, colours, _PIXELS, folded)
+    pixels = _PIXELS // ax.get_subplotspec().get_gridspec().ncols
+    picture = raster(y, surface.f, colours, pixels, folded)
     ax.imshow(picture, extent=(x0 - radius, x0 + radius, y0 - radius, y0 + radius), interpolation="nearest")
     width, height = _SIDE * np.ptp(y, axis=0)[:2] / 2
     height = max(height, width / _ASPECT)  # so that panels of a row are equally high

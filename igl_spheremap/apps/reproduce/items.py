@@ -63,9 +63,10 @@ def reproduce(
         with replacing(path, force=True) as partial:
             partial.write_bytes(content)
         written.append(path)
-        report(f"wrote {path} ({len(written)} of {len(names)})")
+        report(f"wrote {path}")
 
-    for name in names:
+    for k, name in enumerate(names, 1):
+        report(f"{name}, {k} of {len(names)}")
         if name in TABLES:
             tables[name] = str(TABLES[name](runs))
             write(out / f"{name}.md", tables[name].encode())
