@@ -41,7 +41,7 @@ def family(amounts, n=300, seed=0, moved=True):
 
 def group_of(shapes, faces=()):
     """A group of these shapes, without modes, nothing of which was mapped."""
-    mean, none = shapes.mean(axis=0), np.empty((shapes.shape[1], 0))
+    mean, none = shapes.mean(axis=0), np.empty((*shapes.shape[:2], 0))
     members = tuple(Member(str(k), None, 1.0, 1.0, 1.0) for k in range(len(shapes)))
     return Group(mean, np.reshape(faces, (-1, 3)).astype(int), mean, shapes, np.empty((0, *mean.shape)), np.empty(0),
-                 np.empty((len(shapes), 0)), members, np.ones(len(mean)), np.ones(len(mean)), none, none, {}, ())
+                 np.empty((len(shapes), 0)), members, np.ones(len(mean)), np.ones(len(mean)), none, {}, ())

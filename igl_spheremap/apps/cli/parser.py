@@ -270,6 +270,8 @@ COMMANDS = (
                  default=[]),
         argument("--design", "TABLE", "test where the shapes of the group in DIR depend on each column of this .tsv "
                  "or .csv table, the others being covariates; the first one names the members"),
+        argument("--of", "DATA", "what is tested: shapes (default), scores, or the name of a feature of the group",
+                 default="shapes"),
         argument("--permutations", "N", "of a test (default: 1000)", type=POSITIVE_COUNT, default=1000),
         switch("--augment", help="test with permuted copies of the covariates beside them: for few members and skewed "
                "data"),

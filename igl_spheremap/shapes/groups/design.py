@@ -20,6 +20,7 @@ from ...io.reading import reading
 from ...io.replacing import replacing
 from ...io.tables import SEPARATORS, read_cells
 from ...io.textured import write_picture
+from ...mesh.arrays import FloatArray
 from .files import distinct
 from .group import Group
 from .permutation import LEVEL, PointTest, is_missing
@@ -28,6 +29,15 @@ _SIZE = 480  # pixels of a view: two fill half the width of a screen
 _FEWEST = 3  # members of whom a variable can explain a part
 _LONGEST = 40  # letters of a name, of up to 4 bytes each: a name of a file has 255
 _PALE = 0.25  # share of colour that is left where chance explains an effect: enough to see the surface's shape
+
+
+def data_of(group: Group, name: str) -> FloatArray:
+    """What is tested of a group (members, n, d): its shapes, its scores, or a feature by its name."""
+    known = {"shapes": group.shapes, "scores": group.scores[:, :, None]}
+    known |= {feature: group.features[:, :, [k]] for k, feature in enumerate(group.feature_names)}
+    if name not in known:
+        raise MeshError(f"the group has no {name}; test {', '.join(known)}")
+    return known[name]
 
 
 class Design(NamedTuple):
@@ -97,11 +107,13 @@ def test_names(variables: Sequence[str]) -> list[str]:
 
 
 def write_test(place: str, group: Group, found: PointTest) -> None:
-    """Write arrays (.npz), the mean surface with effects and p at the vertices (.ply), and a picture (.png)."""
-    lengths = np.linalg.norm(found.effect, axis=2).max(axis=0)
+    """Write arrays (.npz), and of what lies at the vertices the mean surface with effects and p (.ply, .png)."""
     with replacing(f"{place}.npz", force=True) as partial:
         npz.write_arrays(partial, vars(found) | {name: np.array(getattr(found, name), dtype=str)
                                                        for name in ("levels", "notes")})
+    if len(found.p) != len(group.vertices):
+        return
+    lengths = np.linalg.norm(found.effect, axis=2).max(axis=0)
     write_mesh(f"{place}.ply", group.vertices, group.faces, force=True, metadata={"vertex_properties": {
         "effect": lengths, "error": found.error.max(axis=0), "p": found.p, "explained": found.explained}})
     ramp = sizes("effect", round_up(float(lengths.max())))

@@ -15,7 +15,7 @@ from ...draw.shown import Drawing, Shown
 from ...errors import own_errstate
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
-from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.arrays import FloatArray, IntArray, own_unit
 from ...mesh.check import check_mesh
 from ...resampling.transfer import check_map, resample
 from .doubts import member_doubts
@@ -86,8 +86,8 @@ class Group(Shown):
     spread : (n,) float64 array
         Standard deviation of position at each point, in the members' units: the root of the variance of all three
         coordinates together.
-    feature_mean, feature_sd : (n, k) float64 arrays
-        Mean and standard deviation of the members' features, in their units; k is 0 without them.
+    features : (members, n, k) float64 array
+        The members' features at corresponding points, in their units; k is 0 without them.
     left_out : mapping of str to str
         Names of sources that are not in the group, and why.
     changes : tuple of float
@@ -112,8 +112,7 @@ class Group(Shown):
     members: tuple[Member, ...]
     areas: FloatArray
     spread: FloatArray
-    feature_mean: FloatArray
-    feature_sd: FloatArray
+    features: FloatArray
     left_out: Mapping[str, str]
     changes: tuple[float, ...]
     rigid: bool = False
@@ -152,6 +151,17 @@ class Group(Shown):
     def compactness(self) -> FloatArray:
         """Share of the variance that the first 1, 2, ... modes hold."""
         return np.cumsum(self.variances) / (self._weights @ self.spread**2)
+
+    @property
+    def feature_mean(self) -> FloatArray:
+        """Mean of the members' features, (n, k)."""
+        return np.asarray(self.features.mean(axis=0))
+
+    @property
+    def feature_sd(self) -> FloatArray:
+        """Standard deviation of the members' features, (n, k)."""
+        own, power = own_unit(self.features)
+        return np.ldexp(own.std(axis=0, ddof=1), power)
 
     @property
     def _weights(self) -> FloatArray:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.stats import t
 
 from ...errors import MeshError, Remedy, check_whole, own_errstate
 from ...mesh.arrays import FloatArray, IntArray, own_unit, plain_array
@@ -40,8 +41,9 @@ class PointTest:
     effect : (q, n, d) float64 array
         How far the points move from the first level of the variable to each other one, or with a unit of a number;
         covariates being equal; in the units of the data, by default the members' own.
-    error : (q, n) float64 array
-        Standard error of one coordinate of the effect, in the effect's units.
+    error, margin : (q, n) float64 arrays
+        Standard error of one coordinate of the effect, and half of its interval of 95 percent confidence, at each
+        point by itself, in the effect's units.
     explained : (n,) float64 array
         Share of the variance, beside what covariates explain (partial R squared).
     threshold : float
@@ -57,6 +59,7 @@ class PointTest:
     p: FloatArray
     effect: FloatArray
     error: FloatArray
+    margin: FloatArray
     explained: FloatArray
     threshold: float
     levels: tuple[str, ...]
@@ -182,7 +185,8 @@ def permutation_test(
     error = np.ldexp(np.sqrt(np.diag(np.linalg.inv(R.T @ R)))[:, None] * noise, unit - unit_x)
     rank = int(np.ceil((1 - LEVEL) * (permutations + 1))) - 1
     threshold = np.nan if augment else float(np.sort(maxima)[rank])
-    return PointTest(F, (1 + beyond) / (1 + permutations), effect, error, explained, threshold, levels,
+    margin = error * t.ppf(1 - LEVEL / 2, freedom)
+    return PointTest(F, (1 + beyond) / (1 + permutations), effect, error, margin, explained, threshold, levels,
                      () if augment else _doubts(count, Z.shape[1]))
 
 

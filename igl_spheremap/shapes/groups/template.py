@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -219,8 +218,6 @@ class _People:
         found = principal_modes(shapes, areas, modes, mean)
         variance = sum((((shapes[part] - mean) ** 2).sum(axis=(0, 2)) for part in blocks(shapes)),
                        np.zeros(len(mean))) / several
-        feature_mean = _mean_of(files, lambda values: values)
-        feature_variance = _mean_of(files, lambda values: (values - feature_mean) ** 2)
         left_out = {name: one_line(error) for name, error in self._crew.left_out.items()}
         left_out |= {self._known[k].name: why for k, why in fixed.left_out.items()}
         order = np.argsort([member.number for member in members])  # as the sources came
@@ -234,8 +231,8 @@ class _People:
                     members, laid, correlations.tolist(), aligned.sizes.tolist(), away.tolist(), strict=True)]
         return Group(
             mean, self._f, self._x, np.array(shapes) if keep else shapes, found.modes, found.variances,
-            found.scores[order], tuple(rows[k] for k in order), areas, np.sqrt(variance), feature_mean,
-            np.sqrt(feature_variance * len(files) / several), left_out, fixed.changes, rigid, balance,
+            found.scores[order], tuple(rows[k] for k in order), areas, np.sqrt(variance),
+            np.stack([read_arrays(files[k])["features"] for k in order]), left_out, fixed.changes, rigid, balance,
             notes=tuple(group_doubts(fixed.changes, fixed.settled, laid, found.scores)),
         )  # fmt: skip
 
@@ -244,11 +241,3 @@ class _People:
         arrays = read_arrays(member.search)
         rival, angle, mirrored = (float(arrays[name]) for name in ("rival", "angle", "mirrored"))
         return Laid(arrays["sphere"], float(arrays["correlation"]), bool(arrays["turned"]), rival, angle, mirrored)
-
-
-def _mean_of(files: list[str], of: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """Mean over the members of a function of their features."""
-    total: Any = 0.0
-    for file in files:
-        total = total + of(read_arrays(file)["features"])
-    return np.asarray(total / len(files))

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 from family import group_of
-from scipy.stats import f_oneway
+from scipy.stats import f_oneway, linregress
+from scipy.stats import t as student
 
 import igl_spheremap as ism
 
@@ -29,6 +30,14 @@ def test_effects_and_errors_are_those_of_least_squares():
         assert np.allclose(found.effect[0, point], beta[0])
         variance = squares.sum() / (3 * 17) * np.linalg.inv(columns.T @ columns)[0, 0]
         assert np.isclose(found.error[0, point], np.sqrt(variance))
+
+
+def test_margins_are_those_of_students_t():
+    x, data = RNG.normal(size=20), RNG.normal(size=(20, 4))
+    found = ism.shapes.permutation_test(NOISE, x, data=data, permutations=19)
+    for point in range(4):
+        theirs = linregress(x, data[:, point])
+        assert np.isclose(found.margin[0, point], theirs.stderr * student.ppf(0.975, 18))
 
 
 def test_chance_finds_something_anywhere_in_one_of_twenty_experiments():

@@ -20,7 +20,7 @@ from ....maps.balanced import balanced_spherical_map
 from ....populations.executors import connect
 from ....populations.map_many import filled
 from ....populations.ratings import FAIL, read_ratings
-from ....shapes.groups.design import read_design, test_names, write_test
+from ....shapes.groups.design import data_of, read_design, test_names, write_test
 from ....shapes.groups.doubts import too_far
 from ....shapes.groups.features import FeatureFiles
 from ....shapes.groups.files import ARCHIVE, FIGURES, file_names, member_row, read_group, write_group
@@ -43,7 +43,7 @@ _COMMON = ("out", "json", "quiet")
 _ENGINE = ("resume", "retry_failed", "timeout", "memory", "retries")
 _TAKEN = {"series": ("feature", "to", "balance", "exclude", "ratings", "force", "jobs", "scheduler",
                      *(name.replace("_", "-") for name in _ENGINE)), "add": ("farthest",),
-          "design": ("permutations", "augment")}
+          "design": ("of", "permutations", "augment")}
 
 
 def run_template(args: Namespace) -> Exit:
@@ -228,7 +228,7 @@ def _test(args: Namespace) -> Exit:
     """Test what depends on each column of a table, the others being covariates."""
     group = read_group(args.out)
     columns, kept, left_out = read_design(args.design, [member.name for member in group.members])
-    tested = replace(group, members=tuple(group.members[k] for k in kept), shapes=group.shapes[kept])
+    tested, data = replace(group, members=tuple(group.members[k] for k in kept)), data_of(group, args.of)[kept]
     rows: list[tuple[object, ...]] = []
     found, tests = Findings(), dict[str, object]()
     found.figures |= {"left_out": left_out, "tests": tests}
@@ -239,7 +239,7 @@ def _test(args: Namespace) -> Exit:
         others = [each if each.dtype.kind == "f" else indicators(each) for key, each in columns.items() if key != name]
         try:
             test = permutation_test(tested, values, covariates=np.column_stack(others) if others else None,
-                                    permutations=args.permutations, augment=args.augment)
+                                    data=data, permutations=args.permutations, augment=args.augment)
         except MeshError as error:
             raise MeshError(f"{args.design}, column {name}: {error}") from None
         write_test(str(Path(args.out) / short), group, test)
@@ -247,15 +247,16 @@ def _test(args: Namespace) -> Exit:
         lengths = np.linalg.norm(test.effect, axis=2).max(axis=0)
         figures = {"points": float((test.p <= LEVEL).mean()), "p": float(test.p[k[0]]),
                    "effect": float(lengths[k[1]]), "error": float(test.error[:, k[1]].max()),
+                   "margin": float(test.margin[:, k[1]].max()),
                    "explained": float(test.explained[k[1]])}
         rows.append((name, *figures.values(), f"{short}.npz"))
         tests[name] = figures
-        found.add(name, f"{figures['points']:.1%} of the points, smallest p {figures['p']:.2g}; where it is surest it "
-                        f"moves them by {figures['effect']:.3g} (standard error of a coordinate "
-                        f"{figures['error']:.2g}) and explains {figures['explained']:.0%}")
+        found.add(name, f"{figures['points']:.1%} of the points, smallest p {figures['p']:.2g}; where it is surest the "
+                        f"effect is {figures['effect']:.3g} (each coordinate +- {figures['margin']:.2g} at 95 percent "
+                        f"confidence) and explains {figures['explained']:.0%}")
         for note in test.notes:
             found.add("note", f"{name}: {note}")
-    header = ("variable", "share_of_points", "smallest_p", "effect", "standard_error", "explained", "file")
+    header = ("variable", "share_of_points", "smallest_p", "effect", "standard_error", "margin", "explained", "file")
     table = Path(args.out) / "tests.tsv"
     write_cells(table, [header, *rows], force=True)
     found.add("written", f"{table}, and beside it arrays, surface and picture of each test")

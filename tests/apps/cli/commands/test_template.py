@@ -149,6 +149,21 @@ def test_members_with_missing_values_are_left_out_and_each_column_has_files(tmp_
     assert all((tmp_path / name).exists() for name in files)
 
 
+def test_scores_and_features_are_tested(group, tmp_path, capsys):
+    (tmp_path / "design.tsv").write_text("member\tage\nbody2\t3\nbody0\t1\nbody1\t2.5\n")
+    words = ["template", "--design", str(tmp_path / "design.tsv"), "--out", str(group), "--permutations", "19"]
+    assert main([*words, "--of", "height"]) == 0
+    with np.load(group / "test_age.npz") as arrays:
+        found = ism.shapes.permutation_test(ism.shapes.read_group(group), [1, 2.5, 3], permutations=19,
+                                            data=np.outer([0, 1, 2], np.ones(42)))
+        assert np.allclose(arrays["effect"], found.effect)
+    assert main([*words, "--of", "scores"]) == 0
+    with np.load(group / "test_age.npz") as arrays:
+        assert arrays["p"].shape == (2,)
+    assert main([*words, "--of", "weight"]) == Exit.NO_MESH
+    assert "test shapes, scores, height" in capsys.readouterr().err
+
+
 def test_a_series_is_written_in_the_order_of_its_numbers(tmp_path, capsys):
     for k, (v, f) in zip((2, 10, 9), family(AMOUNTS[:1].repeat(3, axis=0), n=150, moved=False), strict=True):
         ism.write_mesh(tmp_path / f"cell_{k}.ply", v * (1 + k / 10), f)
