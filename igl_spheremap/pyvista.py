@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
+from .balance import ON_SPHERE
 from .maps.balanced import balanced_spherical_map
 from .maps.sphere_map import SphereMap
 from .maps.spherical_conformal_map import spherical_conformal_map
@@ -65,13 +66,13 @@ class SphereMapAccessor:
         """
         return self._sphere(spherical_conformal_map(self._mesh, method=method, **options))
 
-    def balance(self, balance: float = 0.5, method: str | Method = "auto") -> pv.PolyData:
+    def balance(self, balance: float = ON_SPHERE, method: str | Method = "auto") -> pv.PolyData:
         """Map the surface by a compromise between angles and areas.
 
         Parameters
         ----------
         balance : float
-            0 keeps angles, 1 areas; as of `igl_spheremap.balanced_spherical_map`.
+            0 keeps angles, 1 areas; the default is that of `igl_spheremap.balanced_spherical_map`.
         method : str or options of a method
             How the conformal map is computed that it starts from.
 

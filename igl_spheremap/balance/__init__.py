@@ -1,1 +1,6 @@
 """Maps between conformal and area-preserving: the energies, and certified Newton steps."""
+
+#: The balances at which lengths are off least, mean |log ratio| of edges: on the sphere and the disk for bodies and
+#: cortices alike (of 8 samples those of 7 at .85 are below those at .8 and 1), and in the plane, where a free boundary
+#: gives way (of 14 open surfaces lengths at .75 are off by 1 percent more, at .65 by as much).
+ON_SPHERE, IN_PLANE = 0.85, 0.7

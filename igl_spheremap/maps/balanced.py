@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
+from ..balance import ON_SPHERE
 from ..errors import check_number, own_errstate
 from ..mesh.objects import takes_mesh
 from ..result.run import Listener
@@ -18,7 +19,7 @@ def balanced_spherical_map(
     v: ArrayLike,
     f: ArrayLike,
     *,
-    balance: float = 0.75,
+    balance: float = ON_SPHERE,
     method: str | Method = "auto",
     caps: ArrayLike | None = None,
     listener: Listener | None = None,
@@ -33,7 +34,8 @@ def balanced_spherical_map(
     v, f : (n, 3) and (m, 3) array_like
         The mesh, as of `check_mesh`.
     balance : float
-        0 is conformal, the map of `spherical_conformal_map` bit for bit; 1 preserves areas; .75 by default.
+        0 is conformal, the map of `spherical_conformal_map` bit for bit; 1 preserves areas; at .85, the
+        default, lengths are off least.
     method : str or Method
         How the conformal map is made that it starts from, "auto" by default, or a record of options; see
         `spherical_conformal_map`.

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from numpy.typing import ArrayLike
 
+from ..balance import ON_SPHERE
 from ..errors import FoldingsRemain, check_number, own_errstate
 from ..mesh.disk import Disk, check_disk
 from ..mesh.objects import takes_mesh
@@ -115,7 +116,7 @@ def disk_conformal_map(
 @takes_mesh
 @own_errstate
 def balanced_disk_map(
-    v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None, balance: float = 0.75,
+    v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None, balance: float = ON_SPHERE,
     listener: Listener | None = None,
 ) -> DiskMap:
     """Map a surface with one boundary loop to the unit disk, between conformal and area-preserving.
@@ -130,7 +131,7 @@ def balanced_disk_map(
         Faces that only fill holes, of a mesh that `repair_disk` made: they stay out of all figures. By default there
         are none.
     balance : float
-        0 is conformal, the map of `disk_conformal_map` bit for bit; 1 preserves areas; .75 by default.
+        0 is conformal, the map of `disk_conformal_map` bit for bit; 1 preserves areas; .85 by default.
     listener : callable, optional
         Called with every `Iterate`, those of the conformal map first; may raise StopIteration to stop with the current
         map.

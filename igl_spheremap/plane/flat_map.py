@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..balance import IN_PLANE
 from ..balance.energy import BalancedEnergy
 from ..balance.family import MOST_WEIGHT, POWER, minimize_balanced
 from ..balance.flat_faces import FlatFaces
@@ -70,7 +71,8 @@ class FlatMap(PlaneMap):
 @own_errstate
 @timed()
 def flatten(
-    v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None, balance: float = 0.7, listener: Listener | None = None
+    v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None, balance: float = IN_PLANE,
+    listener: Listener | None = None,
 ) -> FlatMap:
     """Lay a surface with one boundary loop out in the plane with least distortion, and certify the map.
 
@@ -92,7 +94,7 @@ def flatten(
         Faces that only fill holes, of a mesh that `repair_disk` made: they stay out of all figures. By default there
         are none.
     balance : float
-        0 is conformal, 1 preserves areas; .7 (the default) has the least errors of lengths.
+        0 is conformal, 1 preserves areas; at .7, the default, lengths are off least.
     listener : callable, optional
         Called with every `Iterate`, those of the disk first, those in the plane with rows of two coordinates; may raise
         StopIteration to stop with the current map.

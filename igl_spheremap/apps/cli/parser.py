@@ -17,6 +17,7 @@ from typing import Any, NoReturn
 
 from ... import samples
 from ..._version import __version__
+from ...balance import IN_PLANE, ON_SPHERE
 from ...io.formats import CONVENTIONS, FORMATS
 from ...shapes.correspondence import STIFFNESS, USUAL
 from ...shapes.groups import FARTHEST
@@ -99,8 +100,8 @@ COMMANDS = (
     Command("disk", "plane", (*shared.PLANE, shared.BALANCE)),
     Command("flatten", "plane", (
         *shared.PLANE,
-        argument("--balance", "T", "between 0, conformal, and 1, area-preserving; default: 0.7, where lengths change "
-                 "least", type=shared.FROM_0_TO_1, default=0.7),
+        argument("--balance", "T", f"between 0, conformal, and 1, area-preserving; default: {IN_PLANE}, where lengths "
+                 "change least", type=shared.FROM_0_TO_1, default=IN_PLANE),
     )),
     Command("info", "info", (*shared.source(), *shared.OUTPUT)),
     Command("samples", "info", shared.OUTPUT),
@@ -257,7 +258,7 @@ COMMANDS = (
         argument("--modes", "K", "how many principal modes (default: 10)", type=POSITIVE_COUNT, default=10),
         argument("--to", "ico:K", "the mean's mesh, of 10 * 4^K + 2 vertices (default: ico:4; cortices need ico:5)",
                  default="ico:4"),
-        argument("--balance", "T", "of the maps: 1, area-preserving (default), for limbs; 0.85 for cortices",
+        argument("--balance", "T", f"of the maps: 1, area-preserving (default), for limbs; {ON_SPHERE} for cortices",
                  type=shared.FROM_0_TO_1, default=1.0),
         switch("--rigid", help="keep the members' sizes; default: their shapes are compared"),
         argument("--exclude", "IN", "leave this one of the surfaces out; may be given again", action="append",
