@@ -344,7 +344,7 @@ COMMANDS = (
         shared.MAY_FOLD,
     )),
     Command("reproduce", "reproduce", (
-        argument("names", "WHAT", f"{', '.join(ITEMS)}, or {ALL}", nargs="+", choices=(*ITEMS, ALL)),
+        argument("names", "WHAT", f"{', '.join(ITEMS)}, or {ALL}: four minutes", nargs="+", choices=(*ITEMS, ALL)),
         argument("--meshes", "DIR", "folder of counterparts of the paper's surfaces (docs/corpus.md); without it "
                  "samples stand in", type=Path),
         argument("--out", "DIR", "where results and finished runs are kept (default: reproduction); run again to "
