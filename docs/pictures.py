@@ -263,7 +263,7 @@ def foldings(path: Path) -> list[str]:
     """The moving picture of README: foldings vanish."""
     with TemporaryDirectory() as folder:
         facts = Path(folder) / "facts.json"
-        words = "play sample:dino:n_vertices=1500 --length 60 --fps 12 --size 860 360 --quiet --video"
+        words = "play sample:dino:n_vertices=1500 --length 60 --fps 12 --size 860 440 --quiet --video"
         shell([*words.split(), str(path), "--json", str(facts)])
         pictures = json.loads(facts.read_text("utf-8"))["frames"]
     return [f"{one['title']}: {one['foldings']} folded faces" for one in pictures]

@@ -126,7 +126,7 @@ class Recording(History):
             others, changes = (f"1 in {stride // 2:,}" if stride > 2 else "all" for stride in self._strides)
             return (
                 f"{kept:,} of {steps:,} iterations are kept: starts and ends of stages, of the steps that change the "
-                f"number of foldings {changes}, of the others {others}; all need {used / kept * steps:,.0f} MB (keep)"
+                f"number of foldings {changes}, of the others {others}; {used / kept * steps:,.0f} MB (--keep) hold all"
             )
 
     @property

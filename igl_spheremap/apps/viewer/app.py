@@ -96,8 +96,7 @@ class ColouredApp(App):
         self.show_subject(self.subjects[frame])
 
 
-def open_for(pictures: Pictures, title: str = "igl_spheremap",
-             instead: str = "--screenshot OUT.png, --video OUT.gif") -> None:
+def open_for(pictures: Pictures, instead: str = "--screenshot OUT.png, --video OUT.gif") -> None:
     """Start polyscope for a window or for pictures, or raise a DisplayError, before anything is computed.
 
     The error of a window names what writes a file `instead`: flags of the command line, or arguments.
@@ -107,7 +106,7 @@ def open_for(pictures: Pictures, title: str = "igl_spheremap",
     if pictures.video is not None:
         window.check_video(Path(pictures.video))
     try:
-        window.open_window(title, pictures.size, pictures.offscreen)
+        window.open_window(pictures.size, pictures.offscreen)
     except DisplayError as error:
         hint = "" if pictures.offscreen else f" ({instead})"
         raise DisplayError(f"{error}{hint}") from None
@@ -117,14 +116,13 @@ def present(
     build: Callable[[], App],
     target: str | os.PathLike[str] | None = None,
     *,
-    title: str = "igl_spheremap",
     size: tuple[int, int] = SIZE,
     frame: int | None = None,
 ) -> list[dict[str, Any]]:
     """Open a window with an app, or write a picture of a frame or a video of all if `target` names one."""
     picture = target is not None and Path(target).suffix.lower() in window.PICTURES
     pictures = Pictures(target if picture else None, None if picture else target, size, frame)
-    open_for(pictures, title, "screenshot(result, 'map.png'), play(v, f, out='run.gif')")
+    open_for(pictures, "screenshot(result, 'map.png'), play(v, f, out='run.gif')")
     return run_app(build(), pictures)
 
 
@@ -387,8 +385,6 @@ class SaveWidgets:
         imgui.NewLine()
         if self._asked is not None:
             self._question(*self._asked)
-        elif self._app.message:
-            paragraph(self._app.message)
 
     def _path(self, ending: str, allowed: Sequence[str]) -> Path:
         """The file by its name, with an ending if it has none of those that are allowed."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import time
 from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import partial
@@ -30,10 +29,10 @@ from .window import imgui
 
 #: The name of a surface that is given as arrays.
 _GIVEN = "the given mesh"
+#: Pixels of the button that plays, whatever it says.
+_PLAY = 50.0
 #: Iterations that a picture goes on by.
 SPEEDS = (1, 2, 5, 10, 25, 100)
-#: Weight of the last picture in the speed that is shown.
-_LATEST = 0.3
 
 _HINT = (
     "The space bar plays, the arrow keys left and right step, up and down go to where foldings have halved or doubled. "
@@ -69,7 +68,6 @@ class PlayerWindow(Player):
         self, start: Callable[[str, Method], ShownRun], name: str, method: Method, *, up: str = "auto"
     ) -> None:
         self.playing, self.speed, self._refused = True, SPEEDS[0], ""
-        self._played, self._rate = time.monotonic(), 0.0
         self._save = SaveWidgets(self, "run", lambda: self.run.result)
         super().__init__(start, name, method, up=up, panel=PANEL)
 
@@ -81,12 +79,9 @@ class PlayerWindow(Player):
         if self.before is None or self.after is None:
             self.go_to(0)
         elif self.playing:
-            before, now = self.before.index, time.monotonic()
+            before = self.before.index
             self.go_to(self.run.beside(before, self.speed))
-            moved = self.before.index - before
-            self.playing = moved > 0 or self.run.running
-            self._rate += _LATEST * (moved / max(now - self._played, 1e-3) - self._rate)
-            self._played = now
+            self.playing = self.before.index > before or self.run.running
 
     def panel(self) -> None:
         super().panel()
@@ -100,10 +95,11 @@ class PlayerWindow(Player):
                 for widgets in (self._play_widgets, self._view_widgets, self._save):
                     widgets()
                     imgui.Separator()
-            if imgui.TreeNode("parameters"):  # what changes its height is below what is clicked
+            # What changes its height is below what is clicked.
+            if isinstance(self.run, BackgroundRun) and imgui.TreeNode("parameters"):
                 self._parameter_widgets()
                 imgui.TreePop()
-            for line in filter(None, (*self._state(), self._refused, _HINT)):
+            for line in filter(None, (self.message, *self._state(), self._refused, _HINT)):
                 paragraph(line)
         self._keys()
 
@@ -142,33 +138,30 @@ class PlayerWindow(Player):
             else:
                 changed, value = imgui.InputDouble(label, value, format="%.1e")
             tip(described.get(name, ""))
-            if changed:
-                self._set_parameter(name, value)
-
-    def _set_parameter(self, name: str, value: float) -> None:
-        try:
-            self.method, self._refused = replace(self.method, **{name: value}), ""
-        except ValueError as error:
-            self._refused = str(error)
+            if not changed:
+                continue
+            try:
+                self.method, self._refused = replace(self.method, **{name: value}), ""
+            except ValueError as error:
+                self._refused = str(error)
 
     def _state(self) -> list[str]:
         """How far the run is, what it takes, and what there is to say of it."""
         run = self.run
         if run.error is not None:
-            return [self.message, f"{type(run.error).__name__}: {run.error}"]
+            return [f"{type(run.error).__name__}: {run.error}"]
         if not run.frames:
-            return [self.message, f"reading {run.name}" if run.mesh is None else "making the first map"]
+            return [f"reading {run.name}" if run.mesh is None else "making the first map"]
         count = len(run.foldings) - 1
         if run.result is None:
-            return [self.message, f"computing: {count:,} iterations, {count / max(run.seconds, 1e-3):,.0f} a second",
-                    run.memory, f"playing {self._rate:,.{int(self._rate < 10)}f} a second" * self.playing]
+            return [f"computing: {count:,} iterations, {count / max(run.seconds, 1e-3):,.0f} a second", run.memory]
         notes = (f"note: {note}" for note in run.result.notes)
-        return [self.message, f"{count:,} iterations in {run.seconds:.3g} s", run.memory, *notes]
+        return [f"{count:,} iterations in {run.seconds:.3g} s", run.memory, *notes]
 
     def _play_widgets(self) -> None:
         assert self.before is not None
         at, last = self.before.index, self.frames() - 1
-        if imgui.Button("pause" if self.playing else "play "):
+        if imgui.Button("pause" if self.playing else "play ", (_PLAY, 0.0)):
             self._toggle()
         for label, way in (("<", -1), (">", 1)):
             imgui.SameLine()

@@ -250,8 +250,8 @@ class ResultView(ColouredApp):
             imgui.Separator()
             self._moebius_widgets()
             imgui.Separator()
-            for label, text in self._rows:
-                paragraph(f"{label}: {text}")
+            for line in filter(None, (self.message, *(f"{label}: {text}" for label, text in self._rows))):
+                paragraph(line)
             imgui.Separator()
             paragraph("Click a vertex to see its image and its figures, and beside it to forget it. Drag to turn both, "
                       "drag with the right button to shift, scroll to zoom, double-click to reset.")
@@ -293,19 +293,14 @@ class ResultView(ColouredApp):
         imgui.TextUnformatted("side")
 
     def _moebius_widgets(self) -> None:
-        """The Moebius map in numbers."""
+        """The Moebius map: its handle, how far it is moved, and back."""
         self._moebius = bool(imgui.TreeNode("Moebius map"))
         if not self._moebius:
             return
         strength = float(np.linalg.norm(self.centre))
         ahead = self.centre / strength if strength else np.array([0.0, 0.0, 1.0])
-        longitude, latitude = np.arctan2(ahead[1], ahead[0]), np.arcsin(np.clip(ahead[2], -1, 1))
-        a, strength = imgui.SliderFloat("strength", strength, 0.0, _STRONGEST)
-        b, longitude = imgui.SliderAngle("longitude", longitude, -180, 180)
-        c, latitude = imgui.SliderAngle("latitude", latitude, -89, 89)
-        if a or b or c:
-            level = np.cos(latitude)
-            ahead = np.array([level * np.cos(longitude), level * np.sin(longitude), np.sin(latitude)])
+        moved, strength = imgui.SliderFloat("strength", strength, 0.0, _STRONGEST)
+        if moved:
             self.move(max(strength, 1e-3) * ahead)
         if imgui.Button("reset"):
             self.move(np.zeros(3))

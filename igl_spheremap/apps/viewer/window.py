@@ -70,14 +70,14 @@ VIDEOS = (".gif", ".mp4")
 _offscreen: bool | None = None
 
 
-def open_window(title: str = "igl_spheremap", size: tuple[int, int] = SIZE, offscreen: bool = False) -> None:
+def open_window(size: tuple[int, int] = SIZE, offscreen: bool = False) -> None:
     """Start polyscope, or clear what an earlier call has drawn; off screen it draws for files and needs no display.
 
     Raises a DisplayError if there is no display, no OpenGL, or this process draws the other way already.
     """
     global _offscreen
     if _offscreen is None:
-        _start(title, offscreen)
+        _start(offscreen)
         _offscreen = offscreen
     elif _offscreen != offscreen:
         raise DisplayError(
@@ -95,11 +95,11 @@ def is_offscreen() -> bool:
     return bool(_offscreen)
 
 
-def _start(title: str, offscreen: bool) -> None:
+def _start(offscreen: bool) -> None:
     backend = _backend(offscreen)
     if not offscreen:  # Mesa's software OpenGL then leaves a core to what is computed beside the window
         os.environ.setdefault("LP_NUM_THREADS", str(max(0, (os.cpu_count() or 1) - 2)))
-    ps.set_program_name(title)
+    ps.set_program_name("igl_spheremap")
     ps.set_verbosity(0)
     ps.set_use_prefs_file(False)
     ps.set_errors_throw_exceptions(True)

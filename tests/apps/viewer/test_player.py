@@ -206,6 +206,39 @@ figures = dict(columns=columns, curve=int(red[-150:].sum()), back=shown.grid.row
 
 
 @needs_drawing
+def test_the_checkerboard_is_on_the_spheres_with_and_without_the_lens_and_a_scale_stays():
+    figures = play("""
+from igl_spheremap.draw.palette import CHECKS
+shown = player('dino:n_vertices=1200', 'lai2014', PlayerWindow)
+ps.set_window_size(1280, 760)
+shown.prepare()
+shown.go_to(100)
+dark, scales, powers = [], [], []
+shown.colours.subject = 'checkerboard'
+for power in (None, 1.0):
+    shown.look(power)
+    image = window.grab()[:500].astype(int)
+    blue = (image[..., 2] > image[..., 0] + 40) & (image[..., 0] < 60)
+    dark.append([float(blue[:, left : left + 340].mean()) for left in (590, 935)])
+    powers.append([[sphere.lens.power for sphere in shown.spheres], shown.spheres[0].small.visible])
+shown.colours.subject = 'angle differences'
+for frame in (100, 0, 200, 300):
+    shown.go_to(frame)
+    scales.append([legend.ends if hasattr(legend, 'ends') else legend[0] for legend in shown.source.legends])
+figures = dict(dark=dark, scales=scales, powers=powers)
+""")
+    assert min(map(min, figures["dark"])) > 0.1
+    (through, small), (plain, none) = figures["powers"]
+    assert through[0] == through[1] > 1
+    assert small
+    assert plain == [1, 1]
+    assert not none
+    scale, red = figures["scales"][0]
+    assert all(shown[0] == scale for shown in figures["scales"])
+    assert red.startswith("folded face")
+
+
+@needs_drawing
 def test_the_curve_of_a_window_has_each_folding_of_its_run():
     figures = play("""
 import polyscope.implot as implot

@@ -245,6 +245,43 @@ figures = dict(spread=spread, facts=facts, drawn=min(drawn_), back=bool((view.x 
 
 
 @needs_drawing
+def test_another_balance_keeps_scale_and_poles_and_takes_the_lens_that_fits():
+    figures = drive("""
+from igl_spheremap.apps.viewer.result_view import ResultView
+app.open_for(Pictures('unused.png', size=(900, 400)))
+v, f = ism.samples.make('dumbbell', n_vertices=800)
+result = ism.spherical_conformal_map(v, f)
+view = ResultView(result.mesh, result.sphere, result=result, subject='area distortion')
+ps.set_user_callback(lambda: app.draw_app(view))
+tip = int(np.argmin(result.conformal_factor()))
+view.pick(tip)
+view.look()
+seen = []
+for balance in (0.0, 1.0):
+    view.rebalance(balance)
+    view.prepare()
+    view.show_subject('area distortion')
+    high = view.colours.ramp.high
+    view.show_subject('checkerboard')
+    around = view.sphere.body.x[f[(f == tip).any(axis=1)]]
+    seen.append([high, view.colours._tips.tolist(), view.sphere.lens.power, float(around[..., 2].min())])
+view.look(1.0)
+behind = int(np.argmin((view.sphere.body.x @ view.grid.turn.T)[:, 2]))
+view.pick(behind)
+image = window.grab().astype(int)
+left, top = (round(float(n)) for n in view.grid.pixels(view.grid.frame((0, 1)), view.sphere.body.x[behind]))
+around = image[top - 14 : top + 14, left - 14 : left + 14]
+ring = float(((around[..., 0] > 180) & (around[..., 1] < 90) & (around[..., 2] > 100)).mean())
+figures = dict(seen=seen, ring=ring)
+""")
+    (high, poles, power, _), (same, still, weaker, front) = figures["seen"]
+    assert (high, poles) == (same, still)
+    assert weaker < power / 3
+    assert front > 0
+    assert figures["ring"] > 0.05
+
+
+@needs_drawing
 def test_a_moebius_map_moves_the_image_and_a_vertex_is_picked_on_either_side():
     figures = drive("""
 from igl_spheremap.apps.viewer.result_view import ResultView

@@ -1,9 +1,12 @@
 """Every window under a hand: each widget is used, and nothing raises, prints, or goes wrong in the window."""
 
+import pytest
 from drawing import needs_drawing, use
 
 import igl_spheremap as ism
 from igl_spheremap.apps.viewer.background_run import ShownRun
+from igl_spheremap.apps.viewer.player_window import descriptions, parameters
+from igl_spheremap.maps.options import METHODS
 
 
 @needs_drawing
@@ -64,13 +67,15 @@ def script(hand):
 
 figures = dict(visited=[])
 v, f = ism.samples.make('dumbbell', n_vertices=300)
-Hand().run(lambda: ism.play(v, f, size=(640, 400)), script)
+method = ism.Lai2014(edge_weights='cotangent', metric='areas')
+Hand().run(lambda: ism.play(v, f, method=method, size=(640, 400)), script)
 figures['methods_there'] = list(METHODS)
 figures['files'] = sorted(os.listdir())
 """)
     v, f = ism.samples.make("dumbbell", n_vertices=300)
     recording = ism.Recording(f)
-    result = ism.spherical_conformal_map(v, f, method="lai2014", listener=recording)
+    method = ism.Lai2014(edge_weights="cotangent", metric="areas")
+    result = ism.spherical_conformal_map(v, f, method=method, listener=recording)
     run = ShownRun.of(recording, result)
     start = figures["pressed"]
     assert 0.2 < start / len(run.foldings) < 0.6  # the numbers of the axis lie to the left of the curve
@@ -83,6 +88,52 @@ figures['files'] = sorted(os.listdir())
     assert figures["refused"]
     assert figures["methods"] == figures["methods_there"]
     assert figures["files"] == ["saved.gif", "saved.npz", "saved.png"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_parameter_has_a_tooltip(method):
+    options = METHODS[method]()
+    assert [name for name in parameters(options) if not descriptions(options).get(name)] == []
+
+
+@needs_drawing
+@pytest.mark.parametrize("size", [(1280, 760), (1366, 768)])
+def test_the_player_s_controls_are_all_in_sight_and_stay_where_they_are(size, tmp_path):
+    figures = use(f"""
+import os
+os.chdir({str(tmp_path)!r})
+
+def script(hand):
+    def note(state):
+        hand.frame(2)
+        figures['places'][state] = {{w.kind + w.label.replace('pause', 'play '): w.rectangle for w in hand.widgets
+                                    if w.window[0] == 0}}
+
+    def done():
+        hand.wait(lambda: hand.has('##iteration') and not hand.find('stop').enabled)
+
+    hand.wait(lambda: hand.has('##iteration'))
+    note('computing')
+    done()
+    note('ended')
+    hand.wait(lambda: hand.has('play '))
+    note('paused')
+    hand.type('mesh', 'sample:unicorn')
+    hand.click('run')
+    hand.wait(lambda: hand.shows('unicorn'))
+    note('refused')
+    figures['kept'] = hand.find('##iteration').value > 0
+
+figures = dict(places={{}})
+v, f = ism.samples.make('dumbbell', n_vertices=300)
+Hand().run(lambda: ism.play(v, f, method='auto', size={size!r}), script)
+""")
+    places = figures["places"]
+    assert len(places["computing"]) > 18
+    for state in ("ended", "paused", "refused"):
+        assert places[state] == places["computing"], state
+    assert max(bottom for _, _, _, bottom in places["ended"].values()) < size[1]
+    assert figures["kept"]
 
 
 @needs_drawing
