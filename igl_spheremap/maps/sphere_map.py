@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -116,7 +116,7 @@ class SphereMap(Result):
         """
         kept = self.faces[self.mesh.surface]
         rows = np.unique(kept)
-        return OpenMap(self.vertices[rows], np.searchsorted(rows, kept), self.sphere[rows], rows, self)
+        return OpenMap(self.vertices[rows], np.searchsorted(rows, kept), self.sphere[rows], rows)
 
     def plot(self) -> Any:
         """Plot the course of the energy, and histograms of angle differences and of logarithms of area ratios.
@@ -157,74 +157,25 @@ class SphereMap(Result):
         return table(result_rows(self))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class OpenMap(Result):
-    """A part of a surface and its image on the unit sphere, see `SphereMap.drop_caps`.
+class OpenMap(NamedTuple):
+    """A surface without the caps of a map, and its image, see `SphereMap.drop_caps`.
 
     Attributes
     ----------
     vertices : (k, 3) float64 array
-        Vertices of the part.
+        The vertices of faces that are no caps.
     faces : (l, 3) int64 array
-        Its faces, indices of these vertices.
+        These faces, indices of these vertices.
     sphere : (k, 3) float64 array
         Images of the vertices, unit rows.
     vertex_source : (k,) int64 array
-        Row of each vertex in the map that it is a part of.
-    whole : SphereMap
-        That map, whose certificate and run are those of the part.
+        Row of each vertex in the map.
     """
 
     vertices: FloatArray
     faces: IntArray
     sphere: FloatArray
     vertex_source: IntArray
-    whole: SphereMap
-
-    @property
-    def _images(self) -> FloatArray:
-        return self.sphere
-
-    @property
-    def certificate(self) -> Certificate:
-        """That of the whole map: a part of an injective map is injective."""
-        return self.whole.certificate
-
-    @property
-    def run(self) -> Run:
-        """How the whole map came about."""
-        return self.whole.run
-
-    @property
-    def conformal(self) -> OpenMap | None:
-        """The part of the conformal map that a balanced one started from."""
-        conformal = self.whole.conformal
-        return None if conformal is None else conformal.drop_caps()
-
-    def angle_differences(self) -> FloatArray:
-        """Angle differences (l, 3) in degrees, image minus source."""
-        return self.whole.angle_differences()
-
-    def log_area_ratios(self) -> FloatArray:
-        """Logarithm of image area over source area (l,), each of area 1."""
-        return self.whole.log_area_ratios()
-
-    def conformal_factor(self) -> FloatArray:
-        """Conformal factor e^{2u} at the vertices (k,), equation (14)."""
-        return np.asarray(self.whole.conformal_factor()[self.vertex_source])
-
-    def plot(self) -> Any:
-        """As `SphereMap.plot`."""
-        return self.whole.plot()
-
-    def _drawing(self) -> Drawing:
-        return self.whole._drawing()
-
-    def _figures(self) -> str:
-        return self.whole._figures()
-
-    def _rebalanced(self, balance: float, listener: Listener | None) -> OpenMap:
-        return self.whole.rebalance(balance, listener=listener).drop_caps()
 
 
 def run_findings(result: SphereMap) -> list[Finding]:

@@ -155,7 +155,7 @@ class Result(Shown):
 
         Returns
         -------
-        SphereMap, OpenMap, DiskMap or FlatMap
+        SphereMap, DiskMap or FlatMap
             Of the same kind. At 0, maps to the sphere and to the disk give the conformal map back that they came from.
 
         Raises
