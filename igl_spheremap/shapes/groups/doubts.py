@@ -20,6 +20,7 @@ _MIRRORED = 2 / 3
 #: members of log-normal figures one has such a member, 30 if they differ by 30 percent.
 _BEYOND = 4.0
 _USUAL = 0.15  # deviation at least: that of planted groups' distances
+_MOVED = 0.03  # share of the radius: more than points spread in planted groups, which end with 0 to .027
 _KINDS = 0.98  # share of a mode's variance that lies between two kinds: of 1,000 groups of one kind 3 have it
 _FEWEST = 3  # members of a kind
 
@@ -60,9 +61,9 @@ def _beyond(value: float | FloatArray, values: FloatArray) -> bool:
     return bool(value - np.median(values) > _BEYOND * max(deviation, _USUAL))
 
 
-def group_doubts(changes: Sequence[float], settled: float, laid: Sequence[Laid], scores: FloatArray) -> Iterator[str]:
-    """What is to be doubted of the mean, in sentences; changes below `settled` are none."""
-    if changes[-1] >= settled:
+def group_doubts(changes: Sequence[float], laid: Sequence[Laid], scores: FloatArray) -> Iterator[str]:
+    """What is to be doubted of the mean, in sentences."""
+    if changes[-1] > _MOVED:
         yield (f"the mean still moved by {100 * changes[-1]:.2g} percent of its radius in round {len(changes)}, the "
                "last: points still slide; look at the farthest members, or give a finer mesh")
     if symmetric(laid):

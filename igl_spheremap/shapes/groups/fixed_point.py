@@ -63,8 +63,6 @@ class FixedPoint(NamedTuple):
         Their mean.
     changes : tuple of float
         How far it moved in each round, as a share of its root mean square radius.
-    settled : float
-        A change that is less than this is none: how far the mesh's faces are from the sphere.
     left_out : dict of int to str
         Numbers of members that lie too far off, and why.
     """
@@ -72,7 +70,6 @@ class FixedPoint(NamedTuple):
     members: list[int]
     mean: FloatArray
     changes: tuple[float, ...]
-    settled: float
     left_out: dict[int, str]
 
 
@@ -83,7 +80,7 @@ def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x
     All turn with the first template. Other rotations are tried where the mean stays, or will not, until nobody turns.
     Members that lie too far off are left out, and it goes on with the others.
     """
-    settled = 1 - float(row_lengths(x[f].mean(axis=1)).min())
+    settled = 1 - float(row_lengths(x[f].mean(axis=1)).min())  # how far the mesh's faces are from the sphere
     before, target = first, certified(check_mesh(first, f), x)
     changes, left_out = list[float](), dict[int, str]()
     searches, searched, began = 0, False, 0
@@ -99,7 +96,7 @@ def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x
         if searched and (changes[-1] < settled or step - began >= _ROUNDS):
             far = _far(found, aligned, farthest)
             if not far:
-                return FixedPoint(found.members, aligned.mean, tuple(changes), settled, left_out)
+                return FixedPoint(found.members, aligned.mean, tuple(changes), left_out)
             left_out |= far
             members, began = [k for k in found.members if k not in far], step
             kept = [k not in far for k in found.members]

@@ -171,7 +171,7 @@ class _Chain:
         self._refuse_failures()
         pairs = [*pairwise(frames), (frames[0], frames[-1])]  # the last one is direct, and tells the drift
         places = [self._files.place("work", "pairs", f"{k}.npz") for k in range(len(pairs))]
-        jobs = [MemberJob(self._files.points(frame), place, beside=(self._files.points(before),))
+        jobs = [MemberJob(self._files.of(frame, "points"), place, beside=(self._files.of(before, "points"),))
                 for (before, frame), place in zip(pairs, places, strict=True)]
         self._crew.each("registrations", [frame for _, frame in pairs], jobs, RegisterMember)
         self._refuse_failures()
@@ -183,7 +183,7 @@ class _Chain:
         jobs.append(replace(self._files.place_job(frames[-1], places[-1], turn), target=ends[0], more=(ends[1],)))
         self._crew.each("frames", [*frames, frames[-1]], jobs, PlaceMember)
         self._refuse_failures()
-        placed = [read_arrays(self._files.placed(frame)) for frame in frames]
+        placed = [read_arrays(self._files.of(frame, "placed")) for frame in frames]
         points, areas, data = (np.stack([arrays[name] for arrays in placed])
                                for name in ("points", "areas", "features"))
         return Series(points, self._f, self._x, areas, data,
@@ -204,7 +204,7 @@ class _Chain:
 
     def _surface(self, frame: Entry) -> SphereMap:
         """A frame on the icosphere, as it is mapped."""
-        return certified(check_mesh(read_arrays(self._files.points(frame))["points"], self._f), self._x)
+        return certified(check_mesh(read_arrays(self._files.of(frame, "points"))["points"], self._f), self._x)
 
     def _refuse_failures(self) -> None:
         """Raise an error for the first frame for which a job failed: the chain has no link to leave out."""

@@ -12,9 +12,8 @@ from ...io import npz
 from ...io.files import write_mesh
 from ...io.replacing import make_folder, replacing
 from ...io.tables import write_cells
-from ...io.written_map import write_map
 from ...mesh.arrays import FloatArray
-from .files import file_names, write_mean
+from .files import write_mean
 from .series import Series
 
 #: The archive in a series' folder.
@@ -28,11 +27,9 @@ def write_series(folder: str | os.PathLike[str], found: Series, names: Sequence[
 
     ``series.npz`` holds the arrays of `Series`; ``frames.tsv`` area, volume, movement and mean features of each frame;
     ``frames/frame_0000.vtk`` and so on the frames on one mesh, with areas and features; ``mean.*`` their mean in
-    space, with drift and means in time; ``maps`` each frame's map.
+    space, with drift and means in time. `series` writes each frame's map.
     """
-    place = Path(folder)
-    for name in ("frames", "maps"):
-        make_folder(place / name)
+    place = make_folder(Path(folder) / "frames").parent
     with replacing(place / ARCHIVE, force=True) as partial:
         npz.write_arrays(partial, {name: getattr(found, name) for name in _ARRAYS}
                          | {"names": np.array(names, dtype=str), "feature_names": np.array(feature_names, dtype=str)})
@@ -40,8 +37,6 @@ def write_series(folder: str | os.PathLike[str], found: Series, names: Sequence[
     for k, (v, area, features) in enumerate(zip(found.vertices, found.areas, found.features, strict=True)):
         data = {"area": area, **dict(zip(feature_names, features.T, strict=True))}
         write_mesh(place / "frames" / f"frame_{k:04d}.vtk", v, found.faces, force=True, metadata={"point_data": data})
-    for result, name in zip(found.maps, file_names(names), strict=True):
-        write_map(place / "maps" / f"{name}.npz", result, force=True)
     mean = found.aligned.mean(axis=0)
     over = {"drift": found.drift, "area": found.areas.mean(axis=0), "growth": found.areas[-1] / found.areas[0]}
     for name, values in zip(feature_names, np.moveaxis(found.features, 2, 0), strict=True):

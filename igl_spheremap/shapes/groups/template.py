@@ -146,7 +146,7 @@ class _People:
 
         That is by powers of harmonics, which neither pose nor mirroring changes.
         """
-        found = {member.number: (member, read_arrays(self._files.points(member)))
+        found = {member.number: (member, read_arrays(self._files.of(member, "points")))
                  for member in self._enough(mapped_all(self._files, self._crew, sources, features, balance))}
         order = sorted(found, key=lambda k: found[k][1]["digest"].tobytes())
         self._known = {k: found[k][0] for k in order}
@@ -160,7 +160,7 @@ class _People:
         template = self._files.place("work", "rounds", str(self._round), "template.npz")
         write_arrays(template, {"points": target.vertices, "sphere": target.sphere})
         members = [self._known[k] for k in numbers]
-        jobs = [MemberJob(self._files.points(member),
+        jobs = [MemberJob(self._files.of(member, "points"),
                           self._files.place("work", "rounds", str(self._round), f"{member.short}.npz"),
                           beside=(template, *filter(None, (member.sphere,)))) for member in members]
         written = {member.number: job.target for member, job in zip(members, jobs, strict=True)}
@@ -207,7 +207,7 @@ class _People:
         members = [self._known[k] for k in fixed.members]
         jobs = [self._files.place_job(member, member.sphere, frame) for member in members]
         members = self._enough(self._crew.each("members", members, jobs, PlaceMember))
-        files = [self._files.placed(member) for member in members]
+        files = [self._files.of(member, "placed") for member in members]
         shapes, areas = self._read(files)
         size = shapes.shape
         aligned = generalised_procrustes(shapes, areas, rigid)
@@ -233,7 +233,7 @@ class _People:
             mean, self._f, self._x, np.array(shapes) if keep else shapes, found.modes, found.variances,
             found.scores[order], tuple(rows[k] for k in order), areas, np.sqrt(variance),
             np.stack([read_arrays(files[k])["features"] for k in order]), left_out, fixed.changes, rigid, balance,
-            notes=tuple(group_doubts(fixed.changes, fixed.settled, laid, found.scores)),
+            notes=tuple(group_doubts(fixed.changes, laid, found.scores)),
         )  # fmt: skip
 
     def _laid(self, member: Entry) -> Laid:

@@ -70,17 +70,9 @@ class Files:
         make_folder(path.parent)
         return str(path)
 
-    def map(self, member: Entry) -> str:
-        """The member's map, and its features."""
-        return self.place("work", "maps", f"{member.short}.npz")
-
-    def points(self, member: Entry) -> str:
-        """The member at the points of the icosphere, which is registered in its place."""
-        return self.place("work", "points", f"{member.short}.npz")
-
-    def placed(self, member: Entry) -> str:
-        """Points, areas and features of the member in correspondence."""
-        return self.place("work", "placed", f"{member.short}.npz")
+    def of(self, member: Entry, kind: str) -> str:
+        """A member's file: "map" with features, "points" on the icosphere, or "placed", points that correspond."""
+        return self.place("work", kind, f"{member.short}.npz")
 
     def result(self, member: Entry) -> str:
         """The member's map in the group's frame."""
@@ -88,8 +80,8 @@ class Files:
 
     def place_job(self, member: Entry, registered: str, frame: str) -> MemberJob:
         """To carry a registration, turned into a frame, to the member's own mesh."""
-        return MemberJob(self.map(member), self.result(member), beside=(self.points(member), registered, frame),
-                         more=(self.placed(member),))
+        return MemberJob(self.of(member, "map"), self.result(member), more=(self.of(member, "placed"),),
+                         beside=(self.of(member, "points"), registered, frame))
 
     def stored(self, name: str, shapes: Iterable[FloatArray], size: tuple[int, int, int]) -> FloatArray:
         """Shapes in a file, as an array of that size, in memory only where it is read."""
@@ -152,5 +144,5 @@ def _map_job(files: Files, member: Entry, source: Source, features: ArrayLike | 
         columns = features.paths
     elif features is not None:
         columns = columns_of(features, files.place("work", "given", f"{member.short}.features.npy"))
-    return MapJob(path, files.map(member), more=(files.points(member),), is_map=is_map,
+    return MapJob(path, files.of(member, "map"), more=(files.of(member, "points"),), is_map=is_map,
                   features=columns)

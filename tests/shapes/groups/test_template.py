@@ -78,7 +78,7 @@ def test_a_member_that_changed_is_mapped_again(tmp_path, here):
     files = [tmp_path / f"{k}.ply" for k in range(3)]
     out = tmp_path / "group"
     before = ism.shapes.template(files, target="ico:1", executor=here, out=out)
-    maps = {path: path.stat().st_mtime_ns for path in (out / "work" / "maps").iterdir()}
+    maps = {path: path.stat().st_mtime_ns for path in (out / "work" / "map").iterdir()}
     (tmp_path / "3.ply").replace(files[2])
     again = ism.shapes.template(files, target="ico:1", executor=here, out=out)
     assert [path.stem for path, time in maps.items() if path.stat().st_mtime_ns != time] == ["2"]
