@@ -79,6 +79,7 @@ TABLES = {
     "claims_boosts": "claims boosts --meshes CORPUS",
     "claims_eigenfunctions": "claims eigenfunctions --meshes CORPUS",
     "claims_planes": "claims planes --meshes CORPUS",
+    "claims_projections": "claims projections --meshes CORPUS",
     "claims_speeds": "claims speeds --meshes CORPUS",
 }
 
