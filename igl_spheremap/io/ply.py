@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from array import array
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -183,7 +184,8 @@ def _rows(
 
     All rows at once where lists are as long as in the first row, else row by row.
     """
-    lengths = _first_lengths(body, at, element) if element.size else [0] * len(element.properties)
+    first = [length for _, _, length in _places(body, at, element, min(element.size, 1))]
+    lengths = first or [0] * len(element.properties)
     row = np.dtype([part for k, (each, length) in enumerate(zip(element.properties, lengths, strict=True))
                     for part in ([] if each.count is None else [(f"count{k}", each.count)])
                     + [(f"{k}", each.type, (length,))]])
@@ -199,28 +201,22 @@ def _rows(
     return _walk(body, at, element, wanted)
 
 
-def _first_lengths(body: bytes, at: int, element: PlyElement) -> list[int]:
-    """The numbers of values of each column in the first row."""
-    lengths = []
-    for each in element.properties:
-        length, at = _length(body, at, element, each)
-        at += length * each.type.itemsize
-        lengths.append(length)
-    return lengths
-
-
-def _length(body: bytes, at: int, element: PlyElement, column: PlyProperty) -> tuple[int, int]:
-    """How many values of a column begin at a byte, and where they begin."""
-    length = 1
-    if column.count is not None:
-        number = body[at : at + column.count.itemsize]
-        order = "big" if column.count.byteorder == ">" else "little"
-        length = int.from_bytes(number, order, signed=column.count.kind == "i")  # type: ignore[arg-type]
-        at += column.count.itemsize
-    if length < 0 or at + length * column.type.itemsize > len(body):
-        raise MeshError(f"damaged: {length} values of {column.name} in a row of {element.name}, where the file holds "
-                        "fewer; it seems cut off, write it anew")
-    return length, at
+def _places(body: bytes, at: int, element: PlyElement, rows: int) -> Iterator[tuple[int, int, int]]:
+    """The column, the first byte and the number of its values, for each column of each of some rows."""
+    for _ in range(rows):
+        for k, column in enumerate(element.properties):
+            length = 1
+            if column.count is not None:
+                number = body[at : at + column.count.itemsize]
+                order = "big" if column.count.byteorder == ">" else "little"
+                length = int.from_bytes(number, order, signed=column.count.kind == "i")  # type: ignore[arg-type]
+                at += column.count.itemsize
+            size = length * column.type.itemsize
+            if length < 0 or at + size > len(body):
+                raise MeshError(f"damaged: {length} values of {column.name} in a row of {element.name}, where the file "
+                                "holds fewer; it seems cut off, write it anew")
+            yield k, at, length
+            at += size
 
 
 def _walk(
@@ -228,13 +224,11 @@ def _walk(
 ) -> tuple[list[NDArray[Any]], IntArray, int]:
     """What `_rows` returns, of rows with lists of different lengths."""
     places = {k: (array("q"), array("q")) for k in wanted}  # where the values of each row begin, and how many there are
-    for _ in range(element.size):
-        for k, each in enumerate(element.properties):
-            length, at = _length(body, at, element, each)
-            if k in places:
-                places[k][0].append(at)
-                places[k][1].append(length)
-            at += length * each.type.itemsize
+    for k, begin, length in _places(body, at, element, element.size):
+        if k in places:
+            places[k][0].append(begin)
+            places[k][1].append(length)
+        at = begin + length * element.properties[k].type.itemsize
     values, counts, flat = [], np.empty(0, dtype=np.int64), np.frombuffer(body, np.uint8)
     for k in wanted:
         dtype, (begins, counts) = element.properties[k].type, map(np.array, places[k])

@@ -8,7 +8,7 @@ import sys
 import tempfile
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -40,17 +40,19 @@ MIRROR = np.array([-1.0, 1.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class InputMesh:
-    """A checked mesh, its name as it was given, what else its file holds, and what repairing changed."""
+    """A mesh, its name as it was given, what else its file holds, and what repairing changed."""
 
     name: str
     v: FloatArray
     f: IntArray
-    metadata: Mapping[str, Any]
+    metadata: Mapping[str, Any] = field(default_factory=dict)
     repairs: tuple[str, ...] = ()
     #: (m,) of the faces that are caps, if there are any
     caps: BoolArray | None = None
     #: (m,) of the file's faces that these are, -1 of caps, where it was repaired
     face_source: IntArray | None = None
+    #: (n,) of the whole surface's vertices that these are, -1 of new ones, where it is mapped to the plane
+    rows: IntArray | None = None
 
     @property
     def up(self) -> str:

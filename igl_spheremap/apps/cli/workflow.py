@@ -1,10 +1,12 @@
 """The way of every command that maps: map, write, certify what was written, draw, and report."""
 
+import os
+import shlex
 from argparse import Namespace
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from ...maps.sphere_map import SphereMap
 from ...mesh.timings import phase
@@ -12,7 +14,8 @@ from ...plane.plane_map import PlaneMap
 from ...result.run import Iterate, Listener, Status
 from ...verify.certificate import Certificate
 from .exits import Exit, Interrupt
-from .output import Findings, keeps_target
+from .inputs import InputMesh
+from .output import Findings, keeps_target, write_plot
 
 M = TypeVar("M", SphereMap, PlaneMap)
 
@@ -21,18 +24,19 @@ _LISTENING = "listening"
 
 def map_and_report(
     args: Namespace,
-    name: str,
+    source: InputMesh,
     solve: Callable[[Listener], M],
     listeners: Iterable[Listener | None],
     write: Callable[[M], tuple[Certificate, Findings]],
-    draw: Callable[[M], Path | None],
+    plot: Callable[[M], Any],
+    page: Callable[..., Path],
 ) -> Exit:
-    """Map what is called `name` by a function of a listener; Exit.OK means that the numbers in the file are certified.
+    """Map a surface by a function of a listener; Exit.OK means that the numbers in the file are certified.
 
-    `write` writes the map, and returns the certificate of the file and what was found; `draw` returns the page that it
-    wrote, if there is one. A signal ends the run early, with the map that there is.
+    `write` writes the map, and returns the certificate of the file and what was found; `plot` makes the figure of
+    --plot, and `page` writes that of --report. A signal ends the run early, with the map that there is.
     """
-    args.progress.begin(f"mapping {name}")
+    args.progress.begin(f"mapping {source.name}")
     with Interrupt() as interrupt:
         heard: list[Listener] = [*filter(None, listeners), interrupt]
 
@@ -50,8 +54,15 @@ def map_and_report(
         assert interrupted is not None
         return interrupted
     certificate, found = write(result)
-    page = draw(result)
-    found.written(plot=args.plot, report=page)
+    if args.plot is not None:
+        args.progress.begin(f"drawing {args.plot}")
+        write_plot(args.plot, plot(result))
+    report = None
+    if args.report is not None:
+        args.progress.begin(f"drawing the report in {args.report}")
+        report = page(args.report, result, source=os.path.basename(source.name), up=args.up or source.up,
+                      command=shlex.join(("igl-spheremap", *args.words)))
+    found.written(plot=args.plot, report=report)
     found.report(args)
     if interrupted is not None:
         return interrupted

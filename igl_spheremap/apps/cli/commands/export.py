@@ -22,7 +22,7 @@ from ...viewer.colouring import square_colours
 from ..exits import UsageError
 from ..inputs import InputMap, InputMesh
 from ..output import Findings, check_outputs
-from .plane import InputDisk, load_map
+from .plane import load_map
 
 _TEXTURES = ("equirectangular", "octahedral")
 _TEXTURED = (".glb", ".obj")
@@ -121,7 +121,7 @@ def _check_export(args: Namespace) -> None:
         import_optional("PIL.Image", "a texture", "io")
 
 
-def _image(args: Namespace, source: InputMesh | InputDisk, atlas: Atlas) -> NDArray[np.uint8]:
+def _image(args: Namespace, source: InputMesh, atlas: Atlas) -> NDArray[np.uint8]:
     """The picture of a texture: the one that is given, SOURCE's own, baked, or a checkerboard."""
     if args.texture is None:
         return checker_image() if args.image is None else read_picture(args.image)
@@ -129,7 +129,7 @@ def _image(args: Namespace, source: InputMesh | InputDisk, atlas: Atlas) -> NDAr
     return bake(atlas, source.f, _corners(texture, source), texture.image, max(SIDE, *texture.image.shape[:2]))
 
 
-def _corners(texture: TexturedMesh, source: InputMesh | InputDisk) -> FloatArray:
+def _corners(texture: TexturedMesh, source: InputMesh) -> FloatArray:
     """Coordinates (m, 3, 2) of the corners of a surface as its file has them; NaN in caps.
 
     A repair may reverse faces: the order whose corners lie nearer is theirs.
@@ -144,7 +144,7 @@ def _corners(texture: TexturedMesh, source: InputMesh | InputDisk) -> FloatArray
     return np.where((rows < 0)[:, None, None], np.nan, uv)
 
 
-def _own_atlas(texture: TexturedMesh, source: InputMesh | InputDisk) -> Atlas:
+def _own_atlas(texture: TexturedMesh, source: InputMesh) -> Atlas:
     """The atlas of a surface by the coordinates of its file."""
     kept = source.f if source.caps is None else source.f[~source.caps]
     uv = _corners(texture, source)[slice(None) if source.caps is None else ~source.caps].reshape(-1, 2)
@@ -153,12 +153,13 @@ def _own_atlas(texture: TexturedMesh, source: InputMesh | InputDisk) -> Atlas:
     return plane_atlas(np.ascontiguousarray(rows[:, 1:]), f, rows[:, 0].astype(np.int64), len(source.v))
 
 
-def _export_plane(args: Namespace, source: InputDisk, p: FloatArray) -> None:
+def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
     """Write a texture by a map to the plane, whose image in the unit square is its coordinates."""
     if args.show not in (None, "checkerboard"):
         raise UsageError(f"{args.sphere or args.source} is a map to the plane: its texture coordinates are its own, "
                          "--show checkerboard")
     v, f = source.v, source.f
+    assert source.rows is not None
     if (whole := source.rows.max() + 1) < len(v):  # cut along a seam
         v, f = np.empty((whole, 3)), source.rows[f]
         v[source.rows] = source.v

@@ -1,10 +1,8 @@
 """`map`, `p-harmonic` and `landmarks`: map, write, certify what was written, and report."""
 
 import os
-import shlex
 from argparse import Namespace
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,7 +28,6 @@ from ..output import (
     check_outputs,
     check_plots,
     target_format,
-    write_plot,
     write_target,
 )
 from ..progress import measures
@@ -103,7 +100,7 @@ def _map_by(
         raise UsageError(f"--with-surface: {target_format(args).name} files hold no sphere beside a surface; write a "
                          ".ply file")
     source = load_source(args)
-    recording = Recording(source.f) if args.report is not None or args.plot is not None else None
+    recording = Recording(source.f)
 
     def log(iterate: Iterate) -> None:
         args.progress.write(f"{title_of(iterate)}: {measures(iterate)}, tau {iterate.tau:.2e}")
@@ -118,26 +115,16 @@ def _map_by(
         more(found, result)
         return written, found
 
+    def plot(result: SphereMap) -> Any:
+        return plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios(),
+                        title=f"{os.path.basename(source.name)}, {result.method}")
+
     return map_and_report(
-        args, source.name, lambda listener: solve(source.v, source.f, caps=source.caps, listener=listener),
-        (recording, log if args.verbose else args.progress.listener(source.f)), write,
-        lambda result: None if recording is None else _write_reports(args, source, result, recording),
+        args, source, lambda listener: solve(source.v, source.f, caps=source.caps, listener=listener),
+        (recording if args.report or args.plot else None, log if args.verbose else args.progress.listener(source.f)),
+        write, plot,
+        lambda place, result, **about: write_report(place, result, recording, **about),
     )  # fmt: skip
-
-
-def _write_reports(args: Namespace, source: InputMesh, result: SphereMap, recording: Recording) -> Path | None:
-    """The course of the run as curves and as a page, which is returned."""
-    if args.plot is not None:
-        args.progress.begin(f"drawing {args.plot}")
-        figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios(),
-                          title=f"{os.path.basename(source.name)}, {result.method}")
-        write_plot(args.plot, figure)
-    if args.report is not None:
-        args.progress.begin(f"drawing the report in {args.report}")
-        command = shlex.join(("igl-spheremap", *args.words))
-        return write_report(args.report, result, recording, source=os.path.basename(source.name), command=command,
-                            up=args.up or source.up)
-    return None
 
 
 def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: SphereCheck) -> Findings:

@@ -1,11 +1,8 @@
 """`disk` and `flatten`: maps of surfaces with one boundary loop to the plane, and their check."""
 
 import os
-import shlex
 from argparse import Namespace
 from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +12,7 @@ from ....io.files import read_mesh
 from ....io.patch import read_patch
 from ....io.plane_map import is_patch, read_images, write_plane_map
 from ....io.scalars import read_landmarks
-from ....mesh.arrays import BoolArray, FloatArray, IntArray
+from ....mesh.arrays import FloatArray
 from ....mesh.disk import check_disk
 from ....mesh.opening import repair_disk
 from ....plane.disk_map import balanced_disk_map
@@ -25,25 +22,12 @@ from ....result import findings
 from ....result.run import Iterate, Listener
 from ....verify.certificate import Certificate
 from ...report import write_plane_report
-from ...viewer.choices import Z_UP, guess_up
+from ...viewer.choices import Z_UP
 from ..arguments import repair_options
 from ..exits import Exit, UsageError
-from ..inputs import STREAM, InputMap, load_pair, read_any
-from ..output import Findings, check_outputs, check_plots, write_plot
+from ..inputs import STREAM, InputMap, InputMesh, load_pair, read_any
+from ..output import Findings, check_outputs, check_plots
 from ..workflow import map_and_report
-
-
-@dataclass(frozen=True, eq=False)
-class InputDisk:
-    """A mesh as it was read, and the rows of the whole surface that its vertices are."""
-
-    name: str
-    v: FloatArray
-    f: IntArray
-    rows: IntArray
-    repairs: tuple[str, ...] = ()
-    caps: BoolArray | None = None
-    face_source: IntArray | None = None
 
 
 def run_disk(args: Namespace) -> Exit:
@@ -88,13 +72,14 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     def write(result: PlaneMap) -> tuple[Certificate, Findings]:
         args.progress.begin(f"writing {args.target}")
         written = write_plane_map(args.target, result, force=args.force, rows=source.rows,
-                                  up="z" if (args.up or guess_up(source.name)) in Z_UP else "y")
+                                  up="z" if (args.up or source.up) in Z_UP else "y")
         return written, _findings(source, args, result, written)
 
-    return map_and_report(args, source.name, solved, [show], write, lambda result: _draw(args, source, result))
+    return map_and_report(args, source, solved, [show], write,
+                          lambda result: result.plot(os.path.basename(source.name)), write_plane_report)
 
 
-def _findings(source: InputDisk, args: Namespace, result: PlaneMap, written: Certificate) -> Findings:
+def _findings(source: InputMesh, args: Namespace, result: PlaneMap, written: Certificate) -> Findings:
     found = Findings(target=args.target, source=source.name, repairs=source.repairs, vertices=len(source.v),
                      faces=len(source.f), rim=len(result.rim), balance=result.balance, status=result.status.name)
     labels = {"mesh", "method", "note"}
@@ -111,18 +96,7 @@ def _findings(source: InputDisk, args: Namespace, result: PlaneMap, written: Cer
     return found
 
 
-def _draw(args: Namespace, source: InputDisk, result: PlaneMap) -> Path | None:
-    """The map as a picture, and as a page, which is returned."""
-    if args.plot is not None:
-        write_plot(args.plot, result.plot(os.path.basename(source.name)))
-    if args.report is None:
-        return None
-    args.progress.begin(f"drawing the report in {args.report}")
-    return write_plane_report(args.report, result, source=os.path.basename(source.name),
-                              command=shlex.join(("igl-spheremap", *args.words)), up=args.up or guess_up(source.name))
-
-
-def _load(args: Namespace) -> InputDisk:
+def _load(args: Namespace) -> InputMesh:
     """The mesh that the command line names, or the part of it that a patch holds, repaired if that is asked for."""
     args.progress.begin(f"reading {args.source}")
     mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=args.repair))
@@ -133,7 +107,7 @@ def _load(args: Namespace) -> InputDisk:
         v, f = patch.part(v, f)
     options = _disk_options(args)
     if not (args.repair or args.patch or options):
-        return InputDisk(args.source, v, f, rows)
+        return InputMesh(args.source, v, f, rows=rows)
     try:  # the faces of a patch may touch at vertices, or leave some apart
         disk = repair_disk(v, f, **options)
     except MeshError as error:
@@ -143,7 +117,7 @@ def _load(args: Namespace) -> InputDisk:
     if disk.actions:
         args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(disk.actions)}")
     rows = np.where(disk.vertex_source < 0, -1, rows[disk.vertex_source])
-    return InputDisk(args.source, disk.v, disk.f, rows, disk.actions, disk.caps)
+    return InputMesh(args.source, disk.v, disk.f, repairs=disk.actions, caps=disk.caps, rows=rows)
 
 
 def _disk_options(args: Namespace) -> dict[str, Any]:
@@ -155,14 +129,14 @@ def _disk_options(args: Namespace) -> dict[str, Any]:
     return options | {name: value for name, value in (("rim", args.rim), ("cut", cut)) if value is not None}
 
 
-def _find_patch(args: Namespace) -> tuple[InputDisk, FloatArray]:
+def _find_patch(args: Namespace) -> tuple[InputMesh, FloatArray]:
     """The part of the surface that a patch holds, and where the patch has it."""
     mesh, patch = read_any(args.source, args.format, read_mesh), read_patch(args.sphere)
     v, f = patch.part(mesh.v, mesh.f)
-    return InputDisk(args.sphere, v, f, patch.rows), patch.positions[:, :2]
+    return InputMesh(args.sphere, v, f, rows=patch.rows), patch.positions[:, :2]
 
 
-def find_plane_map(args: Namespace) -> tuple[InputDisk, FloatArray] | None:
+def find_plane_map(args: Namespace) -> tuple[InputMesh, FloatArray] | None:
     """A surface and its map to the plane, if that is what the command line names; None if it is not."""
     if args.sphere is not None and is_patch(args.sphere):
         return _find_patch(args)
@@ -176,10 +150,10 @@ def find_plane_map(args: Namespace) -> tuple[InputDisk, FloatArray] | None:
         return None
     v, f = images.cut(mesh.v, mesh.f, name)
     rows = np.arange(len(mesh.v)) if images.vertex is None else images.vertex
-    return InputDisk(args.source, v, f, rows, caps=mesh.caps), images.plane
+    return InputMesh(args.source, v, f, caps=mesh.caps, rows=rows), images.plane
 
 
-def load_map(args: Namespace, mirror: bool = False) -> InputMap | tuple[InputDisk, FloatArray]:
+def load_map(args: Namespace, mirror: bool = False) -> InputMap | tuple[InputMesh, FloatArray]:
     """The map that the command line names: to the sphere, or else to the plane.
 
     Where its file holds the surface itself, as a file with texture coordinates does, it is one to the plane.
@@ -194,7 +168,7 @@ def load_map(args: Namespace, mirror: bool = False) -> InputMap | tuple[InputDis
     return (find_plane_map(args) if itself else None) or pair
 
 
-def check_plane_map(args: Namespace, source: InputDisk, p: FloatArray) -> Exit:
+def check_plane_map(args: Namespace, source: InputMesh, p: FloatArray) -> Exit:
     """Certify a map of a disk to the plane, and report what it does."""
     name = args.sphere or args.source
     args.progress.begin(f"certifying {name}")
