@@ -106,7 +106,7 @@ def test_what_cannot_be_located_is_refused():
     for bad in ([0, 0, 0], [np.nan, 0, 1], [np.inf, 0, 0]):
         with pytest.raises(MeshError, match="points are zero or not finite in 1 row"):
             locator.locate([bad])
-    with pytest.raises(FoldingsRemain, match="not folding-free"):
+    with pytest.raises(FoldingsRemain, match="a mirror image, not folded"):
         SphereLocator(-OCTAHEDRON, FACES)
 
 

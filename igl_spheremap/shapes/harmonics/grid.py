@@ -24,7 +24,7 @@ def to_grid(
     values: ArrayLike | None = None,
     *,
     kind: Kind = "equirectangular",
-    rows: int = 180,
+    rows: int | None = None,
     labels: bool = False,
     columns: int | None = None,
 ) -> NDArray[Any]:
@@ -44,8 +44,8 @@ def to_grid(
         Gauss-Legendre latitudes (torch-harmonics: "legendre-gauss"; s2fft: "gl", of L rows and 2 L - 1 columns).
         "octahedral": a square with the north pole in the middle and the south pole in its corners; of positions,
         `mesh_from_grid` makes a mesh again.
-    rows : int
-        Rows of the grid, 180 by default; "equiangular" needs 2 or more, "octahedral" an odd number.
+    rows : int, optional
+        Rows of the grid, by default 180, of the octahedral one, which needs an odd number, 181; "equiangular" needs 2.
     labels : bool
         The values are labels: take the nearest corner's; linear by default.
     columns : int, optional
@@ -74,16 +74,17 @@ def to_grid(
     >>> ism.shapes.to_grid(source, rows=32).shape
     (32, 64, 3)
     """
-    check_whole(rows, "rows", 2 if kind == "equiangular" else 1)
-    columns = check_whole((2 - (kind == "octahedral")) * int(rows) if columns is None else columns, "columns", 1)
+    square = kind == "octahedral"
+    rows = check_whole(180 + square if rows is None else rows, "rows", 2 if kind == "equiangular" else 1)
+    columns = check_whole((2 - square) * rows if columns is None else columns, "columns", 1)
     check_map(source)
-    if kind == "octahedral":
-        points = octahedral_points(check_square(int(rows), columns))
+    if square:
+        points = octahedral_points(check_square(rows, columns))
     else:
-        theta, phi = _coordinates(kind, int(rows), columns)
+        theta, phi = _coordinates(kind, rows, columns)
         points = grid_points(np.cos(theta), phi).reshape(-1, 3)
     sampled = transfer(source, source.vertices if values is None else values, points, labels=labels)
-    return sampled.reshape(int(rows), columns, *sampled.shape[1:])
+    return sampled.reshape(rows, columns, *sampled.shape[1:])
 
 
 @own_errstate

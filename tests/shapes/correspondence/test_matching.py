@@ -140,7 +140,7 @@ def test_landmarks_are_vertices_of_coarse_levels():
     a, b = mapped("pear", 700), mapped("pear", 100)
     chosen, goals = [3, 200, 600], np.argmax(b.sphere @ a.sphere[[3, 200, 600]].T, axis=0)
     coarse = Level.of(a, "A", np.array(chosen)).coarser(642)
-    assert np.array_equal(coarse.x[coarse.landmarks], a.sphere[chosen])
+    assert np.array_equal(coarse.map.sphere[coarse.landmarks], a.sphere[chosen])
     assert coarse.map.certificate.folding_free
     onto = ism.shapes.match(a, b, landmarks=(chosen, goals))
     assert np.array_equal(onto.map.sphere[chosen], b.sphere[goals])
@@ -175,14 +175,14 @@ def test_a_listener_may_stop(pair):
 def test_the_gradient_of_the_strain_is_its_first_variation(pair):
     a, b = (Level.of(each, "A") for each in pair[:2])
     strain = ComposedStrain(a, b, 0.5, 0.1)
-    axes = np.ascontiguousarray(np.stack(tangent_axes(a.x)).transpose(0, 2, 1))
-    gradient, _ = strain.derivatives(a.x, axes)
+    axes = np.ascontiguousarray(np.stack(tangent_axes(a.map.sphere)).transpose(0, 2, 1))
+    gradient, _ = strain.derivatives(a.map.sphere, axes)
     h = 1e-7
     for vertex in (3, 100, 255):  # one at a time: none crosses an edge of B
         for k in range(2):
-            move = np.zeros_like(a.x)
+            move = np.zeros_like(a.map.sphere)
             move[vertex] = h * axes[k, :, vertex]
-            ahead, behind = (strain.by_face(unit_rows(a.x + sign * move)).sum() for sign in (1, -1))
+            ahead, behind = (strain.by_face(unit_rows(a.map.sphere + sign * move)).sum() for sign in (1, -1))
             assert np.isclose(gradient[k, vertex], (ahead - behind) / (2 * h), rtol=1e-4, atol=1e-5)
 
 

@@ -38,15 +38,14 @@ def run_grid(args: Namespace) -> None:
     target: str = args.target
     if not target.lower().endswith((".png", ".npz", ".npy")):
         raise UsageError(f"OUT is a .png, .npz or .npy file, not {target}")
-    rows = args.rows or 180 + (args.kind == "octahedral")
-    if args.kind == "equiangular" and rows < 2:
+    if args.kind == "equiangular" and args.rows == 1:
         raise UsageError("--kind equiangular has both poles: give --rows 2 or more")
     check_outputs(args)
     pair = load_pair(args)
     source = pair.source
     values = source.v if args.data is None else read_data(args.data, source)
     args.progress.begin(f"sampling {source.name}")
-    grid = to_grid(pair.map(), values, kind=args.kind, rows=rows, columns=args.columns)
+    grid = to_grid(pair.map(), values, kind=args.kind, rows=args.rows, columns=args.columns)
     if target.lower().endswith(".png"):
         write_picture(target, _picture(grid), force=args.force)
     else:
