@@ -143,7 +143,7 @@ def figure_5(runs: Runs) -> Any:
         x = runs.get(surface, "Algorithm 2 as printed").ends[0]
         folded = np.flatnonzero(folded_faces(x, surface.f))
         share = len(folded) / len(surface.f)
-        show_source(source, surface, x, title=f"{named(surface)}:\n{share:.0%} of the faces are folded")
+        show_source(source, surface, x, title=f"{named(surface)},\n{share:.0%} of the faces folded")
         show_map(sphere, surface, x, title=f"map: {len(folded):,} of {len(surface.f):,}\nfaces folded")
         show_fold(close, surface, x, Clusters.of(surface.f, folded))
     return figure
