@@ -32,12 +32,10 @@ def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False
 
     Parameters
     ----------
-    path : str or path-like
-        The new file; ends in .npz.
+    path, force
+        As for `write_map`; the name ends in .npz.
     result : SurfaceMap
         The map.
-    force : bool
-        Replace an existing file.
 
     Returns
     -------
@@ -47,8 +45,7 @@ def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False
     Raises
     ------
     FileError
-        If the name ends otherwise, the file exists and `force` is not set, or it can't be written; nothing is left
-        behind.
+        As by `write_map`, or if the name ends otherwise.
 
     Examples
     --------
@@ -96,18 +93,7 @@ def read_surface_map(path: PathLike) -> SurfaceMap:
     FileError
         If the file can't be read.
     MeshError
-        If it holds no map between surfaces, or one that is damaged.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> import igl_spheremap as ism
-    >>> a = ism.balanced_spherical_map(*ism.samples.make("pear", n_vertices=300), balance=1)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     onto = ism.shapes.match(a, a, landmarks=([0, 100, 200],) * 2)
-    ...     check = ism.shapes.write_surface_map(f"{folder}/onto.npz", onto)
-    ...     ism.shapes.read_surface_map(f"{folder}/onto.npz")
-    SurfaceMap(300 vertices onto 300, 3 landmarks)
+        If it holds no map between surfaces, or one that is damaged; see `write_surface_map` for an example.
     """
     with reading(Path(path)):
         arrays = npz.read_arrays(path)

@@ -150,7 +150,7 @@ def register(
         Weight of the strains beside the mean squared difference of features of unit variance. Lower values raise the
         correlation and not the precision: features differ between bodies, too.
     reflect : bool, default False
-        Mirror the source and its map (x to -x), and reverse its faces: for left and right sides of a body.
+        As for `match`.
     listener : callable, optional
         Called with an `Iterate` after the rotation and after every step; may raise StopIteration to stop with the
         current map.

@@ -90,18 +90,7 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
     FileError
         If the file can't be read, or its suffix is not one of these.
     MeshError
-        If it is damaged.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> import igl_spheremap as ism
-    >>> x, f = ism.samples.sphere(162)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     shape = ism.shapes.spherical_harmonics(ism.sphere_map(x, f, x), degree=3)
-    ...     ism.shapes.write_coefficients(f"{folder}/ball.npz", shape)
-    ...     ism.shapes.read_coefficients(f"{folder}/ball.npz").degree
-    3
+        If it is damaged; see `write_coefficients` for an example.
     """
     path = Path(path)
     with reading(path):
