@@ -25,7 +25,8 @@ def angles_or_areas(v, f, up, target, progress):
         angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.log_area_ratios()).mean())
         bodies.append(Part(f"balance {balance}", fit(v, turn), f, checks=board.checks))
         caption = f"angles differ by {angle:.1f} degrees,\nareas by a factor of {area:.3g}"
-        spheres.append(Part(caption, result.sphere @ turn.T, f, folded=board.folded, checks=board.checks))
+        legend = board.legends[0] if board.legends else None
+        spheres.append(Part(caption, result.sphere @ turn.T, f, None, board.folded, board.checks, legend=legend))
     progress.close()
     show_parts([bodies, spheres], target, size=(1000, 720))
 

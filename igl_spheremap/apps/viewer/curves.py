@@ -90,14 +90,13 @@ def _whole(last: int, room: float) -> list[int]:
 
 
 def _cursor(shown: int, last: int) -> float | None:
-    """A line at an iteration, with its number; where the mouse is that was pressed in the plot and is held."""
+    """A line at an iteration, with its number; where it is dragged, or where the plot is pressed."""
     if shown < 0:
         return None
-    implot.DragLineX(0, float(shown), (*palette.INK, 0.8), 2.0, implot.ImPlotDragToolFlags_NoFit)
+    dragged, place = implot.DragLineX(0, float(shown), (*palette.INK, 0.8), 2.0, implot.ImPlotDragToolFlags_NoFit)
     implot.TagX(float(shown), (*palette.INK, 1.0), f"{shown:,}")
-    (left, top), (width, height) = implot.GetPlotPos(), implot.GetPlotSize()
-    x, y = np.subtract(imgui.GetMousePos(), imgui.GetMouseDragDelta(0, 0.0))
-    inside = left <= x <= left + width and top <= y <= top + height
-    if not (inside and imgui.IsMouseDown(0) and imgui.IsWindowFocused()):
-        return None
-    return float(np.clip(implot.GetPlotMousePos()[0], 0, last))
+    if not dragged:
+        if not (implot.IsPlotHovered() and imgui.IsMouseDown(0)):
+            return None
+        place = implot.GetPlotMousePos()[0]
+    return float(np.clip(place, 0, last))

@@ -28,6 +28,9 @@ def script(hand):
     hand.click('pause')
     hand.click_at(*hand.find('folded faces').at(0.5))
     figures['pressed'] = at()
+    plot = hand.find('folded faces')
+    hand.drag(plot.at(0.5), (plot.at(0.6)[0], plot.rectangle[1] - 50))  # beyond the plot
+    figures['dragged'] = at()
     for act in (lambda: hand.click('next'), lambda: hand.click('previous'), lambda: hand.click('>'),
                 lambda: hand.key(app.imgui.ImGuiKey_DownArrow), lambda: hand.key(app.imgui.ImGuiKey_LeftArrow)):
         act()
@@ -77,7 +80,8 @@ figures['files'] = sorted(os.listdir())
     method = ism.Lai2014(edge_weights="cotangent", metric="areas")
     result = ism.spherical_conformal_map(v, f, method=method, listener=recording)
     run = ShownRun.of(recording, result)
-    start = figures["pressed"]
+    start = figures["dragged"]
+    assert figures["pressed"] < start
     assert 0.2 < start / len(run.foldings) < 0.6  # the numbers of the axis lie to the left of the curve
     after = run.change(start, 1)
     before = run.change(after, -1)
