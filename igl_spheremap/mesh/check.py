@@ -179,28 +179,8 @@ def rows_and_faces(
 
 @own_errstate
 def check_faces(f: ArrayLike | Mesh, n_vertices: int) -> IntArray:
-    """Check that `f` is the face list of a closed, oriented, connected genus-0 mesh.
+    """The faces of a closed, oriented, connected genus-0 mesh that uses all its vertices, copied; those of a `Mesh`.
 
-    Parameters
-    ----------
-    f : (m, 3) array_like or Mesh
-        Faces as 0-based vertex indices, or a mesh that was checked.
-    n_vertices : int
-        Number of vertices; each must be used.
-
-    Returns
-    -------
-    (m, 3) int64 array
-        A copy of the faces, C-contiguous; those of a checked mesh.
-
-    Raises
-    ------
-    MeshError
-        One line that says what is wrong, where, and what repairs it.
-
-    Examples
-    --------
-    >>> from igl_spheremap.mesh.check import check_faces
     >>> check_faces([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]], 4).shape
     (4, 3)
     """

@@ -23,12 +23,8 @@ class Disk(CheckedFaces):
 
     Attributes
     ----------
-    v : (n, 3) float64 array
-        The input's vertices, in the input's units.
-    unit : (n, 3) float64 array
-        The vertices moved to the origin and scaled to unit total area.
-    f : (m, 3) int64 array
-        The input's faces, 0-based, in the input's order.
+    v, unit, f
+        As of `Mesh`.
     rim : (k,) int64 array
         Vertices of the boundary loop, from the smallest on, in the direction in which faces run along it: in the plane
         counterclockwise.
@@ -57,11 +53,8 @@ def check_disk(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> 
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Vertex positions, any units, any real dtype whose numbers float64 holds, byte order and memory layout. Never
-        mutated.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices, any integer dtype (or floats that are whole numbers).
+    v, f
+        As of `check_mesh`.
     caps : (m,) array_like of bool, optional
         Faces that only fill holes, of a mesh that `repair_disk` made: they stay out of all figures. By default there
         are none.

@@ -33,14 +33,8 @@ def repair_disk(
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Vertex positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
-    weld : float
-        Distance as of `repair_mesh`, a share of the diagonal of the bounding box; 0 by default.
-    keep_largest : bool
-        As of `repair_mesh`: by default several components are refused.
+    v, f, weld, keep_largest
+        As of `repair_mesh`.
     holes : {"refuse", "fill"}
         "fill" closes each hole by a cap except the one of `rim`; with `cut` all of them. By default they are refused.
     handles : {"refuse", "cut"}

@@ -123,18 +123,10 @@ def balanced_disk_map(
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Vertex positions, any units. Never mutated.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices: oriented, connected, one boundary loop, no handle.
-    caps : (m,) array_like of bool, optional
-        Faces that only fill holes, of a mesh that `repair_disk` made: they stay out of all figures. By default there
-        are none.
+    v, f, caps, listener
+        As of `disk_conformal_map`.
     balance : float
         0 is conformal, the map of `disk_conformal_map` bit for bit; 1 preserves areas; .85 by default.
-    listener : callable, optional
-        Called with every `Iterate`, those of the conformal map first; may raise StopIteration to stop with the current
-        map.
 
     Returns
     -------

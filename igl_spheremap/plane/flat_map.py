@@ -86,18 +86,10 @@ def flatten(
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Vertex positions, any units. Never mutated.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices: oriented, connected, one boundary loop, no handle.
-    caps : (m,) array_like of bool, optional
-        Faces that only fill holes, of a mesh that `repair_disk` made: they stay out of all figures. By default there
-        are none.
+    v, f, caps, listener
+        As of `disk_conformal_map`.
     balance : float
         0 is conformal, 1 preserves areas; at .7, the default, lengths are off least.
-    listener : callable, optional
-        Called with every `Iterate`, those of the disk first, those in the plane with rows of two coordinates; may raise
-        StopIteration to stop with the current map.
 
     Returns
     -------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,24 @@ from ..verify.certificate import Certificate
 from .run import Listener, Round, Run, Status, Step
 
 R = TypeVar("R", bound="Result")
+T = TypeVar("T")
+
+
+class _OfRun(Generic[T]):
+    """An attribute of a result that its run has."""
+
+    def __init__(self, doc: str) -> None:
+        self.__doc__ = doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, result: None, owner: type) -> _OfRun[T]: ...
+    @overload
+    def __get__(self, result: Result, owner: type) -> T: ...
+    def __get__(self, result: Result | None, owner: type) -> _OfRun[T] | T:
+        return self if result is None else getattr(result.run, self._name)
 
 
 class Result(Shown):
@@ -44,79 +62,24 @@ class Result(Shown):
         @property
         def _images(self) -> FloatArray: ...
 
+    energy = _OfRun[float]("Harmonic energy, eq. (6): 4 pi for a smooth conformal map; in the plane what was lowered.")
+    status = _OfRun[Status]("How the last minimisation ended.")
+    iterations = _OfRun[int]("Iterations of all stages together.")
+    seconds = _OfRun[float]("Wall seconds from arrays to result.")
+    timings = _OfRun[dict[str, float]]("Wall seconds by phase.")
+    method = _OfRun[str]("The method's name.")
+    settings = _OfRun[dict[str, Any]]("The method's options that are not at their defaults.")
+    history = _OfRun[tuple[Step, ...]]("Every iterate of every stage.")
+    rounds = _OfRun[tuple[Round, ...]]("Foldings before and after each round of folding removal.")
+    backend = _OfRun[str]("The factorisation that was used; empty where none was.")
+    notes = _OfRun[tuple[str, ...]]("Remarks on the run, and reasons to doubt the result.")
+    gauge = _OfRun[str]("Where the map lies among its Moebius images: centred, turned, poles, given or free, see Run.")
+    stretch = _OfRun[float]("Factor by which limbs too deep for float64 are shortened; 1 if there is none.")
+    balance = _OfRun[float]("0 for a conformal map, 1 for an area-preserving one.")
+
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         """The images of the vertices, which numpy takes a map for."""
         return np.array(self._images, dtype=dtype, copy=copy)  # None: if needed
-
-    @property
-    def energy(self) -> float:
-        """Harmonic energy, equation (6): 4 pi for a smooth conformal map; of maps to the plane what was lowered."""
-        return self.run.energy
-
-    @property
-    def status(self) -> Status:
-        """How the last minimisation ended."""
-        return self.run.status
-
-    @property
-    def iterations(self) -> int:
-        """Iterations of all stages together."""
-        return self.run.iterations
-
-    @property
-    def seconds(self) -> float:
-        """Wall seconds from arrays to result."""
-        return self.run.seconds
-
-    @property
-    def timings(self) -> dict[str, float]:
-        """Wall seconds by phase."""
-        return self.run.timings
-
-    @property
-    def method(self) -> str:
-        """The method's name."""
-        return self.run.method
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """The method's options that are not at their defaults."""
-        return self.run.settings
-
-    @property
-    def history(self) -> tuple[Step, ...]:
-        """Every iterate of every stage."""
-        return self.run.history
-
-    @property
-    def rounds(self) -> tuple[Round, ...]:
-        """Foldings before and after each round of folding removal."""
-        return self.run.rounds
-
-    @property
-    def backend(self) -> str:
-        """The factorisation that was used; empty where none was."""
-        return self.run.backend
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Remarks on the run, and reasons to doubt the result."""
-        return self.run.notes
-
-    @property
-    def gauge(self) -> str:
-        """Where the map lies among its Moebius images: "centred", "turned", "poles", "given" or "free", see `Run`."""
-        return self.run.gauge
-
-    @property
-    def stretch(self) -> float:
-        """Factor by which limbs too deep for float64 are shortened; 1 if there is none."""
-        return self.run.stretch
-
-    @property
-    def balance(self) -> float:
-        """0 for a conformal map, 1 for an area-preserving one."""
-        return self.run.balance
 
     def explain(self) -> str:
         """Say what was decided on the way to the map, and why.

@@ -1,8 +1,8 @@
 """Shapes that the package makes itself: closed genus-0 meshes at any resolution, without data files.
 
-Each is a function of its approximate number of vertices and parameters of its shape, and returns ``(v, f)``: (n, 3)
-float64 positions and (m, 3) int64 faces, oriented outwards. A value out of range raises a ValueError. The same call
-gives the same mesh, bit for bit.
+Each is a function of ``n_vertices``, the approximate number of vertices, and of parameters of its shape. It returns
+``(v, f)``: (n, 3) float64 positions and (m, 3) int64 faces, oriented outwards. A value out of range raises a
+ValueError, one that is no number a TypeError. The same call gives the same mesh, bit for bit.
 
 Examples
 --------

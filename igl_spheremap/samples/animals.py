@@ -83,22 +83,7 @@ _OCTOPUS_MANTLE = (
 def dino(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
     """Four-legged dinosaur with a long neck and tail, walking along x.
 
-    Parameters
-    ----------
-    n_vertices : int
-        Approximate number of vertices.
-
-    Returns
-    -------
-    v : (n, 3) float64 ndarray
-    f : (m, 3) int64 ndarray
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
-    TypeError
-        If it is not a number.
+    `n_vertices` and the result are those of every sample, see `igl_spheremap.samples`.
     """
     body = SmoothUnion((limb(_DINO_SPINE), *map(limb, _DINO_LEGS)), blend=0.06)
     return mesh_implicit(body, body.box(), n_vertices, detail=0.12)
@@ -108,22 +93,7 @@ def dino(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
 def bird(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
     """Bird in flight along x, with spread wings and tail.
 
-    Parameters
-    ----------
-    n_vertices : int
-        Approximate number of vertices.
-
-    Returns
-    -------
-    v : (n, 3) float64 ndarray
-    f : (m, 3) int64 ndarray
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
-    TypeError
-        If it is not a number.
+    `n_vertices` and the result are those of every sample, see `igl_spheremap.samples`.
     """
     parts = [limb(_BIRD_SPINE), limb(_BIRD_BEAK)]
     for side in (1.0, -1.0):
@@ -140,22 +110,7 @@ def bird(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
 def bunny(n_vertices: int = 11000) -> tuple[FloatArray, IntArray]:
     """Rabbit that sits and pricks up its ears, looking along x.
 
-    Parameters
-    ----------
-    n_vertices : int
-        Approximate number of vertices.
-
-    Returns
-    -------
-    v : (n, 3) float64 ndarray
-    f : (m, 3) int64 ndarray
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
-    TypeError
-        If it is not a number.
+    `n_vertices` and the result are those of every sample, see `igl_spheremap.samples`.
     """
     parts = [limb(_BUNNY_BODY), limb(_BUNNY_HEAD), limb(_BUNNY_TAIL)]
     for side in (1.0, -1.0):
@@ -169,26 +124,14 @@ def bunny(n_vertices: int = 11000) -> tuple[FloatArray, IntArray]:
 def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[FloatArray, IntArray]:
     """Octopus with eight arms.
 
+    `n_vertices` and the result are those of every sample, see `igl_spheremap.samples`.
+
     A conformal map shrinks the end of an arm to about ``exp(-2 pi arm_length)``.
 
     Parameters
     ----------
-    n_vertices : int
-        Approximate number of vertices.
     arm_length : float
         Length of each arm, in mean circumferences of the arm; 0.5 to 20.
-
-    Returns
-    -------
-    v : (n, 3) float64 ndarray
-    f : (m, 3) int64 ndarray
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
-    TypeError
-        If it is not a number.
     """
     check_number(arm_length, "arm_length", 0.5, 20)
     eyes = [limb([(0.42, y, 1.15, 0.17), (0.5, 1.1 * y, 1.2, 0.17)]) for y in (0.3, -0.3)]

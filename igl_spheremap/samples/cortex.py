@@ -23,24 +23,12 @@ _STEEPEST = 3.0  # walls of the deepest folds, against the hull
 def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[FloatArray, IntArray]:
     """Two hemispheres with gyri and sulci, a cerebellum and a stem.
 
+    `n_vertices` and the result are those of every sample, see `igl_spheremap.samples`.
+
     Parameters
     ----------
-    n_vertices : int
-        Approximate number of vertices.
     depth : float
         Depth of the sulci, where the brain is 2.6 long; 0 to 0.17.
-
-    Returns
-    -------
-    v : (n, 3) float64 ndarray
-    f : (m, 3) int64 ndarray
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
-    TypeError
-        If it is not a number.
     """
     check_number(depth, "depth", 0.0, 0.17)
     stem = limb([(-0.3, 0, -0.5, 0.25), (-0.45, 0, -1.0, 0.2), (-0.6, 0, -1.4, 0.17)])

@@ -20,18 +20,6 @@ def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     ----------
     n_vertices : int
         Approximate number of vertices: k is the nearest whole number.
-
-    Returns
-    -------
-    v : (n, 3) float64 ndarray
-    f : (m, 3) int64 ndarray
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
-    TypeError
-        If it is not a number.
     """
     check_number(n_vertices, "n_vertices", 12, MOST_VERTICES)
     k = max(round(float(np.sqrt((n_vertices - 2) / 10.0))), 1)

@@ -160,24 +160,12 @@ def _chebyshev(function: Callable[[FloatArray], FloatArray]) -> Chebyshev:
 def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[FloatArray, IntArray]:
     """Spheroid about the z axis, ``SurfaceOfRevolution(aspect)``.
 
+    `n_vertices` and the result are those of every sample, see `igl_spheremap.samples`.
+
     Parameters
     ----------
-    n_vertices : int
-        Approximate number of vertices.
     aspect : float
         Polar radius, where the equatorial one is 1: a needle when large, a flat pillow when small; 0.02 to 50.
-
-    Returns
-    -------
-    v : (n, 3) float64 ndarray
-    f : (m, 3) int64 ndarray
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
-    TypeError
-        If it is not a number.
     """
     check_number(n_vertices, "n_vertices", 100, MOST_VERTICES)
     check_number(aspect, "aspect", 0.02, 50)
@@ -188,24 +176,12 @@ def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[FloatArray, I
 def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[FloatArray, IntArray]:
     """Two bulbs and a neck, ``SurfaceOfRevolution(2.5, (waist, 0, 2))``.
 
+    `n_vertices` and the result are those of every sample, see `igl_spheremap.samples`.
+
     Parameters
     ----------
-    n_vertices : int
-        Approximate number of vertices.
     waist : float
         Radius of the neck, where that of the bulbs is about 0.9; 0.05 to 2.
-
-    Returns
-    -------
-    v : (n, 3) float64 ndarray
-    f : (m, 3) int64 ndarray
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
-    TypeError
-        If it is not a number.
     """
     check_number(n_vertices, "n_vertices", 300, MOST_VERTICES)
     check_number(waist, "waist", 0.05, 2)
@@ -216,22 +192,7 @@ def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[FloatArray, In
 def pear(n_vertices: int = 4000) -> tuple[FloatArray, IntArray]:
     """Surface with a thick and a thin end, ``SurfaceOfRevolution(1.4, (1, -0.4, 0.1, 0.2))``.
 
-    Parameters
-    ----------
-    n_vertices : int
-        Approximate number of vertices.
-
-    Returns
-    -------
-    v : (n, 3) float64 ndarray
-    f : (m, 3) int64 ndarray
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
-    TypeError
-        If it is not a number.
+    `n_vertices` and the result are those of every sample, see `igl_spheremap.samples`.
     """
     check_number(n_vertices, "n_vertices", 100, MOST_VERTICES)
     return SurfaceOfRevolution(half_length=1.4, radius=(1.0, -0.4, 0.1, 0.2)).mesh(n_vertices)

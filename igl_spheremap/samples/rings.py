@@ -21,24 +21,12 @@ _PITCH = 0.8  # rise in one turn
 def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[FloatArray, IntArray]:
     """Tube along a helix of radius 1 about the z axis, closed by round ends.
 
+    `n_vertices` and the result are those of every sample, see `igl_spheremap.samples`.
+
     Parameters
     ----------
-    n_vertices : int
-        Approximate number of vertices.
     turns : float
         Number of turns of the helix, 0.1 to 100; each is 4.6 circumferences of the tube long.
-
-    Returns
-    -------
-    v : (n, 3) float64 ndarray
-    f : (m, 3) int64 ndarray
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
-    TypeError
-        If it is not a number.
     """
     check_number(turns, "turns", 0.1, 100)
     check_number(n_vertices, "n_vertices", 100 + 60 * turns, MOST_VERTICES)  # 18 rings of 3 vertices a turn

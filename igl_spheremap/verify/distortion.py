@@ -71,25 +71,13 @@ def mean_difference(source: FloatArray, x: FloatArray, f: IntArray) -> float:
 def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Conformal factor e^{2u} at the vertices: image area over source area of the faces around, equation (14).
 
-    Parameters
-    ----------
-    v : (n, 3) array_like
-        Source positions; their scale does not matter, the source counts as having unit area.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
-    x : (n, 3) array_like
-        Images of the vertices.
+    It takes the arrays that `angle_differences` takes.
 
     Returns
     -------
     (n,) float64 array
         e^{2u}, non-negative; its mean over the source is the flat image area, nearly 4 pi. Infinite where only the
         source's faces have no area, 0 where the image's have none or one below the least float.
-
-    Raises
-    ------
-    MeshError
-        If `v, f` is not a triangle mesh or `x` has not one row per vertex.
 
     References
     ----------
@@ -113,25 +101,13 @@ def log_area_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
     Both areas are those of flat triangles, the image's spanned by its three corners on the sphere.
 
-    Parameters
-    ----------
-    v : (n, 3) array_like
-        Source positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
-    x : (n, 3) array_like
-        Images of the vertices.
+    It takes the arrays that `angle_differences` takes.
 
     Returns
     -------
     (m,) float64 array
         Zero for an area-preserving map; infinite where one of the areas is zero, NaN where both are. Areas below the
         least float have their true logarithms.
-
-    Raises
-    ------
-    MeshError
-        If `v, f` is not a triangle mesh or `x` has not one row per vertex.
 
     Examples
     --------
@@ -151,25 +127,13 @@ def log_area_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 def log_length_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Natural logarithm of image length over source length of every edge, each surface having area 1.
 
-    Parameters
-    ----------
-    v : (n, 3) array_like
-        Source positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
-    x : (n, 3) array_like
-        Images of the vertices.
+    It takes the arrays that `angle_differences` takes.
 
     Returns
     -------
     (m, 3) float64 array
         Natural logarithms. Column k belongs to the edge opposite corner ``f[:, k]``, so that every edge is there twice.
         Zero for an isometry up to scale.
-
-    Raises
-    ------
-    MeshError
-        If `v, f` is not a triangle mesh or `x` has not one row per vertex.
 
     Examples
     --------
@@ -206,14 +170,7 @@ def _log_ratio(image: FloatArray, source: FloatArray) -> FloatArray:
 def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArray]:
     """What a map does to areas and angles around each vertex.
 
-    Parameters
-    ----------
-    v : (n, 3) array_like
-        Source positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
-    x : (n, 3) array_like
-        Images of the vertices on the unit sphere.
+    It takes the arrays that `angle_differences` takes.
 
     Returns
     -------
@@ -221,11 +178,6 @@ def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArra
         ``factor``: half the natural logarithm of the conformal factor, u of eq. (14), the source being scaled to the
         area of the sphere; 0 for an isometry. ``angles``: mean size of the angle differences at the vertex,
         in degrees.
-
-    Raises
-    ------
-    MeshError
-        If `v, f` is not a triangle mesh or `x` has not one row per vertex.
 
     Examples
     --------
