@@ -75,6 +75,13 @@ def group_doubts(changes: Sequence[float], laid: Sequence[Laid], scores: FloatAr
                "kinds, each with a mean of its own")
 
 
+def drift_doubts(laid: Laid) -> Iterator[str]:
+    """What is to be doubted of a series' drift, in a sentence, by how its last frame is laid on the first one."""
+    if laid.rival < _RIVAL:
+        yield (f"the last frame fits the first one nearly as well when it is turned by {laid.angle:.0f} degrees: shape "
+               "does not tell how points moved along the surface, and drift counts that turn, too")
+
+
 def two_kinds(scores: FloatArray) -> tuple[int, int] | None:
     """How many scores lie on either side, if they lie around two values; else None.
 

@@ -107,6 +107,7 @@ def write_series_page(path: str | os.PathLike[str], found: Series, mean: FloatAr
             "<p>Each frame is registered to the one before. Points of the last frame lie "
             f"{off:.3g} (root mean square), {off / radius:.1%} of the radius of a ball of its area, from where its map "
             "puts them that is registered to the first frame directly: that is the drift.</p>",
+            *(f"<p><strong>Doubtful: {escape(note)}.</strong></p>" for note in found.notes),
             scene(found.faces, views), "<p>Drag to turn, double-click to reset.</p>",
             f'<h2>Film</h2><figure><img src="{film}" alt="all frames"><figcaption>The frames, and the same colours on '
             "their mean.</figcaption></figure>", legend(ramp), "<h2>Frames</h2>",

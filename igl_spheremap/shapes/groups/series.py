@@ -23,6 +23,7 @@ from ...mesh.check import check_mesh
 from ...mesh.measure import enclosed_volume, surface_area
 from ...populations.run_many import check_engine
 from ...resampling.transfer import sphere_mesh
+from .doubts import drift_doubts
 from .features import check_features
 from .jobs import MemberJob, PlaceMember, RegisterMember, write_arrays
 from .placing import Source, carried, names_of
@@ -51,6 +52,8 @@ class Series(Shown):
     drift : (n,) float64 array
         Distance of the points of the last frame, which came there frame by frame, from those of its map that is
         registered to the first frame directly, in the frames' units.
+    notes : tuple of str
+        Reasons to doubt the drift.
     """
 
     vertices: FloatArray
@@ -60,6 +63,7 @@ class Series(Shown):
     features: FloatArray
     maps: tuple[SphereMap, ...]
     drift: FloatArray
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return (f"Series({len(self.vertices)} frames, {self.vertices.shape[1]} vertices, drift "
@@ -175,6 +179,11 @@ class _Chain:
                 for (before, frame), place in zip(pairs, places, strict=True)]
         self._crew.each("registrations", [frame for _, frame in pairs], jobs, RegisterMember)
         self._refuse_failures()
+        turns = self._files.place("work", "direct", "turns.npz")
+        jobs = [MemberJob(self._files.of(frames[-1], "points"), turns,
+                          beside=(self._files.of(frames[0], "points"), places[-1]))]
+        self._crew.each("turns", frames[-1:], jobs, RegisterMember, search=True)
+        self._refuse_failures()
         turn = self._files.place("work", "frame.npz")
         write_arrays(turn, {"turn": np.eye(3)})
         jobs = [self._files.place_job(frame, sphere, turn)
@@ -188,7 +197,8 @@ class _Chain:
                                for name in ("points", "areas", "features"))
         return Series(points, self._f, self._x, areas, data,
                       tuple(read_map(self._files.result(frame)) for frame in frames),
-                      np.linalg.norm(points[-1] - read_arrays(ends[1])["points"], axis=1))
+                      np.linalg.norm(points[-1] - read_arrays(ends[1])["points"], axis=1),
+                      tuple(drift_doubts(self._files.laid(turns))))
 
     def _composed(self, frames: Sequence[Entry], places: Sequence[str]) -> list[str]:
         """Files of each frame's registration to the first one."""

@@ -24,7 +24,6 @@ from .features import check_features
 from .fixed_point import FixedPoint, Registered, distances, fixed_point
 from .group import Group, Member
 from .jobs import MemberJob, PlaceMember, RegisterMember, write_arrays
-from .laying import Laid
 from .modes import principal_modes
 from .placing import Source, names_of
 from .procrustes import blocks, generalised_procrustes
@@ -223,7 +222,7 @@ class _People:
         order = np.argsort([member.number for member in members])  # as the sources came
         shapes = self._files.stored("shapes", (shapes[k] for k in order), size)
         correlations = np.array([float(read_arrays(member.sphere)["correlation"]) for member in members])
-        laid = [self._laid(member) for member in members]
+        laid = [self._files.laid(member.search) for member in members]
         alike = symmetric(laid)
         rows = [Member(member.name, read_map(self._files.result(member)) if keep else None, correlation, size, distance,
                        member_doubts(each, distance, away, correlations, alike))
@@ -235,9 +234,3 @@ class _People:
             np.stack([read_arrays(files[k])["features"] for k in order]), left_out, fixed.changes, rigid, balance,
             notes=tuple(group_doubts(fixed.changes, laid, found.scores)),
         )  # fmt: skip
-
-    def _laid(self, member: Entry) -> Laid:
-        """How a member lies, as the last search for other rotations found it."""
-        arrays = read_arrays(member.search)
-        rival, angle, mirrored = (float(arrays[name]) for name in ("rival", "angle", "mirrored"))
-        return Laid(arrays["sphere"], float(arrays["correlation"]), bool(arrays["turned"]), rival, angle, mirrored)

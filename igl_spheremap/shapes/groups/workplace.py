@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import MeshError, without_name
 from ...io import npz
+from ...io.npz import read_arrays
 from ...io.replacing import make_folder, replacing
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
@@ -30,6 +31,7 @@ from ...populations.table import MAPPED, JobRow
 from .features import FeatureFiles
 from .files import file_names
 from .jobs import MapJob, MapMember, MemberJob, MemberTask, columns_of, write_arrays
+from .laying import Laid
 from .placing import Source, names_of
 
 #: The manifest in the folder.
@@ -82,6 +84,12 @@ class Files:
         """To carry a registration, turned into a frame, to the member's own mesh."""
         return MemberJob(self.of(member, "map"), self.result(member), more=(self.of(member, "placed"),),
                          beside=(self.of(member, "points"), registered, frame))
+
+    def laid(self, path: str) -> Laid:
+        """A registration that a job wrote."""
+        arrays = read_arrays(path)
+        rival, angle, mirrored = (float(arrays[name]) for name in ("rival", "angle", "mirrored"))
+        return Laid(arrays["sphere"], float(arrays["correlation"]), bool(arrays["turned"]), rival, angle, mirrored)
 
     def stored(self, name: str, shapes: Iterable[FloatArray], size: tuple[int, int, int]) -> FloatArray:
         """Shapes in a file, as an array of that size, in memory only where it is read."""

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import igl_spheremap as ism
 from igl_spheremap.resampling.transfer import sphere_mesh
 from igl_spheremap.shapes.correspondence.registration import reflected
-from igl_spheremap.shapes.groups.doubts import group_doubts, member_doubts
+from igl_spheremap.shapes.groups.doubts import drift_doubts, group_doubts, member_doubts
 from igl_spheremap.shapes.groups.laying import Laid, laid_first, searched
 from igl_spheremap.shapes.groups.placing import at_points
 
@@ -94,6 +94,11 @@ def test_what_is_doubted_of_a_member(laid, distance, words):
     said = member_doubts(laid, distance, DISTANCES, CORRELATIONS)
     assert len(said) == (words is not None)
     assert words is None or words in said[0]
+
+
+def test_what_is_doubted_of_a_drift():
+    assert not [*drift_doubts(NOTHING)]
+    assert "turned by 90 degrees" in next(drift_doubts(NOTHING._replace(rival=1.2)))
 
 
 def test_what_is_doubted_of_a_mean():

@@ -28,6 +28,7 @@ def test_points_keep_their_place_in_the_body(bending):
     assert np.sqrt((apart[1] ** 2).mean()) < 0.05 * size
     assert np.sqrt((apart[-1] ** 2).mean()) < 0.1 * size
     assert np.sqrt((found.drift**2).mean()) < 0.1 * size
+    assert not found.notes
 
 
 def test_areas_and_volumes_are_those_of_the_frames(bending):

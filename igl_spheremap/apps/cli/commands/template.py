@@ -111,6 +111,9 @@ def _follow(args: Namespace) -> Exit:
     summary.add("drift", f"{off:.3g} in the root mean square, {found.drift.max():.3g} at most, from the direct map of "
                          "the first frame and the last", drift=off, largest_drift=found.drift.max())
     summary.add("written", f"{out / _PAGE} shows all of it, {SERIES} holds it")
+    summary.figures["notes"] = found.notes
+    for note in found.notes:
+        summary.add("doubtful", note)
     summary.report(args)
     return Exit.OK
 
