@@ -127,7 +127,7 @@ def balanced_iterates(problem: FaceProblem, search: KeptFactor, x: FloatArray, s
 
 
 def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """A map without foldings itself, or, if its shortest edges are rounding, one laid out anew with room for limbs.
+    """The map, or, if its shortest edges are as small as rounding, one laid out anew with room for limbs.
 
     Newton steps can't move faces whose images are as small as rounding.
     """

@@ -1,4 +1,4 @@
-"""Newton steps of which one may take the factor of the one before, where little is left to gain."""
+"""Newton steps; where little is left to gain, one may use the factor of the step before."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _SQUARES = 10.0
 
 
 class KeptFactor(LineSearch):
-    """A line search that takes a step that is predicted to lower the value by less than a share with the last factor.
+    """A line search that uses the last factor again for a step that is predicted to gain less than a share.
 
-    That factor must have predicted its own gain well.
+    The gain of the last step must have been predicted well by that factor.
 
     Attributes
     ----------

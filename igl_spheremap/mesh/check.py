@@ -29,7 +29,7 @@ LEAST_AREA = 1e-9
 
 
 class CheckedFaces:
-    """What a `Mesh` and a `Disk` measure of their faces alike."""
+    """Measures of faces that `Mesh` and `Disk` share."""
 
     unit: FloatArray
     f: IntArray

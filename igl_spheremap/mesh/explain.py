@@ -42,7 +42,7 @@ class Refusal:
         self._closed = asked.function == "repair_mesh"
 
     def half_edges(self) -> NoReturn:
-        """Faces with a repeated index, or edges that are not shared by two opposite faces."""
+        """Refuse faces with a repeated index, or edges that are not shared by two opposite faces."""
         f, n = self.f, self.n
         a, b, c = f.T
         repeated = np.flatnonzero((a == b) | (b == c) | (c == a))
@@ -72,17 +72,17 @@ class Refusal:
                     f"faces {listed(faces[0])} at edge {bad[0, 0]}-{bad[0, 1]}", "reverse faces until they agree")
 
     def unreferenced(self, bad: IntArray) -> NoReturn:
-        """Vertices in no face."""
+        """Refuse vertices in no face."""
         self.refuse(f"unreferenced: {count(bad, 'vertex', 'vertices')} in no face, {examples(bad)}", "remove them")
 
     def components(self, label: NDArray[np.int32]) -> NoReturn:
-        """Several surfaces, by the component of each face."""
+        """Refuse several components, given that of each face."""
         sizes = np.sort(np.bincount(label))[::-1]
         self.refuse(f"{len(sizes)} components of {listed(sizes)} faces, face {int(np.argmax(label > 0))} is in the "
                     "second one", "give one closed surface" if self._closed else "give one of them")
 
     def characteristic(self, twin: NDArray[np.int32]) -> NoReturn:
-        """Pinched vertices, else handles."""
+        """Refuse pinched vertices, or else handles."""
         m = len(self.f)
         self.pinched(pinched_vertices(np.roll(self.f, -1, axis=1).ravel(), np.arange(3 * m), twin))
         genus = (2 - (self.n - 3 * m // 2 + m)) // 2
@@ -94,13 +94,13 @@ class Refusal:
                     "cut and fill the handles")
 
     def pinched(self, bad: IntArray) -> None:
-        """Vertices with several fans of faces, if there are any."""
+        """Refuse vertices with several fans of faces, if there are any."""
         if len(bad):
             self.refuse(f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
                         f"{examples(bad)}", "give each sheet a vertex of its own")
 
     def _open(self, edges: IntArray) -> NoReturn:
-        """Edges with one face: holes, or seams whose two sides have vertices at the same places."""
+        """Refuse edges with one face: holes, or seams whose two sides have vertices at the same places."""
         work, _, near = self._cleaned
         if near:
             self.refuse(f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}, whose vertices nearly "

@@ -27,7 +27,7 @@ def timed() -> Iterator[None]:
 
 
 def counted(name: str, items: Sequence[T]) -> Iterator[T]:
-    """The items of a loop that takes long one after another; each end is logged, with the number of those done.
+    """Yield the items of a long loop, and log after each how many are done.
 
     >>> list(counted("steps", "ab"))
     ['a', 'b']

@@ -32,7 +32,7 @@ class Component:
 
 @dataclass(frozen=True)
 class Topology:
-    """What triangles are before they are a surface.
+    """The components and the faults of any triangles.
 
     Attributes
     ----------

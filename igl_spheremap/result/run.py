@@ -282,8 +282,8 @@ class Run:
 class History:
     """Listener that keeps the numbers of every iterate, and passes the iterate on to the next listener.
 
-    It is made when a public call begins; `complete` adds what is known when the call ends, and what a run before had
-    that this one goes on from.
+    It is made when a public call begins. When the call ends, `complete` adds what is known then. If the call continues
+    an earlier run, the history and the times of that run come first.
     """
 
     def __init__(self, listener: Listener | None = None, before: Run | None = None) -> None:

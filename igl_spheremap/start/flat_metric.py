@@ -76,7 +76,7 @@ def lay_out(metric: FlatMetric) -> ComplexArray:
 
     Found as the least-squares conformal map of the flat metric, which is an isometry up to scale: one solve places all
     vertices, no error travels along a chain of faces, and a broken face, which has no weight, spoils its surroundings
-    only. The vertex that was taken out lies at infinity. MapError if broken faces leave parts that nothing holds.
+    only. The vertex that was taken out lies at infinity. MapError if broken faces cut parts off from the rest.
 
     Levy, Petitjean, Ray, Maillot 2002, *Least squares conformal maps*: Dirichlet energy minus area.
     """
@@ -99,7 +99,7 @@ def lay_out(metric: FlatMetric) -> ComplexArray:
     except FactorisationFailed:
         raise MapError(
             f"the flat metric can't be laid out: {len(metric.broken)} broken faces, e.g. "
-            f"{metric.broken[:3].tolist()}, leave parts that nothing holds; remesh there, or take the "
+            f"{metric.broken[:3].tolist()}, cut parts off from the rest; remesh there, or take the "
             "Laplace-Beltrami map"
         ) from None
     return np.asarray(np.where(np.arange(n) == metric.vertex, np.inf, z[:n] + 1j * z[n:]))

@@ -74,7 +74,7 @@ class _Wheels:
         self.inner = self.free[self.corners]  # corner, face
 
     def missing(self, a: FloatArray) -> FloatArray:
-        """What the sums and the logarithms of the products lack, (2, n)."""
+        """By how much angle sums, and sums of logarithms of sines, miss what closes, (2, n)."""
         sines = np.log(np.sin(a))
         sums = self.system.gathered(np.stack((a, sines[[1, 2, 0]] - sines[[2, 0, 1]])))
         return np.where(self.free, np.array([[2 * np.pi], [0.0]]) - sums, 0.0)

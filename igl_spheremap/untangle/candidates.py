@@ -42,7 +42,7 @@ _GAUGES, _FIRST = 60, 0.4
 
 
 def unfolded_first(mesh: Mesh, maps: Iterable[FloatArray]) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Maps in the gauge that folds least, and what small moves make of them.
+    """Yield each map in the Moebius gauge that folds fewest faces, with what small moves make of it.
 
     Those that small moves do not free of foldings come last, the least bad first: embedding spoils many of them.
     """
@@ -61,7 +61,10 @@ def unfolded_first(mesh: Mesh, maps: Iterable[FloatArray]) -> Iterator[tuple[Flo
 
 
 def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int) -> Iterator[FloatArray]:
-    """A layout, and others by the mesh's own angles around `holes` faces; none of limbs too deep for Moebius maps."""
+    """Yield the map of a layout, then those of layouts around up to `holes` other faces, by the mesh's own angles.
+
+    Layouts with limbs that are too deep for Moebius maps are left out.
+    """
     if placed is not None:
         yield onto_sphere(placed, placed.points)
     source = proper_angles(mesh.angles)
@@ -76,23 +79,26 @@ def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int)
 
 
 class Badness:
-    """Mean angle difference of maps of a mesh in degrees, by a sample of the faces, and what their foldings count."""
+    """Measures how bad maps of a mesh are: their mean angle difference and their foldings, in degrees."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.f, self.sample = mesh.f, mesh.f[spread(len(mesh.f), _SAMPLE)]
         self.source = corner_angles(mesh.unit, self.sample)
 
     def __call__(self, x: FloatArray) -> float:
-        """Badness of a map, by floating-point signs: a percent of folded faces counts as .3 degrees."""
+        """Mean angle difference of a sample of faces, plus .3 degrees for each percent of faces that fold."""
         return mean_difference(self.source, x, self.sample) + _FOLDED * self.folded(x)
 
     def folded(self, x: FloatArray) -> float:
-        """Share of the faces that fold; all, unless the degree is 1: it is 0 if one face, folded, holds all others."""
+        """Share of the faces that fold; 1 where the degree is not 1.
+
+        A map of degree 0 may fold a single face, within whose image all others lie.
+        """
         return float((by_blocks(signed_volumes, x, self.f) <= 0).mean()) if covers_once(x, self.f) else 1.0
 
 
 def least_folded(x: FloatArray, badness: Badness) -> FloatArray:
-    """The least bad Moebius map of a map that folds; itself if that does not fold fewer faces."""
+    """The Moebius image of a map with the least badness; the map itself if that image folds no fewer faces."""
     from scipy.optimize import minimize  # takes .2 s, which maps without foldings don't need
 
     def moved(b: FloatArray) -> FloatArray:

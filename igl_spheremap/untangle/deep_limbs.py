@@ -195,7 +195,7 @@ def floors(dtype: type[np.floating]) -> list[float]:
 
 
 def normal_range(floor: float) -> float:
-    """Nepers from the tips at ends of axes within which coordinates hold edges above a floor as normal numbers."""
+    """Nepers from an end of an axis within which float64 holds edges at a floor as normal numbers."""
     return float(-np.log(np.finfo(float).tiny)) - floor
 
 
@@ -211,10 +211,10 @@ def shorten_limbs(placed: Placed, source: FloatArray, floor: float) -> Shortened
 
 
 def suits_shortening(placed: Placed, source: FloatArray, floor: float) -> bool:
-    """Whether the deepest limb is predicted to lose no angles as it is shortened, or none is beyond the floor.
+    """Whether shortening the deepest limb is predicted to cost no angles, or no limb is deeper than the floor.
 
-    So it is on a mesh that is too coarse for its depth: a ring of few vertices can't shrink from one to the next as a
-    smooth map does.
+    It costs none on a mesh that is too coarse for its depth: there rings of few vertices can't shrink from one to the
+    next as a smooth map does.
     """
     found = tips_beyond(placed.depth, placed.f, floor, placed.finer)
     of_deepest = {max((each.tip for each in found if each.meets < 0), key=lambda tip: placed.depth[tip], default=-1)}
@@ -263,7 +263,7 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
 
 
 def _limbs(found: list[Branch], placed: Placed) -> list[Limb]:
-    """Discs about tips, each with its branches; in the list are those that are no branch of another."""
+    """Make a limb of the disc about each tip, and list those that are no branch of another."""
     inwards = placed.depth + placed.finer
     width = max(1.0, _NARROWEST * float(inwards[np.isfinite(inwards)].max()))
     apart: list[tuple[int, Limb]] = []  # what each meets, and the limb
@@ -279,13 +279,13 @@ def _limbs(found: list[Branch], placed: Placed) -> list[Limb]:
 
 
 def _table(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Table:
-    """The table of a limb, after those of its branches."""
+    """Solve the tables of the branches of a limb, then its own."""
     branches = [_table(branch, placed, source, floor) for branch in limb.branches]
     return Table.of(_costs(limb, placed, source, floor), branches, limb.branches_at)
 
 
 def _costs(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Costs:
-    """What shortening costs in each bin.
+    """Measure what shortening costs in each bin.
 
     A gain is of use, in general. At an end of an axis float64 holds normal numbers of any size, so that only what lifts
     a vertex to normal numbers is.

@@ -10,8 +10,8 @@ from ..errors import check_number, check_whole
 #: parts of 430 to 2,100 vertices of the set tune end 1 percent higher (`python -m benchmarks versions . FOLDER/tune
 #: --set untangle.effort._TOGETHER=2000`).
 _TOGETHER = 3000
-#: Vertices at which the price of steps has grown by half of what it grows by, as factors grow faster than the mesh.
-#: With 8,000 forty parts of the set tune end .2 percent lower, for more time.
+#: Vertices at which the price of steps is halfway from its least to its largest. It rises with the mesh, as factors
+#: take more than proportional time. With 8,000 forty parts of the set tune end .2 percent lower, for more time.
 _MIDDLING = 3000
 #: The price grows by this many times the least gain: to 11 percent at 20,000 vertices, where steps take 2 to 4 times
 #: the time of the map. With 4, the 47 parts of 700 vertices and more in the set tune end .2 percent higher, in .95 of

@@ -217,7 +217,7 @@ def lengths_and_directions(f: IntArray, angles: FloatArray, hole: int) -> tuple[
 
 
 def centred(mesh: Mesh, layout: Layout) -> Placed:
-    """Lay out about the deepest vertex; inverse stereographic projection centres the area."""
+    """Place a layout so that inverse stereographic projection centres the area of the source."""
     area, log = mesh.A, layout.about(int(np.argmin(layout.log_edge)))
     unit = weighted_quantile(log.real, area)
     log -= unit

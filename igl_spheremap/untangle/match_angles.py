@@ -52,7 +52,7 @@ _SAMPLE = 500
 
 @phase("polish")
 def polish_map(mesh: Mesh, x: FloatArray, systems: int, price: float) -> FloatArray:
-    """Lower the angle differences of a map that is certified free of foldings, where it is, by rounds of steps.
+    """Lower the angle differences of a certified map by rounds of steps; its centroid stays.
 
     A round of up to `systems` systems has to gain the share `price`.
     """
@@ -130,7 +130,7 @@ def is_worth_steps(mesh: Mesh, x: FloatArray, price: float, harmonic: bool = Fal
 
 
 class AngleProblem:
-    """Given corner angles, which a map free of foldings is to come near.
+    """To bring the corner angles of a map near to given ones, without foldings.
 
     Parameters
     ----------

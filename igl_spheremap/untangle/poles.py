@@ -20,7 +20,7 @@ from .layout import Placed, about_images, onto_sphere
 
 
 def placements(placed: Placed, source: FloatArray, centred: bool) -> Iterator[tuple[FloatArray, float, str]]:
-    """Maps to try one after the other, their limbs shortened ever more, with stretch and gauge."""
+    """Yield maps to try in turn, with stretch and gauge; each has its limbs shortened more than the last."""
     deepest, *shallower = floors(np.float64)
     gauge = "centred"
     if not (centred or suits_shortening(placed, source, deepest)):
@@ -70,7 +70,7 @@ def _away_from_infinity(ends: FloatArray) -> FloatArray:
 
 
 def _completed(t: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Three points and their images, given one to three: of one by a rotation, of two by the least boost."""
+    """Complete one to three points and their images to three: one by a rotation, two by the least boost."""
     if len(t) == 1:
         t, ends = np.vstack((t, -t)), np.vstack((ends, -ends))
     if len(t) == 2:

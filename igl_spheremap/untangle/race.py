@@ -18,7 +18,7 @@ from ..mesh.arrays import HALF_DIGITS, FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A certified map, its mean angle difference in degrees, and how its limbs are held (`Run`).
+    """A certified map, its mean angle difference in degrees, and the stretch and gauge of its limbs, see `Run`.
 
     Further steps are predicted to lower the mean by the share `further`; infinite where nothing predicts it.
     """
@@ -33,8 +33,9 @@ class Candidate:
 def race(field: Sequence[Candidate], steps: Callable[[Candidate], Candidate], price: float) -> Candidate:
     """The best of several candidates, after rounds of steps that make none worse.
 
-    Only the better half takes each round, and of it those that are predicted to gain more than the share `price`: by
-    their steps, or by a round of theirs, as the next one gains less. Rounds end when the last candidate is not.
+    Each round keeps the better half. Of these, candidates take steps that are predicted to gain more than the share
+    `price`. The prediction is that of their last steps, but at most what their last round gained. Rounds end when one
+    candidate is left, and it is predicted to gain no more.
     """
     while len(field) > 1 or field[0].further > price:
         field = sorted(field, key=attrgetter("mean"))[:max(1, len(field) // 2)]

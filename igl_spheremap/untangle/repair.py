@@ -129,7 +129,7 @@ class _Repair:
                     yield from self._shallow(placed)
 
     def _shortened(self, placed: Placed) -> Iterator[Candidate]:
-        """A body with limbs as deep as float64 holds; where embedding spoils that, with limbs that are less deep."""
+        """Yield the body with limbs as deep as float64 holds; if embedding spoils its angles, with shorter limbs."""
         spoilt = []
         for y, stretch, gauge in placements(placed, self.mesh.angles, self.centred):
             start = self.record("angles", y, stretch, gauge) or self.embedded(y, None, stretch, gauge)
@@ -140,7 +140,7 @@ class _Repair:
         yield from sorted(spoilt, key=attrgetter("mean"))
 
     def _shallow(self, placed: Placed | None) -> Iterator[Candidate]:
-        """A layout, those around other holes, and a map that mostly folds."""
+        """Yield a layout, layouts around other holes, and last the map itself if most of it folds."""
         maps = layouts(self.mesh, placed, self._system, self.plan.holes)
         itself = [self.x] if self.plan.embeds and not self.plan.itself else []
         for y, after in unfolded_first(self.mesh, chain(maps, itself)):
