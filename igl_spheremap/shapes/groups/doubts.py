@@ -61,9 +61,9 @@ def _beyond(value: float | FloatArray, values: FloatArray) -> bool:
     return bool(value - np.median(values) > _BEYOND * max(deviation, _USUAL))
 
 
-def group_doubts(changes: Sequence[float], laid: Sequence[Laid], scores: FloatArray) -> Iterator[str]:
-    """What is to be doubted of the mean, in sentences."""
-    if changes[-1] > _MOVED:
+def group_doubts(changes: Sequence[float], settled: bool, laid: Sequence[Laid], scores: FloatArray) -> Iterator[str]:
+    """What is to be doubted of the mean, in sentences; of one that settled not how far it moved."""
+    if changes[-1] > _MOVED and not settled:
         yield (f"the mean still moved by {100 * changes[-1]:.2g} percent of its radius in round {len(changes)}, the "
                "last: points still slide; look at the farthest members, or give a finer mesh")
     if symmetric(laid):

@@ -63,6 +63,8 @@ class FixedPoint(NamedTuple):
         Their mean.
     changes : tuple of float
         How far it moved in each round, as a share of its root mean square radius.
+    settled : bool
+        Whether that is less, in the last one, than the mesh's faces are from the sphere.
     left_out : dict of int to str
         Numbers of members that lie too far off, and why.
     """
@@ -70,6 +72,7 @@ class FixedPoint(NamedTuple):
     members: list[int]
     mean: FloatArray
     changes: tuple[float, ...]
+    settled: bool
     left_out: dict[int, str]
 
 
@@ -80,23 +83,24 @@ def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x
     All turn with the first template. Other rotations are tried where the mean stays, or will not, until nobody turns.
     Members that lie too far off are left out, and it goes on with the others.
     """
-    settled = 1 - float(row_lengths(x[f].mean(axis=1)).min())  # how far the mesh's faces are from the sphere
+    finest = 1 - float(row_lengths(x[f].mean(axis=1)).min())  # how far the mesh's faces are from the sphere
     before, target = first, certified(check_mesh(first, f), x)
     changes, left_out = list[float](), dict[int, str]()
     searches, searched, began = 0, False, 0
     for step in count(1):
         found = register(members, target, search := not searched and step > 1 and (
-            changes[-1] < settled or step - began > _PATIENCE))
+            changes[-1] < finest or step - began > _PATIENCE))
         members, aligned = found.members, generalised_procrustes(found.shapes, found.areas, rigid)
         changes.append(_change(before, aligned.mean, found.areas))
         if search:
             searches += 1
             searched = not found.turned or searches == _SEARCHES
             began = step if found.turned else began
-        if searched and (changes[-1] < settled or step - began >= _ROUNDS):
+        settled = changes[-1] < finest
+        if searched and (settled or step - began >= _ROUNDS):
             far = _far(found, aligned, farthest)
             if not far:
-                return FixedPoint(found.members, aligned.mean, tuple(changes), left_out)
+                return FixedPoint(found.members, aligned.mean, tuple(changes), settled, left_out)
             left_out |= far
             members, began = [k for k in found.members if k not in far], step
             kept = [k not in far for k in found.members]

@@ -59,8 +59,8 @@ def write_group_page(path: str | os.PathLike[str], group: Group, command: str = 
              '<div class="plots">',
              *(histogram(name, name, np.array([getattr(member, name) for member in group.members]),
                          np.inf, "", "members") for name in FIGURES), "</div>",
-             "<p>What was left out, then the farthest from the mean first. Marked are members that may lie wrong. "
-             "Click a bar to see its members, a picture to see all of one. <code>template "
+             "<p>What was left out, then members that may lie wrong, which are marked, then the farthest from the mean "
+             "first. Click a bar to see its members, a picture to see all of one. <code>template "
              "--ratings</code> reads the ratings that are saved.</p>",
              card_sheet(_cards(Path(path), group, ramp, turn), figures, [ramp])]
     with replacing(path, force=True) as partial:
@@ -75,8 +75,8 @@ def _cards(path: Path, group: Group, ramp: Ramp, turn: FloatArray) -> list[Card]
                   f"left out: {reason}", "", shlex.join(("igl-spheremap", "view", name)), good=False)
              for k, (name, reason) in enumerate(group.left_out.items())]
     shorts = file_names([member.name for member in group.members])
-    order = np.argsort([-member.distance for member in group.members], kind="stable")
-    for k in counted("pictures", order.tolist()):
+    order = sorted(range(len(shorts)), key=lambda k: (not group.members[k].doubts, -group.members[k].distance))
+    for k in counted("pictures", order):
         member, shape = group.members[k], group.shapes[k]
         off = np.linalg.norm(shape - group.vertices, axis=1)
         picture = both_sides([shape], group.faces, _by_face(ramp, off, group.faces), turn.T, _SIZE)

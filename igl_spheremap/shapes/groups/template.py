@@ -232,5 +232,5 @@ class _People:
             mean, self._f, self._x, np.array(shapes) if keep else shapes, found.modes, found.variances,
             found.scores[order], tuple(rows[k] for k in order), areas, np.sqrt(variance),
             np.stack([read_arrays(files[k])["features"] for k in order]), left_out, fixed.changes, rigid, balance,
-            notes=tuple(group_doubts(fixed.changes, laid, found.scores)),
+            notes=tuple(group_doubts(fixed.changes, fixed.settled, laid, found.scores)),
         )  # fmt: skip

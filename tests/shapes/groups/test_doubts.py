@@ -103,7 +103,7 @@ def test_what_is_doubted_of_a_drift():
 
 def test_what_is_doubted_of_a_mean():
     calm, kinds = (np.array([row]).T for row in ([-1, -0.2, 0.4, 0.1, 0.7, -0.5], [1.0, 1.1, 0.9, -1, -1, -1]))
-    assert not [*group_doubts([0.1, 0.001], [NOTHING] * 6, calm)]
-    assert "moved by 4 percent" in next(group_doubts([0.1, 0.04], [NOTHING] * 6, calm))
-    assert "symmetric" in next(group_doubts([0.001], [NOTHING._replace(rival=1.05)] * 6, calm))
-    assert "into 3 and 3" in next(group_doubts([0.001], [NOTHING] * 6, kinds))
+    assert not [*group_doubts([0.1, 0.001], True, [NOTHING] * 6, calm)]
+    assert "moved by 4 percent" in next(group_doubts([0.1, 0.04], False, [NOTHING] * 6, calm))
+    assert "symmetric" in next(group_doubts([0.001], True, [NOTHING._replace(rival=1.05)] * 6, calm))
+    assert "into 3 and 3" in next(group_doubts([0.001], True, [NOTHING] * 6, kinds))
