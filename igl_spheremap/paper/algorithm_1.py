@@ -8,13 +8,11 @@ from itertools import chain, count
 
 import numpy as np
 
-from ..descent.line_search import NonmonotoneSearch
 from ..descent.minimize import Minimum, minimize
 from ..descent.problem import Problem
 from ..mesh.arrays import FloatArray
 from ..result.run import Iterate, Round
 from ..sphere.cayley import cayley_step
-from .program import TRIALS, small_changes
 from .safeguards import AsPrinted
 from .settings import Quotients
 from .setup import Setup
@@ -25,14 +23,14 @@ def algorithm_1(setup: Setup, start: Iterate) -> tuple[Minimum, Round]:
 
     The listener sees the start, and every iterate after it.
     """
-    options, by_program = setup.options, setup.options.rules == "program"
-    solver = CayleyBB(options.rho, options.delta, options.xi, options.tau, options.bb, takes_last=by_program)
+    options = setup.options
+    solver = CayleyBB(options.rho, options.delta, options.xi, options.tau, options.bb)
     minimum = minimize(
         chain([start], solver.iterates(setup.problem, start.x, setup.beside)),
         tolerance=options.gradient_tolerance,
         max_iterations=options.max_iterations,
         plateau=options.plateau,
-        settled=small_changes() if by_program else None,
+        settled=setup.beside.settled,
         listener=setup.listener,
         round=start.round,
     )
@@ -52,8 +50,6 @@ class CayleyBB:
     #: First step tried at the start, the source having unit area; the paper suggests 1.
     tau: float = 1.0
     bb: Quotients = "tau_1 first"
-    #: Whether a search ends with its fifth trial, which is taken.
-    takes_last: bool = False
 
     def iterates(self, problem: Problem, F: FloatArray, beside: AsPrinted) -> Iterator[Iterate]:
         """Yield the start and every iterate after it; end where no step is acceptable.
@@ -62,9 +58,7 @@ class CayleyBB:
         """
         F = beside.start(F)
         E, AF = problem.evaluate(F)
-        search = NonmonotoneSearch(E, self.rho, self.delta, self.xi)  # Algorithm 1, step 1
-        if self.takes_last:
-            search.trials, search.takes_last = TRIALS, True
+        search = beside.search(E, self.rho, self.delta, self.xi)  # Algorithm 1, step 1
         tau, taken = self.tau, 0.0
         for k in count():  # Algorithm 1, step 6
             yield Iterate("harmonic", 0, k, F, E, problem.residual(AF), taken, safeguards=beside.acted())

@@ -6,9 +6,11 @@ from collections import Counter
 
 import numpy as np
 
+from ..descent.line_search import NonmonotoneSearch
 from ..descent.problem import Problem
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
+from ..result.run import Iterate
 from ..untangle.local_repair import has_few_foldings, repair_locally
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces
@@ -40,12 +42,20 @@ class AsPrinted:
         """The map that Algorithm 1 starts from."""
         return x
 
+    def search(self, energy: float, rho: float, delta: float, xi: float) -> NonmonotoneSearch:
+        """The search of step 3, from the energy of the start."""
+        return NonmonotoneSearch(energy, rho, delta, xi)
+
     def trial(self, y: FloatArray) -> FloatArray | None:
         """The map that the search tries; None refuses it."""
         return y
 
+    def settled(self, last: Iterate) -> bool:
+        """Whether the run ends here, though its gradient is above the tolerance of step 2."""
+        return False
+
     def step(self, tau: float, taken: float) -> float:
-        """The quotient of eq. (12), or the step taken before where that is 0, infinite or 0/0."""
+        """The quotient of eq. (12), or the step taken before where the quotient is 0, infinite or 0/0."""
         if 0 < tau < np.inf:
             return tau
         self._count("undefined")
@@ -58,13 +68,15 @@ def nonzero(**counts: int) -> dict[str, int] | None:
 
 
 class Safeguards(AsPrinted):
-    """Moebius maps are held fixed, and no step adds foldings to a star map, or to a start without any.
+    """Keep the map from collapsing, and from folding anew.
 
-    The discrete energy falls for ever where a Moebius map crowds the mesh into a point, so the map is centred at the
-    start and when it has drifted, if the problem says so (`Problem.gauge`). Limbs, whose image is tiny, fold for next
-    to no energy, though "the minimization must be confined to the set of diffeomorphisms" (section 1). So a step after
-    which more faces fold than at the start is refused, unless the map `may_fold`. The first start is free, if it folds:
-    half of a Gauss map does, and finds its way through more foldings. A start of which few faces fold is repaired.
+    Moebius maps that crowd the mesh into a point bring the discrete energy down to 0. So the map is centred at the
+    start and where it has drifted, if the problem says so (`Problem.gauge`).
+
+    Limbs, whose images are tiny, fold for next to no energy, though "the minimization must be confined to the set of
+    diffeomorphisms" (section 1). So, unless the map `may_fold`, a start of which few faces fold is repaired, and a step
+    after which more faces fold than at the start is refused. The first start is exempt if it still folds: of a Gauss
+    map half of the faces do, and more of them may on the way to a minimum.
     """
 
     def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:

@@ -29,8 +29,8 @@ class Lai2014(Method):
     ----------
     gradient_tolerance : float, default 1e-3
         Each minimisation ends when the L2 norm of the tangential gradient A F, eq. (9), is at most this, the source
-        having unit area. The Gauss map starts between 1e2 and 1e4. Somewhere below 1e-2, on scanned surfaces between
-        1e-3 and 1e-6, the rounding of the energy hides all progress.
+        having unit area. The Gauss map starts between 1e2 and 1e4. On scanned surfaces the rounding of the energy ends
+        all progress somewhere between 1e-3 and 1e-6.
     max_iterations : int, default 5000
         Maximum number of iterations of each minimisation, one in each round.
     plateau : float, default 5e-7
@@ -62,8 +62,8 @@ class Lai2014(Method):
     rules : {"paper", "program"}, default "paper"
         "program" follows the authors' program where the paper says nothing or something else: the fifth trial of a
         search is taken; a quotient of eq. (12) without a value gives way to `tau`, others are kept between 1e-20 and
-        1e20; and a run has converged, too, when map and energy hardly change (`as_programmed`). There are no safeguards
-        then.
+        1e20; and a run has converged, too, when map and energy hardly change (`as_programmed`). It has no safeguards,
+        and goes with ``may_fold=True, gauge="free"`` only.
     may_fold : bool, default False
         Take steps that fold faces, too. By default no step adds foldings to a star map or to a start without any, and
         a start that folds in at most 1 percent of its faces is repaired first.
@@ -75,7 +75,8 @@ class Lai2014(Method):
     Raises
     ------
     ValueError
-        If a choice is unknown, a number negative or NaN, or `rho`, `delta` or `xi` not from 0 to 1.
+        If a choice is unknown, a number negative or NaN, `rho`, `delta` or `xi` not from 0 to 1, or if safeguards are
+        asked for with the rules of the program.
     TypeError
         If a value is not a number, a count not whole, or a switch not True or False.
     MapError
@@ -197,7 +198,10 @@ class Lai2014(Method):
         return cls.as_printed(**programmed | options)
 
     def __post_init__(self) -> None:
-        """Refuse search parameters that Algorithm 1 excludes, too."""
+        """Refuse search parameters that Algorithm 1 excludes, and safeguards that the program lacks, too."""
         super().__post_init__()
         for name in ("rho", "delta", "xi"):
             check_number(getattr(self, name), name, most=1)
+        if self.rules == "program" and (not self.may_fold or self.gauge != "free"):
+            raise ValueError("the rules of the program have no safeguards; give may_fold=True and gauge='free' with "
+                             "rules='program', as Lai2014.as_programmed() does")
