@@ -9,6 +9,7 @@ import numpy as np
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
+from ...sphere.moebius import best_rotation
 from ...untangle.local_repair import unfolded
 from ..correspondence.registration import DepthRegistration, Turn, reflected
 from ..harmonics.rotation import rotation_angle
@@ -35,7 +36,8 @@ class Laid(NamedTuple):
     angle : float
         Degrees from the rotation that was taken to that one.
     mirrored : float
-        Distance of the mirror image's registration, over that of the one that was taken.
+        Distance of the mirror image's registration, over that of the one that was taken; infinite if the mirror image
+        does not come nearer by a rotation alone.
     """
 
     sphere: FloatArray
@@ -82,6 +84,8 @@ def searched(source: SphereMap, target: SphereMap, before: FloatArray) -> Laid:
     if others:
         rival = outlooks[others[0]] / outlooks[best]
         angle = rotation_angle(turns[others[0]].rotation @ turns[best].rotation.T)
-    mirror = DepthRegistration(reflected(source), target)
-    mirrored = mirror.distance(mirror.run(mirror.turned(mirror.turns()[0].rotation)))
-    return Laid(y, problem.correlation(y), best > 0, rival, angle, mirrored / problem.distance(y))
+    mirror, mirrored = DepthRegistration(reflected(source), target), np.inf
+    nearest = mirror.turns()[0]
+    if nearest.distance < problem.apart(best_rotation(source.sphere, y, source.mesh.A).T):
+        mirrored = mirror.distance(mirror.run(mirror.turned(nearest.rotation))) / problem.distance(y)
+    return Laid(y, problem.correlation(y), best > 0, rival, angle, mirrored)
