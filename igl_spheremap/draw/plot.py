@@ -48,30 +48,21 @@ def _png(figure: Any) -> bytes:
 
 def plot_angles(ax: Any, differences: FloatArray) -> None:
     """Histogram of angle differences; the outermost half percent are in bars of their own."""
-    size = np.abs(differences)
-    _histogram(ax, differences.ravel(), "of the corners")
     ax.set_xlabel("image minus source, degrees", fontsize=SMALL)
-    ax.set_title(
-        f"angle differences: mean size {size.mean():.3g}°,\n"
-        f"99% below {np.percentile(size, 99):.3g}°, largest {size.max():.3g}°",
-        fontsize=SMALL,
-    )
+    _histogram(ax, differences.ravel(), "of the corners", "angle differences: mean size", "°")
 
 
 def plot_areas(ax: Any, ratios: FloatArray) -> None:
     """Histogram of logarithms of area ratios; the outermost half percent are in bars of their own."""
-    finite = np.abs(ratios[np.isfinite(ratios)])
-    _histogram(ax, ratios[~np.isnan(ratios)], "of the faces")
     ax.set_xlabel("ln(image area / source area)", fontsize=SMALL)
-    ax.set_title(
-        f"areas: mean size of the logarithm {finite.mean():.3g},\n"
-        f"99% below {np.percentile(finite, 99):.3g}, largest {finite.max():.3g}",
-        fontsize=SMALL,
-    )
+    _histogram(ax, ratios[~np.isnan(ratios)], "of the faces", "areas: mean size of the logarithm", "")
 
 
-def _histogram(ax: Any, values: FloatArray, of: str) -> None:
+def _histogram(ax: Any, values: FloatArray, of: str, name: str, unit: str) -> None:
     """Shares of values on an axis, and of those beyond its ends in bars of their own, which say how many that are."""
+    size = np.abs(values[np.isfinite(values)])
+    ax.set_title(f"{name} {size.mean():.3g}{unit},\n99% below {np.percentile(size, 99):.3g}{unit}, "
+                 f"largest {size.max():.3g}{unit}", fontsize=SMALL)  # fmt: skip
     ends = (_BEYOND / 2, 100 - _BEYOND / 2)
     low, high = np.percentile(values[np.isfinite(values)], ends)
     if low == high:
