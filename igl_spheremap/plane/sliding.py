@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import islice
 
 import numpy as np
 
@@ -15,14 +14,13 @@ from ..balance.flat_faces import FlatFaces
 from ..errors import FactorisationFailed, FoldingsRemain
 from ..mesh.arrays import FloatArray
 from ..mesh.disk import Disk
-from ..newton.loop import LineSearch, newton
 from ..newton.system import VertexSystem
 from ..result.run import Listener, Run, Status
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .doubling import centred, double_map
 from .plane_map import in_space, upright
-from .problem import RADIUS, CircleProblem, ConformalEnergy
+from .problem import RADIUS, CircleProblem
 from .tutte import by_harmonic_measure, by_lengths, evenly, tutte_map
 
 #: Weights of the areas at balance 1, after steps with .97. Those leave areas 7 percent off (median of 24 disks), these
@@ -31,9 +29,6 @@ _EVEN_WEIGHTS = (0.99, 0.997)
 #: Exponent k of the conformal energy: slivers may spoil the angles of single faces. With .9, as balanced maps have it,
 #: the means of angle differences of 53 disks whose doubles fold are 4 percent larger (benchmarks/tried.md has others).
 _POWER = 0.5
-#: The boundary slides far where it is jagged: after 5 steps the mean angle difference of two of 50 disks is still twice
-#: as large as after 30, from which on none changes.
-_QUADRATIC_STEPS = 30
 
 
 def conformal_disk(disk: Disk, listener: Listener) -> tuple[FloatArray, Certificate, Run]:
@@ -98,7 +93,7 @@ def slid_map(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
             if run.status is Status.STOPPED:
                 return (q if _is_free(disk, q) else p), run
             # Steps keep faces positive, but not the order of boundary vertices that all but coincide.
-            found += [(x, run) for x in (p, q, _by_quadratic_energy(disk, source, q, system)) if _is_free(disk, x)]
+            found += [(x, run) for x in (p, q) if _is_free(disk, x)]
     if not found:
         return p, Run(Status.STALLED, float("nan"))
     return min(found, key=lambda each: mean_angle_difference(disk, in_space(each[0])))
@@ -107,15 +102,6 @@ def slid_map(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
 def _is_free(disk: Disk, p: FloatArray) -> bool:
     """Whether a map is certified free of foldings, as it would be returned."""
     return _presentable(disk, p)[1].folding_free
-
-
-def _by_quadratic_energy(disk: Disk, source: FlatFaces, p: FloatArray, system: VertexSystem) -> FloatArray:
-    """The map that steps of the quadratic energy lead to."""
-    x = RADIUS * p
-    steps = newton(CircleProblem(ConformalEnergy(source, x), disk), LineSearch(system), x)
-    for trial in islice(steps, _QUADRATIC_STEPS):
-        x = trial.x
-    return x / RADIUS
 
 
 def _starts(disk: Disk, found: list[tuple[FloatArray, Run]]) -> Iterator[FloatArray]:
