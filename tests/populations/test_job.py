@@ -21,7 +21,7 @@ TASKS = [MAPPING, ShapeExpansion(MAPPING, 15, 10, **HERE), SphereRegistration(re
 #: Another value of each field.
 OTHER = {"force": True, "folder": "/there", "say": Shell({}), "version": "0", "method": Lai2014(), "balance": 0.25,
          "repair": {"weld": 1e-9}, "mapping": replace(MAPPING, balance=0.75), "degree": 16, "subdivision": 11,
-         "reflect": True, "icosphere": "ico:5"}
+         "reflect": True, "icosphere": "ico:5", "search": True}
 JOB = MapJob("a.npz", "b.npz", features=("c.npz:thickness",))
 
 
