@@ -55,7 +55,7 @@ class Remedy:
 
 
 def as_call(remedy: Remedy) -> str:
-    """A remedy as Python has it; an option without a value, which the reader is to choose, by its name."""
+    """Say a remedy as a call in Python; an option whose value the reader chooses is said by its name alone."""
     options = [name if value is None else f"{name}={value!r}" for name, value in remedy.options.items()]
     return f"{remedy.function}({', '.join((remedy.given, *options))})" if remedy.function else ", ".join(options)
 
@@ -65,13 +65,13 @@ _SAY: ContextVar[Say] = ContextVar("how messages say remedies", default=as_call)
 
 
 def said_here() -> Say:
-    """How messages say remedies here."""
+    """The function by which messages say remedies in this context."""
     return _SAY.get()
 
 
 @contextmanager
 def said_by(say: Say) -> Iterator[None]:
-    """Inside, messages say remedies so. Each front end has one function for it; that of Python is the default."""
+    """Let messages say remedies by a function; each front end has one, and that of Python is the default."""
     token = _SAY.set(say)
     try:
         yield

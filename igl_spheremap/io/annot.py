@@ -17,7 +17,7 @@ _VERSION = -2  # where each entry of the table has its place before it; older ta
 
 
 class _Numbers:
-    """Big-endian numbers and texts, one after another; no more is taken than the file holds."""
+    """Read big-endian numbers and texts one after another, and refuse a file that ends too early."""
 
     def __init__(self, data: bytes) -> None:
         self._data, self._at = data, 0
@@ -51,7 +51,7 @@ def read_scalars(path: Path) -> dict[str, IntArray]:
 
 
 def read_table(path: Path) -> tuple[Label, ...]:
-    """The table of labels; keys are places in it."""
+    """Read the table of labels, whose keys are their places in it."""
     return _read(path)[1]
 
 

@@ -38,7 +38,7 @@ _COMPLEX = 1 << 11
 
 
 def _by_place(table: NDArray[Any]) -> dict[str, NDArray[Any]]:
-    """The columns of an array without names, by their places; a single row is a column."""
+    """Name the columns of an array by their places; take a single row for a column."""
     columns = table.reshape(-1, 1) if table.ndim < 2 or len(table) == 1 else table
     if table.ndim > 2 or columns.shape[1] > len(columns):
         raise MeshError(f"it holds an array of {' x '.join(map(str, table.shape))}; give one row a vertex")
@@ -159,7 +159,7 @@ def read_mat(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _elements(data: bytes, order: str) -> Iterator[tuple[int, bytes]]:
-    """Types and contents of the elements of a MAT-file; those up to four bytes have a tag of four."""
+    """Yield type and content of each element of a MAT-file; short contents lie within the eight bytes of the tag."""
     at = 0
     while at < len(data):
         check_complete(at + 8 <= len(data), f"{len(data) - at} bytes", "8")

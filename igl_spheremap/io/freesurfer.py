@@ -65,6 +65,6 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
 
 
 def _check_whole(path: Path, size: int) -> None:
-    """numpy.ndarray.tofile, which nibabel writes by, reports no full disk where its buffer took the last rows."""
+    """Raise an OSError if the file is too short: numpy.tofile, by which nibabel writes, does not report a full disk."""
     if path.stat().st_size < size:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

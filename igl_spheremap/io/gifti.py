@@ -71,7 +71,7 @@ def _load(path: Path) -> Any:
 
 
 def _check_blocks(content: bytes, stored: int) -> None:
-    """nibabel expands each block of data, and counts its dimensions, to whatever they come to."""
+    """Refuse blocks of data that expand too far, and too many dimensions, neither of which nibabel limits."""
     expanded = 0
     for element in ElementTree.fromstring(content).iter():
         if len(element.get("Dimensionality", "1")) > 1:

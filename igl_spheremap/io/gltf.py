@@ -91,7 +91,7 @@ def _fill(tree: dict[str, Any], accessor: dict[str, Any]) -> None:
 
 
 def _rows(tree: dict[str, Any], entry: dict[str, Any], count: int, kind: str, width: int) -> NDArray[Any]:
-    """The rows that an entry of the tree names by its view of a buffer."""
+    """Read `count` rows from the place in a buffer that an entry of the tree names."""
     view = tree["bufferViews"][entry["bufferView"]]
     data = base64.b64decode(tree["buffers"][view["buffer"]]["uri"].partition(",")[2])
     at, size = view.get("byteOffset", 0) + entry.get("byteOffset", 0), np.dtype(kind).itemsize
@@ -115,7 +115,7 @@ def _check_tree(tree: dict[str, Any], stored: int) -> None:
 
 
 def standing(body: Any, up: str) -> Any:
-    """The scene of a mesh, whose y is up, as the standard says: where it is z, a node turns the mesh about x."""
+    """Make the scene of a mesh; where its z is up, a node turns it, since y is up in glTF."""
     scene = import_optional("trimesh", "glTF", "io").Scene()
     scene.add_geometry(body, transform=_Z_UP if up == "z" else None)
     return scene

@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..errors import MeshError, printable
+from ..errors import MeshError, Remedy, printable
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import check_mesh
@@ -56,12 +56,13 @@ def read_map(path: Path) -> SphereMap:
 def map_of(arrays: dict[str, NDArray[Any]]) -> SphereMap:
     """The map whose arrays these are."""
     if not {"vertices", "faces", "sphere", "json"} <= arrays.keys():
-        raise MeshError("the archive holds no map; give a file that was written by write_map or `igl-spheremap map`")
+        raise MeshError("the archive holds no map; give a file that was written by "
+                        f"{Remedy('write_map', given='path, result')}")
     mesh = check_mesh(arrays["vertices"], arrays["faces"], caps=arrays.get("caps"))
     runs = json.loads(str(arrays["json"]))
     if not isinstance(runs.get("sphere"), dict):
-        raise MeshError("damaged: the archive does not say how its map was made; read_mesh and read_sphere read its "
-                        "surfaces, sphere_map(v, f, x) certifies them")
+        raise MeshError("damaged: the archive does not say how its map was made; its surfaces can be read, and "
+                        f"{Remedy('sphere_map', given='v, f, x')} certifies them")
 
     def stored(name: str) -> SphereMap:
         x = check_rows(arrays[name], len(mesh.v), name)
@@ -145,12 +146,12 @@ def _pack(run: Run) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """What JSON does not know: statuses and NumPy's numbers."""
+    """Convert what JSON does not know: statuses and NumPy's numbers."""
     return value.name if isinstance(value, Status) else value.item() if isinstance(value, np.generic) else str(value)
 
 
 def _printable(value: Any) -> Any:
-    """What JSON holds, its texts without control characters: they are printed, and written into other files."""
+    """Escape control characters in all texts of a JSON value, which are printed and written into other files."""
     if isinstance(value, str):
         return printable(value)
     if isinstance(value, list):

@@ -39,7 +39,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
 
 @dataclass(frozen=True, eq=False)
 class ObjTexture:
-    """Texture coordinates (k, 2) of a file; by corner (m, 3) of its triangles the vertex and the row of these."""
+    """Texture coordinates (k, 2), and for each corner (m, 3) of the triangles its vertex and its row of these."""
 
     uv: FloatArray
     vertex: IntArray

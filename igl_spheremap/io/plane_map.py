@@ -180,7 +180,7 @@ class PlaneImages:
     faces: IntArray | None = None
 
     def cut(self, v: ArrayLike, f: ArrayLike, path: PathLike) -> tuple[FloatArray, IntArray]:
-        """The surface, cut where these have a seam; a MeshError if it has another number of vertices."""
+        """Cut the surface where the texture coordinates have a seam; refuse another number of vertices."""
         rows = check_rows(v, name="vertices")
         n = len(self.plane) if self.vertex is None else int(self.vertex.max()) + 1
         if len(rows) != n:
@@ -225,7 +225,7 @@ def _numbered(vertex: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _unseamed(known: ObjTexture, n: int) -> PlaneImages:
-    """Texture coordinates of n vertices; where one has several, of a surface that is cut there."""
+    """Give each of n vertices its texture coordinates; cut the surface where a vertex has several."""
     vertex, row = known.vertex.ravel(), known.row.ravel()
     missing = np.setdiff1d(np.arange(n), vertex)
     if len(missing):

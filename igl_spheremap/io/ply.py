@@ -39,7 +39,7 @@ POSITIONS, SPHERE = ("x", "y", "z"), ("px", "py", "pz")
 
 @dataclass(frozen=True)
 class PlyProperty:
-    """A number of each row, or a list of numbers whose count has a type of its own."""
+    """A column of an element: a number in each row or, if `count` is a type, a list with its length before it."""
 
     name: str
     type: np.dtype[Any]
@@ -202,7 +202,7 @@ def _rows(
 
 
 def _places(body: bytes, at: int, element: PlyElement, rows: int) -> Iterator[tuple[int, int, int]]:
-    """The column, the first byte and the number of its values, for each column of each of some rows."""
+    """Yield column, first byte and number of values, for each column of each row."""
     for _ in range(rows):
         for k, column in enumerate(element.properties):
             length = 1
@@ -222,7 +222,7 @@ def _places(body: bytes, at: int, element: PlyElement, rows: int) -> Iterator[tu
 def _walk(
     body: bytes, at: int, element: PlyElement, wanted: list[int]
 ) -> tuple[list[NDArray[Any]], IntArray, int]:
-    """What `_rows` returns, of rows with lists of different lengths."""
+    """Do the work of `_rows` row by row, where lists differ in length."""
     places = {k: (array("q"), array("q")) for k in wanted}  # where the values of each row begin, and how many there are
     for k, begin, length in _places(body, at, element, element.size):
         if k in places:

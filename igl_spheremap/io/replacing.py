@@ -63,7 +63,7 @@ def remove_partial_files(path: PathLike, process: int) -> None:
 
 
 def _partial(process: int) -> str:
-    """How the names of a process's partial files begin: on a shared disk another machine has the same numbers."""
+    """Make the prefix of a process's partial files, with the host: processes of other machines may have its number."""
     host = re.sub(r"[^A-Za-z0-9.]", "-", socket.gethostname())[:64]
     return f".part-{host}-{process}-"
 

@@ -18,7 +18,7 @@ _HEADER = 84  # bytes: a text of 80, and the number of triangles
 
 
 def read(path: Path) -> RawMesh:
-    """Each position once, in the order of its first appearance, and the faces."""
+    """Read triangles, and weld corners at the same place; vertices have the order in which they first appear."""
     data = path.read_bytes()
     count = struct.unpack_from("<I", data, _HEADER - 4)[0] if len(data) >= _HEADER else None
     if count is not None and len(data) == _HEADER + count * _TRIANGLE.itemsize:  # binary ones may say "solid" too

@@ -133,7 +133,7 @@ def write_text(path: Path, head: str, metadata: Metadata, *parts: tuple[str, NDA
 def _convert(
     rows: TextRows, start: IntArray, lengths: IntArray, kind: Callable[[bytes], Any], message: str
 ) -> NDArray[Any]:
-    """`lengths` tokens of each line from token `start` on, as numbers in one row."""
+    """Convert tokens of each line, `lengths` of them from number `start` on, to one array of numbers."""
     text = rows.bytes()
     if kind is int and b"/" in text:
         text = re.sub(rb"/\S*", b"", text)

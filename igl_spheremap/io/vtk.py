@@ -89,7 +89,7 @@ class LegacyFile:
         return self.data[begin : self.at].split()
 
     def skip_strings(self, count: int) -> None:
-        """Go behind strings: lines as text, in binary each behind its length, whose first bits say how long that is."""
+        """Skip strings: lines of text, or in binary a length of one to eight bytes before each."""
         check_complete(0 <= count <= len(self.data) - self.at, f"{len(self.data) - self.at} bytes", f"{count} strings")
         for _ in range(count):
             if not self.binary:  # a string may be empty
@@ -101,7 +101,7 @@ class LegacyFile:
             self.at += width + length
 
     def cells(self, count: int, size: int) -> Polygons:
-        """Cells by the two numbers of their line, which have other meanings since version 5."""
+        """Read cells; of the two numbers in their line, the meaning changed with version 5."""
         if self.version < 5:
             return _counted(self.array(size, "int"), count)
         ends, corners = (self.array(length, self._typed(word)) for length, word in ((count, "OFFSETS"),
@@ -142,7 +142,7 @@ def _counted(numbers: IntArray, count: int) -> Polygons:
 
 
 def polygons(corners: IntArray, ends: IntArray, first: int = 0) -> Polygons:
-    """Polygons by all their corners and where those of each end; a MeshError where these do not rise to the last."""
+    """Make polygons of all corners and the places where each one ends, which must rise to the number of corners."""
     bounds = np.concatenate([[first], ends]).astype(np.int64)
     sizes = np.diff(bounds)
     if first != 0 or (sizes < 0).any() or bounds[-1] != len(corners):

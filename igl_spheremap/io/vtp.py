@@ -34,7 +34,7 @@ _NO_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 @dataclass
 class XmlFile:
-    """What is needed to read an array of a file."""
+    """The properties of a file by which its arrays are read."""
 
     order: str  # of bytes, "<" or ">"
     header: np.dtype[Any]  # of the sizes before a block of data
@@ -64,7 +64,7 @@ class XmlFile:
         return native if width == 1 else native.reshape(-1, width)
 
     def _block(self, data: bytes, at: int, encoded: bool) -> bytes:
-        """The content of the block that begins at a byte: its sizes, and then what they are of."""
+        """Read the block that begins at a byte: its size or sizes, then its content."""
 
         def take(at: int, size: int) -> bytes:
             """Bytes from the place `at` of the data, which are base64 if they are encoded."""
@@ -83,7 +83,7 @@ class XmlFile:
         return take(at + length(word), first) if apart else take(at, word + first)[word:]
 
     def _unpack(self, take: Callable[[int, int], bytes], length: Callable[[int], int], at: int, count: int) -> bytes:
-        """The content of packed pieces, whose number, size, size of the last, and packed sizes come first."""
+        """Unpack a block of pieces, behind their number, their size, the size of the last one and the packed sizes."""
         head = self.header.itemsize * (3 + count)
         _, size, last, *stored = map(int, np.frombuffer(take(at, head), self.header))
         sizes = [size] * count

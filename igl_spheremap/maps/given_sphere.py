@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..descent.energies import HarmonicEnergy
-from ..errors import FoldingsRemain, MeshError, own_errstate
+from ..errors import FoldingsRemain, MeshError, Remedy, own_errstate
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
@@ -86,8 +86,8 @@ def certified(mesh: Mesh, x: ArrayLike) -> SphereMap:
     run = Run(Status.DONE, HarmonicEnergy.of(mesh).evaluate(y)[0], "given", gauge="given")
     result = SphereMap(mesh, y, certificate, run)
     if not certificate.folding_free:
-        raise FoldingsRemain(f"the sphere is {certificate}; repair_foldings makes it a bijection, "
-                             "unless it belongs to another mesh", result)
+        raise FoldingsRemain(f"the sphere is {certificate}; {Remedy('repair_foldings', given='v, f, x')} makes it "
+                             "a bijection, unless it belongs to another mesh", result)
     return result
 
 

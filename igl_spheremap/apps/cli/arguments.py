@@ -63,7 +63,7 @@ def effort(text: str) -> Effort:
 
 
 def _cut(text: str) -> int | list[int] | str:
-    """What to cut through: a number of tips, vertices, or the name of a list of them."""
+    """Parse --cut: a number of tips, vertices with commas between them, or the file of a list of vertices."""
     if text.isdigit():
         return int(text)
     words = text.split(",")
@@ -71,7 +71,7 @@ def _cut(text: str) -> int | list[int] | str:
 
 
 def _rim(text: str) -> int | list[float]:
-    """A vertex, or a point."""
+    """Parse --rim: the number of a vertex, or a point of three coordinates."""
     try:
         words = text.split(",")
         if len(words) in (1, 3):
@@ -97,7 +97,7 @@ def switch(*names: str, help: str, **options: Any) -> Argument:
 
 
 def goes_with(flags: str | tuple[str, ...], argument: Argument) -> Argument:
-    """A flag that is refused unless one of these is given, too: it would be ignored."""
+    """Make a flag depend on others: it is refused unless one of them is given."""
     names, options = argument
     return names, options | {"goes_with": (flags,) if isinstance(flags, str) else flags}
 
@@ -128,14 +128,14 @@ def refuse_flags(args: Namespace, names: Iterable[str], why: str) -> None:
 
 
 def source(name: str = "IN", **options: Any) -> tuple[Argument, ...]:
-    """The mesh, under a name for the help text, and the flags for reading it."""
+    """Make the arguments for a mesh: its file, called `name` in the help text, and the flags for reading it."""
     default = f"; default: {options['default']}" if options else ""
     help = f"a mesh file, sample:NAME[:key=value,...], or - for stdin{default}"
     return argument("source", name, help, **options), FORMAT, *REPAIR
 
 
 def pair(name: str = "SOURCE", optional: bool = False) -> tuple[Argument, ...]:
-    """The mesh and its map; the map may be optional, where the mesh's archive holds it."""
+    """Make the arguments for a mesh and its map, which may be left out where `optional`."""
     left_out = (f"; or a map to the plane of a surface with a boundary; may be left out where {name} is an .npz that "
                 "holds the map, or an .obj with texture coordinates") if optional else ""
     help = "its map: the same faces, vertices on a sphere of any radius about the origin; - for stdin" + left_out
@@ -153,7 +153,7 @@ def method(default: str, help: str) -> Argument:
 
 
 def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
-    """What all programs with a picture share; the size in pixels is the default one."""
+    """Make the arguments of commands that draw; `size` is the default of --size."""
     return (
         UP,
         SCREENSHOT,

@@ -72,7 +72,8 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
 _FLAGS = {"keep_largest": "--keep-largest", "holes": "--fill-holes", "handles": "--cut-handles",
           "triangulate": "--repair", "hemisphere": "--hemi"}
 #: The commands for functions that are not options of another command.
-_COMMANDS = {"spherical_conformal_map": "map", "repair_foldings": "repair"}
+_COMMANDS = {"spherical_conformal_map": "map", "repair_foldings": "repair", "sphere_map": "check", "write_map": "map",
+             "write_surface_map": "match", "write_coefficients": "harmonics"}
 #: Errors that take one line; any other is a defect of the package and shows its traceback.
 EXPECTED = tuple(kind for kind, _ in _STATUS)
 
@@ -133,7 +134,7 @@ class Interrupt:
 
     @property
     def status(self) -> Exit:
-        """The exit status, as shells count it."""
+        """The exit status for the signal that came."""
         return _SIGNALS[signal.Signals(self.asked)]
 
     def __enter__(self) -> "Interrupt":

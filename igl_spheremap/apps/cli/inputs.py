@@ -56,7 +56,7 @@ class InputMesh:
 
     @property
     def up(self) -> str:
-        """How it stands in pictures."""
+        """Which axis is up in pictures of it."""
         return guess_up(self.name, self.metadata.get("structure"))
 
     def mirrored(self) -> "InputMesh":
@@ -80,7 +80,7 @@ class InputMap:
 
     @property
     def unit(self) -> FloatArray:
-        """The positions on about the unit sphere."""
+        """The positions divided by their median distance from the origin."""
         x = check_directions(self.x, name=f"{self.name}: images")
         return np.asarray(x / np.median(row_lengths(x)))
 
@@ -126,7 +126,7 @@ def read_source(
 
 
 def _triangulated(mesh: LoadedMesh) -> tuple[str, ...]:
-    """What reading a file with polygons changed."""
+    """Say that polygons of the file were cut into triangles, if they were."""
     return (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
 
 
@@ -282,7 +282,8 @@ def expand(words: Iterable[str]) -> list[str]:
         if word == STREAM:
             raise UsageError("a batch reads files, not stdin")
         if word.startswith("@") and not os.path.exists(word):
-            names += expand(_lines(word[1:]))
+            lines = map(str.strip, read_lines(word[1:]))
+            names += expand(line for line in lines if line and not line.startswith("#"))
         elif glob.has_magic(word) and not os.path.exists(word):
             found = sorted(glob.glob(word, recursive=True), key=_by_number)
             if not found:
@@ -300,15 +301,6 @@ def _by_number(name: str) -> list[tuple[int, str]]:
     ['frame_2.ply', 'frame_10.ply']
     """
     return [(int(part) if part.isdecimal() else -1, part) for part in re.split("([0-9]+)", name)]
-
-
-def _lines(path: str) -> list[str]:
-    """The lines of a file but empty ones and comments."""
-    try:
-        lines = Path(path).read_text(encoding="utf-8", errors="surrogateescape").splitlines()
-    except OSError as error:
-        raise FileError(f"can't read the list {path}: {error.strerror}") from None
-    return [line.strip() for line in lines if line.strip() and not line.startswith("#")]
 
 
 def subjects(folder: str, surfaces: str) -> list[str]:

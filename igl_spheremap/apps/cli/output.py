@@ -109,7 +109,7 @@ def target_format(args: Namespace) -> Format:
 
 
 def keeps_target(args: Namespace, certificate: Certificate, interrupted: Exit | None) -> bool:
-    """Whether OUT is there and stays, which is said on stderr: a map that was interrupted and folds is not better."""
+    """Keep an OUT that exists, and say so, where the run was interrupted and its map folds; return whether it was."""
     if interrupted is None or certificate.folding_free or args.target == STREAM or not os.path.exists(args.target):
         return False
     args.progress.write(f"igl-spheremap: interrupted with {certificate.foldings} foldings; {args.target} is kept as it "
@@ -135,7 +135,7 @@ def write_target(args: Namespace, write: Callable[[str | Path], _T]) -> _T:
 
 
 class Findings:
-    """What a command found: figures for programs, and the lines of a summary for people."""
+    """The results of a command: figures for --json, and the lines of its summary."""
 
     def __init__(self, **figures: Any) -> None:
         self.figures = figures
@@ -192,7 +192,7 @@ class Findings:
 
 
 def mirrored(args: Namespace) -> str:
-    """What --reflect did, for a summary."""
+    """Say that both were mirrored, if --reflect was given."""
     return ", mirrored (x to -x)" if args.reflect else ""
 
 

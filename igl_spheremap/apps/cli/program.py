@@ -107,7 +107,7 @@ def _guard_streams() -> None:
 
 
 def _drop_output() -> None:
-    """Let Python's own flush at its end succeed where stdout takes no more."""
+    """Send stdout to nowhere if it takes no more, so that Python's flush at its end does not fail."""
     try:
         if sys.stdout is not None:
             sys.stdout.flush()

@@ -163,7 +163,7 @@ class Progress(logging.Handler):
 
 
 def measures(iterate: Iterate) -> str:
-    """Energy above 4 pi and residual of an iterate, those that are finite."""
+    """Format energy and residual of an iterate, leaving out what is not finite."""
     figures = {"energy 4 pi": f"{iterate.energy - 4 * math.pi:+.2e}", "residual": f"{iterate.residual:.1e}"}
     finite = (math.isfinite(iterate.energy), math.isfinite(iterate.residual))
     return ", ".join(f"{name} {value}" for (name, value), shown in zip(figures.items(), finite, strict=True) if shown)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import FileError, MeshError, own_errstate
+from ...errors import FileError, MeshError, Remedy, own_errstate
 from ...io import npz
 from ...io.formats import PathLike
 from ...io.reading import reading
@@ -99,7 +99,7 @@ def read_surface_map(path: PathLike) -> SurfaceMap:
         arrays = npz.read_arrays(path)
         if not {*_OWN, _TARGET + "sphere"} <= arrays.keys():
             raise MeshError("the archive holds no map between surfaces; give a file that was written by "
-                            "write_surface_map or `igl-spheremap match`")
+                            f"{Remedy('write_surface_map', given='path, result')}")
         target = npz.map_of({name.removeprefix(_TARGET): array for name, array in arrays.items()
                              if name.startswith(_TARGET)})
         landmarks = arrays["landmarks"]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import FileError, MeshError
+from ...errors import FileError, MeshError, Remedy
 from ...io import npz
 from ...io.formats import PathLike
 from ...io.reading import reading
@@ -100,7 +100,8 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
             return SphericalHarmonics(_parse_table(path.read_text(encoding="ascii")))
         arrays = npz.read_arrays(path)
         if "coefficients" not in arrays:
-            raise MeshError("the archive holds no coefficients; give a file that write_coefficients wrote")
+            raise MeshError("the archive holds no coefficients; give a file that was written by "
+                            f"{Remedy('write_coefficients', given='path, harmonics')}")
         c = check_values(arrays["coefficients"], len(arrays["coefficients"]), "coefficients")
         source = Expanded(*(arrays[name] for name in ("x", "values", "areas"))) if "x" in arrays else None
         return SphericalHarmonics(c, source)

@@ -78,6 +78,7 @@ SHELL = Shell({"--repair": False, "--weld": True, "--cut": True, "--force": Fals
     (Remedy("repair_mesh", {"holes": "fill"}), "repair_mesh(v, f, holes='fill')",
      "repair_mesh(v, f, holes='fill') in Python"),
     (Remedy("repair_foldings", given="v, f, x"), "repair_foldings(v, f, x)", "the command repair"),
+    (Remedy("write_map", given="path, result"), "write_map(path, result)", "the command map"),
     (Remedy(options={"force": True}), "force=True", "--force"),
     (Remedy(options={"farthest": None}), "farthest", "--farthest"),
     (Remedy(options={"hemisphere": None}), "hemisphere", "--hemi"),

@@ -108,7 +108,7 @@ def list_sources(args: Namespace) -> list[str]:
 
 
 def _beside(args: Namespace) -> str:
-    """The default pattern, whose names FreeSurfer does not use."""
+    """Choose the targets beside the sources, by names that FreeSurfer does not use; refuse files without --out."""
     if args.subjects_dir is None:
         raise UsageError("the following arguments are required: --out")
     return "{folder}/{name}" + (".balanced" if args.balance else ".conformal")
@@ -188,7 +188,7 @@ def _quantiles(rows: Sequence[JobRow]) -> list[str]:
 
 
 def _outliers(rows: Sequence[JobRow]) -> list[str]:
-    """Maps of which a figure is far above those of the others."""
+    """List the maps of which a figure lies far above those of the others."""
     beyond = excess(rows)
     found = [k for k in worst_first(rows) if beyond[k].max() > OUTLIER]
     lines = ["", paragraph("outliers", f"{len(found)} of {len(rows)} files: a figure more than {OUTLIER:g} "

@@ -85,7 +85,7 @@ def run_check(args: Namespace) -> Exit:
 
 
 def _rounding(x: FloatArray) -> float:
-    """How far the rounding of all numbers to float32, or to this many decimals, may have moved a row."""
+    """Bound how far a row was moved when its numbers were rounded, to float32 or to the decimals that they have."""
     size, epsilon, step = float(np.abs(x).max()), float(np.finfo(float).eps), 0.0
     if (x == x.astype(np.float32)).all():
         epsilon = float(np.finfo(np.float32).eps)

@@ -71,7 +71,7 @@ def run_export(args: Namespace) -> None:
 
 
 def _export_texture(args: Namespace, pair: InputMap, up: str, found: Findings) -> str:
-    """Write a texture by a projection of the sphere; what was written, in words."""
+    """Write a texture by a projection of the sphere, and say what was written."""
     # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
     projection: Projection = "octahedral" if args.show in (None, "octahedral") else "equirectangular"
     cut = bool(args.texture) or not (args.target.lower().endswith(".obj") and projection == "equirectangular")
@@ -84,7 +84,7 @@ def _export_texture(args: Namespace, pair: InputMap, up: str, found: Findings) -
 
 
 def _export_scalars(args: Namespace, pair: InputMap, up: str, found: Findings) -> str:
-    """Write a scalar map, as colours where the format has them; its range, in words."""
+    """Write a scalar map, as colours where the format has them, and say its range."""
     source = pair.source
     values = vertex_maps(source.v, source.f, pair.unit)[args.show]
     if args.target.lower().endswith(_COLOURED):
@@ -98,7 +98,7 @@ def _export_scalars(args: Namespace, pair: InputMap, up: str, found: Findings) -
 
 
 def _check_export(args: Namespace) -> None:
-    """Refuse what does not go together before anything is read."""
+    """Raise a UsageError for flags that contradict each other or OUT, before anything is read."""
     target: str = args.target
     if not (args.show or args.texture):
         raise UsageError("export needs --show or --texture")

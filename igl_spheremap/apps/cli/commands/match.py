@@ -83,7 +83,7 @@ def run_match(args: Namespace) -> Exit:
 
 
 def _mapped(args: Namespace, source: InputMesh) -> SphereMap:
-    """The map that an archive holds, unless its mesh was repaired, or the area-preserving one."""
+    """Read the map that an archive holds; map other meshes, and those that were repaired, at balance 1."""
     path = Path(source.name)
     if not source.repairs and path.suffix.lower() == ".npz" and "sphere" in read_arrays(path):
         return read_map(path)

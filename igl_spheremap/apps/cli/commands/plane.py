@@ -97,7 +97,7 @@ def _findings(source: InputMesh, args: Namespace, result: PlaneMap, written: Cer
 
 
 def _load(args: Namespace) -> InputMesh:
-    """The mesh that the command line names, or the part of it that a patch holds, repaired if that is asked for."""
+    """Read the mesh that the command line names; take the part that --patch names; repair it by the flags given."""
     args.progress.begin(f"reading {args.source}")
     mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=args.repair))
     v, f, rows = mesh.v, mesh.f, np.arange(len(mesh.v))
@@ -130,7 +130,7 @@ def _disk_options(args: Namespace) -> dict[str, Any]:
 
 
 def _find_patch(args: Namespace) -> tuple[InputMesh, FloatArray]:
-    """The part of the surface that a patch holds, and where the patch has it."""
+    """Read the part of the surface that the patch SPHERE holds, and the patch's positions."""
     mesh, patch = read_any(args.source, args.format, read_mesh), read_patch(args.sphere)
     v, f = patch.part(mesh.v, mesh.f)
     return InputMesh(args.sphere, v, f, rows=patch.rows), patch.positions[:, :2]

@@ -60,7 +60,7 @@ def run_register(args: Namespace) -> Exit:
 
 
 def _of_the_file(result: SphereMap) -> SphereMap:
-    """The map of the surface that was given, where its mirror image was registered; its mark has reflect=True."""
+    """Mirror the registered map back, so that it fits the file of SOURCE; its mark says reflect=True."""
     note = "the sphere fits SOURCE as it is; x to -x of both lies on TARGET: give --reflect to transfer and resample"
     run = replace(result.run, settings=result.settings | {"reflect": True}, notes=(*result.run.notes, note))
     return replace(reflected(result), run=run)

@@ -113,6 +113,6 @@ def run_play(args: Namespace) -> None:
 
 
 def _load(given: InputMesh, name: str) -> tuple[FloatArray, IntArray]:
-    """Vertices and faces by name, in any process; those of the command line are read already."""
+    """Read vertices and faces by their name, or take those of the command line, which were read already."""
     source = given if name == given.name else read_source(name)
     return source.v, source.f
