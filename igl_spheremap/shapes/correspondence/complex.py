@@ -48,7 +48,7 @@ class Complex:
     def beyond(self, i: int, v: int) -> tuple[int, int]:
         """Return the neighbour of a face opposite a corner, and the corner of that neighbour off the common side."""
         p, q = self._opposite(i, v)
-        (j,) = self.around[p] & self.around[q] - {i}
+        (j,) = {*self.beside(p, q)} - {i}
         (u,) = set(self.faces[j]) - {p, q}
         return j, u
 

@@ -137,7 +137,8 @@ def match(
         of_source, of_target = check_list(features, "features", 2)
         features = given.carried(of_source, source), of_target
     divided = reflected(given.surface) if reflect else given.surface
-    own, goals = Level.of(divided, "the source", given.vertices), _directions(target, given)
+    goals = unit_rows(interpolate(target.sphere, target.faces, given.goals))
+    own = Level.of(divided, "the source", given.vertices)
     descent = _descent(own, Level.of(target, "the target"), features, feature_weight, goals, position_weight, soft)
     start, candidates = _start(own, descent, goals)
     level, x = _lowered(own, descent, start, history)
@@ -147,11 +148,6 @@ def match(
         _check_met(result, given, goals)
     onto = SurfaceMap(result, target, given.vertices, given.goals, candidates)
     return replace(onto, notes=tuple(_remarks(onto, len(source.sphere), len(divided.sphere))))
-
-
-def _directions(target: SphereMap, given: LandmarkPairs) -> FloatArray:
-    """Return the points of the target's sphere where landmarks are to lie."""
-    return unit_rows(interpolate(target.sphere, target.faces, given.goals))
 
 
 def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike] | None, weight: float,
