@@ -69,7 +69,7 @@ def load_surface(name: str, folder: Path | None) -> PaperSurface:
         v, f = read_mesh(folder / one.file)
         source, relation, up = Path(one.file).stem, one.relation, one.up
         if one.simplify_to:
-            source += f", simplified from {len(v):,} vertices"
+            source += f", from {len(v):,} vertices"
             v, f = _simplified(v, f, int(one.simplify_to))
     else:
         v, f = samples.from_spec(one.sample)
