@@ -51,9 +51,9 @@ class Lai2014(Method):
         Which Barzilai-Borwein quotient of eq. (12) is the step that the next iterations try: the two take turns, or one
         of them alone.
     edge_weights : {"delaunay", "cotangent"}, default "delaunay"
-        Weights of the edges in the energy and the eigenproblem. "cotangent" are the paper's, eq. (13), of which some
-        are negative where triangles are obtuse; "delaunay" are those of the intrinsic Delaunay triangulation of the
-        surface, which are not.
+        Weights of the edges in the energy and the eigenproblem. "cotangent" are the paper's, eq. (13), which are
+        negative where the angles opposite an edge sum to more than 180 degrees; "delaunay" are those of the intrinsic
+        Delaunay triangulation of the surface, which never are.
     metric : {"laplacian", "areas", "vertices"}, default "laplacian"
         What the derivatives of the energy are divided by. "areas" are the paper's, eqs. (9) and (13): where vertices
         are unevenly spread, the smallest of them rule the steps. "laplacian" are the sums of the sizes of the
