@@ -22,7 +22,7 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
         try:
             start = star_map(setup, minimum.last, k + 1)
         except FactorisationFailed as error:  # as of a flat surface, or of a map to one point
-            notes = (*notes, f"foldings were removed in {k} rounds only: there is no star map ({error})")
+            notes = (*notes, f"there is no star map for round {k + 1}: {error}")
             break
     return minimum.last.x, Run(record.status, minimum.last.energy, rounds=tuple(rounds), notes=notes)
 

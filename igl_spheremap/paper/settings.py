@@ -119,8 +119,9 @@ class Lai2014(Method):
 
         The four steps of Algorithm 2 around the six of Algorithm 1, from the Gauss map as it is, until the L2 norm of
         the tangential gradient A F of eqs. (9) and (13) is at most epsilon = 1e-10, as in the paper's tables, or 5,000
-        iterations are done, the most that they show. Double precision hardly ever meets 1e-10: the status is then
-        MAX_ITERATIONS. The result is not turned or centred: the certificate is of the very numbers that the last
+        iterations are done, the most that they show. Double precision hardly ever meets 1e-10, so most runs end as
+        MAX_ITERATIONS. Others end as COLLAPSED, at a map to one point, which has the energy 0: coarse meshes do, even
+        where the Gauss map has no foldings. The result is not turned or centred: the certificate is of the very numbers that the last
         iteration left.
 
         What the paper leaves open is chosen so. The source has unit area, which sets the scale of gradients and steps.
@@ -203,5 +204,5 @@ class Lai2014(Method):
         for name in ("rho", "delta", "xi"):
             check_number(getattr(self, name), name, most=1)
         if self.rules == "program" and (not self.may_fold or self.gauge != "free"):
-            raise ValueError("the rules of the program have no safeguards; give may_fold=True and gauge='free' with "
-                             "rules='program', as Lai2014.as_programmed() does")
+            raise ValueError("the program's rules have no safeguards: they go with may_fold=True and gauge='free', as of "
+                             "Lai2014.as_programmed(), --as-programmed")

@@ -99,7 +99,7 @@ def test_records_are_frozen_and_equal_by_value():
     (ism.Auto, {"polish": "floor"}, "unknown polish 'floor': choose 'auto' or 'angles'"),
     (ism.Lai2014, {"edge_weights": "uniform"}, "unknown edge_weights 'uniform': choose 'delaunay' or 'cotangent'"),
     (ism.Lai2014, {"bb": "tau"}, "unknown bb 'tau': choose 'tau_1 first' or 'tau_2 first' or 'tau_1' or 'tau_2'"),
-    (ism.Lai2014, {"rules": "program"}, r"no safeguards; give may_fold=True .*as_programmed\(\)"),
+    (ism.Lai2014, {"rules": "program"}, r"no safeguards: .* may_fold=True and gauge='free', .*as_programmed\(\)"),
     (ism.Lai2014.as_programmed, {"may_fold": False}, "no safeguards"),
     (ism.Lai2014.as_programmed, {"gauge": "centred"}, "no safeguards"),
     (ism.GuYau, {"step": 2.0}, "unstable"),

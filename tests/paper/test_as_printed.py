@@ -175,6 +175,7 @@ def test_the_page_names_all_that_stands_where_a_printed_formula_has_no_value():
     of_safeguards = set(re.findall(r'_count\("(\w+)"', source("safeguards").partition("class Safeguards")[2]))
     words = [word for name in counted - of_safeguards for word in SAFEGUARDS[name][1:]]
     words += re.findall(r'notes, f"\{raised:,\} (.+?)"', source("setup"))
+    words += re.findall(r'notes, f"(there .+?) for round', source("algorithm_2"))
     assert all(any(quote in word for word in words) for quote in quoted)
     assert all(any(quote in word for quote in quoted) for word in words)
 
