@@ -121,8 +121,8 @@ class Lai2014(Method):
         the tangential gradient A F of eqs. (9) and (13) is at most epsilon = 1e-10, as in the paper's tables, or 5,000
         iterations are done, the most that they show. Double precision hardly ever meets 1e-10, so most runs end as
         MAX_ITERATIONS. Others end as COLLAPSED, at a map to one point, which has the energy 0: coarse meshes do, even
-        where the Gauss map has no foldings. The result is not turned or centred: the certificate is of the very numbers that the last
-        iteration left.
+        where the Gauss map has no foldings. The result is not turned or centred: the certificate is of the very numbers
+        that the last iteration left.
 
         What the paper leaves open is chosen so. The source has unit area, which sets the scale of gradients and steps.
         The first step is 1, and the two quotients of eq. (12) take turns. Rounds end when no folding is left, or three
@@ -204,5 +204,5 @@ class Lai2014(Method):
         for name in ("rho", "delta", "xi"):
             check_number(getattr(self, name), name, most=1)
         if self.rules == "program" and (not self.may_fold or self.gauge != "free"):
-            raise ValueError("the program's rules have no safeguards: they go with may_fold=True and gauge='free', as of "
+            raise ValueError("the program's rules have no safeguards: they go with may_fold=True and gauge='free', see "
                              "Lai2014.as_programmed(), --as-programmed")
