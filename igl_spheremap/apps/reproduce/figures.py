@@ -202,7 +202,7 @@ def figure_9(runs: Runs) -> Any:
               for step, x in enumerate(runs.get(surface, name).ends)]
     us = [relative_u(surface, x) for _, x in states]
     scale = function_scale(*us)
-    title = "Fig. 9. Algorithm 2: folded faces, map, u, surface of $Φ^u$ (dotted: the sphere of Theorem 2)"
+    title = f"Fig. 9. Algorithm 2 on {surface.relation}: folded faces, map, u, $Φ^u$ (dotted: the sphere of Theorem 2)"
     figure, axes = page_figure(len(states), 4, title, 1.6)
     for k, (line, (state, x), u) in enumerate(zip(axes, states, us, strict=True)):
         folded = np.flatnonzero(folded_faces(x, surface.f))
