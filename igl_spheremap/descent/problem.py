@@ -132,7 +132,7 @@ class Problem:
     #: True if the energy is the same for Moebius-equivalent maps, up to its discretisation error: boosts are kept out
     #: of the descent then (see `remove_boosts`), and the map is kept centred.
     gauge: bool = True
-    #: (n,) share that the metric has of the L2 metric, for diagonal ones.
+    #: (n,) vertex areas over the weights of a diagonal metric: a gradient divided by it is that of the L2 metric.
     share: FloatArray | None = None
 
     @classmethod
@@ -182,8 +182,8 @@ def remove_boosts(
 ) -> FloatArray:
     """Part of a tangent field that leaves the weighted mean of `x` in place: orthogonal to all boosts.
 
-    Boosts are taken out, times the share (n,) that a metric has of the L2 metric at each vertex, if it is given: then
-    what is left vanishes in all metrics at the same maps.
+    With the `share` of a `Problem` boosts times it are taken out, so that what is left vanishes at the same maps as in
+    the L2 metric.
 
     The chord energy of eq. (6) can always be lowered by Moebius maps that crowd the mesh into a point under one big
     triangle, so that its minimisers are useless; the boosts ``e - (e . x) x`` are the directions that lead there.

@@ -72,7 +72,7 @@ class EigenProjection:
     eigenvalues : (3,) float64 array
         Ascending; 2, 2, 2 if the weights are those of a conformal map to the unit sphere.
     floored : int
-        Vertices whose weight e^{2u} was none, or below 1e-12 of its mean, to which it was raised.
+        Vertices whose weight e^{2u} was infinite or below 1e-12 of its mean: it is the largest finite one or that then.
     undirected : int
         Vertices whose phi is c of eq. (19), which take the direction of their neighbours.
     """
@@ -168,7 +168,7 @@ def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray, weight: FloatArray | No
 
 
 def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> tuple[FloatArray, int]:
-    """Conformal factor e^{2u} of eq. (14), made finite and positive, as a weight of B_u must be; and of how many.
+    """Conformal factor e^{2u} of eq. (14), made finite and positive, as a weight of B_u must be; at how many vertices.
 
     Vertices without source area get the largest finite value, and none is below 1e-12 of the mean: B_u stays definite.
     """

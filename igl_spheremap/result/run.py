@@ -125,7 +125,7 @@ class Step(NamedTuple):
     safeguards: dict[str, int] | None = None
 
 
-#: What is not the paper's and acts at single steps: what is said where it acted once, and more often.
+#: What stands in for the paper's formulas at single steps, and what notes say where it acted once, and more often.
 SAFEGUARDS = {
     "undirected": ("vertex took the direction of its neighbours", "vertices took the direction of their neighbours"),
     "floored": ("weight of eq. (20) was raised to its floor", "weights of eq. (20) were raised to their floor"),
