@@ -208,7 +208,7 @@ def check_whole(value: object, name: str, least: int = 0) -> int:
     return int(value)
 
 
-def check_list(value: object, name: str, length: int | None = None) -> list[Any]:
+def check_list(value: object, name: str, length: int | None = None, what: str = "a list") -> list[Any]:
     """Several things as a list; a TypeError for a text or one thing alone, a ValueError for another number of them.
 
     >>> check_list("a.ply", "sources")
@@ -217,7 +217,7 @@ def check_list(value: object, name: str, length: int | None = None) -> list[Any]
     TypeError: sources is 'a.ply'; give a list
     """
     if isinstance(value, str | bytes | os.PathLike) or not isinstance(value, Iterable):
-        raise TypeError(f"{name} is {value!r}; give a list")
+        raise TypeError(f"{name} is {value!r}; give {what}")
     several = list(value)
     if length is not None and len(several) != length:
         raise ValueError(f"{name} has {len(several)} entries; give {length}")

@@ -226,7 +226,8 @@ def sphere_mesh(target: str | SphereMap | tuple[Any, Any]) -> tuple[FloatArray, 
     """Return points and faces of a regular mesh by its name, of a map's image, or of any closed mesh of the sphere."""
     if isinstance(target, str):
         target = regular_mesh(target)
-    x, f = (target.sphere, target.mesh) if isinstance(target, SphereMap) else check_list(target, "target", 2)
+    known = "ico:K, a map, or points and faces of a sphere"
+    x, f = (target.sphere, target.mesh) if isinstance(target, SphereMap) else check_list(target, "target", 2, known)
     x = check_rows(x, name="points")
     return x, check_faces(f, len(x))
 
