@@ -85,11 +85,9 @@ def _read(path: Path, wanted: tuple[str, ...] | None = None) -> tuple[tuple[str,
             least = len(element.properties)
         fit = 0 <= element.size * max(1, least) <= len(body)
         check_complete(fit, f"{len(body)} bytes", f"{element.size} rows of {element.name}")
-    vertex, face, corners = _mesh_elements(layout)
-    numbers = {each.name: k for k, each in enumerate(vertex.properties) if each.count is None}
+    numbers, corners = _mesh_columns(layout)
     names = tuple(numbers if wanted is None else (name for name in wanted if name in numbers))
-    columns = [numbers[name] for name in names]
-    x, faces = (_read_binary if order else _read_text)(body, order, layout, (vertex, columns), (face, corners))
+    x, faces = (_read_binary if order else _read_text)(body, layout, [numbers[name] for name in names], corners)
     return names, x, faces
 
 
@@ -125,56 +123,53 @@ def _type(name: str, order: str | None) -> np.dtype[Any]:
     return np.dtype(f"{order or '<'}{_TYPES[name]}")
 
 
-def _mesh_elements(layout: list[PlyElement]) -> tuple[PlyElement, PlyElement, int]:
-    """Vertices, faces, and which column holds the corners; files without these, or without positions, are refused."""
-    own = {element.name: element for element in layout}
-    for name in ("vertex", "face"):
-        if name not in own:
-            raise MeshError(f"no {name} element in the PLY header: a point cloud or another kind of data; give a "
-                            "closed triangle mesh")
-    vertex, face = own["vertex"], own["face"]
-    numbers = [each.name for each in vertex.properties if each.count is None]
+def _place(layout: list[PlyElement], name: str) -> int:
+    """The place of the last element of that name; a MeshError if there is none."""
+    places = [k for k, element in enumerate(layout) if element.name == name]
+    if not places:
+        raise MeshError(f"no {name} element in the PLY header: a point cloud or another kind of data; give a closed "
+                        "triangle mesh")
+    return places[-1]
+
+
+def _mesh_columns(layout: list[PlyElement]) -> tuple[dict[str, int], int]:
+    """The columns of a vertex's numbers by name, and that of the corners of faces; files without these are refused."""
+    vertex, face = (layout[_place(layout, name)] for name in ("vertex", "face"))
+    numbers = {each.name: k for k, each in enumerate(vertex.properties) if each.count is None}
     if not set(POSITIONS) <= set(numbers):
         raise MeshError("damaged: the PLY header announces no x, y, z; write the file anew")
     corners = max(map(face.index, _CORNERS))
     if corners < 0 or (found := face.properties[corners]).count is None or found.type.kind == "f":
         raise MeshError(f"damaged: the PLY header announces no list {_CORNERS[0]} of whole numbers; write the file "
                         "anew")
-    return vertex, face, corners
+    return numbers, corners
 
 
-def _read_text(
-    body: bytes, order: str, layout: list[PlyElement], vertex: tuple[PlyElement, list[int]],
-    face: tuple[PlyElement, int],
-) -> tuple[FloatArray, Polygons]:  # fmt: skip
+def _read_text(body: bytes, layout: list[PlyElement], columns: list[int], corners: int) -> tuple[FloatArray, Polygons]:
     rows, end = read_rows(body), np.cumsum([element.size for element in layout])
     check_complete(len(rows) >= end[-1], f"{len(rows)} lines", f"{end[-1]}")
 
-    def own(element: PlyElement, wanted: int) -> TextRows:
-        if any(each.count is not None for each in element.properties[:wanted]):
+    def own(name: str, wanted: int | None = None) -> TextRows:
+        k = _place(layout, name)
+        if any(each.count is not None for each in layout[k].properties[:wanted]):
             raise MeshError(f"lists before {_CORNERS[0]} or among the numbers of a vertex are not read from text; "
                             "write it anew in binary")
-        stop = end[next(k for k, each in enumerate(layout) if each is element)]
-        return rows[stop - element.size : stop]
+        return rows[end[k] - layout[k].size : end[k]]
 
-    (vertices, columns), (faces, corners) = vertex, face
-    width = len(vertices.properties)
-    return numbers(own(vertices, width), width, "vertex")[:, columns], counted_indices(own(faces, corners), corners)
+    width = len(layout[_place(layout, "vertex")].properties)
+    return numbers(own("vertex"), width, "vertex")[:, columns], counted_indices(own("face", corners), corners)
 
 
 def _read_binary(
-    body: bytes, order: str, layout: list[PlyElement], vertex: tuple[PlyElement, list[int]],
-    face: tuple[PlyElement, int],
-) -> tuple[FloatArray, Polygons]:  # fmt: skip
-    at = 0
-    for element in layout:
-        wanted = vertex[1] if element is vertex[0] else [face[1]] if element is face[0] else []
-        values, counts, at = _rows(body, at, element, wanted)
-        if element is vertex[0]:
-            x = np.column_stack([column.astype(np.float64) for column in values])
-        elif element is face[0]:
-            faces = Polygons(values[0].astype(np.int64), counts)
-    return x, faces
+    body: bytes, layout: list[PlyElement], columns: list[int], corners: int
+) -> tuple[FloatArray, Polygons]:
+    at, wanted = 0, {_place(layout, "vertex"): columns, _place(layout, "face"): [corners]}
+    found = {}
+    for k, element in enumerate(layout):
+        values, counts, at = _rows(body, at, element, wanted.get(k, []))
+        found[k] = values, counts
+    (rows, _), ((faces,), sizes) = (found[k] for k in wanted)
+    return np.column_stack([column.astype(np.float64) for column in rows]), Polygons(faces.astype(np.int64), sizes)
 
 
 def _rows(
