@@ -80,6 +80,7 @@ TABLES = {
     "claims_eigenfunctions": "claims eigenfunctions --meshes CORPUS",
     "claims_planes": "claims planes --meshes CORPUS",
     "claims_projections": "claims projections --meshes CORPUS",
+    "paper_bodies": "paper --csv RESULTS/paper_bodies.csv",
     "claims_speeds": "claims speeds --meshes CORPUS",
 }
 

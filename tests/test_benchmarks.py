@@ -36,8 +36,8 @@ def test_the_list_says_what_each_measures():
 
 
 OPTIONS = ("balanced_maps", "convergence", "cortices", "disks", "factors", "gather", "groups", "judge", "mindboggle",
-           "peers", "permutations", "phases", "player", "random_meshes", "readings", "repairs", "scaling", "shapes",
-           "versions")
+           "paper", "peers", "permutations", "phases", "player", "random_meshes", "readings", "repairs", "scaling",
+           "shapes", "versions")
 
 
 #: Starts benchmarks, one after the other; one that needs a package which is not there is left out.
@@ -95,6 +95,18 @@ def test_parts_are_listed_once_and_no_wheel_has_parts_of_both_sets():
     sets = {name: {row["wheel"] for row in rows if row["set"] == name} for name in ("tune", "test", "judge")}
     assert set.union(*sets.values()) == {row["wheel"] for row in rows}
     assert not sets["tune"] & (sets["test"] | sets["judge"])
+
+
+def test_rows_of_the_papers_settings_are_kept_so_that_a_second_call_goes_on(tmp_path):
+    folder, file = tmp_path / "eggs", tmp_path / "rows.csv"
+    folder.mkdir()
+    ism.write_mesh(folder / "egg.obj", *ism.samples.make("spheroid", n_vertices=900))
+    words = ("paper", str(folder), "--csv", str(file), "--settings")
+    assert "| eggs | auto | 1 | 0 | 0; 0 |" in benchmark(*words, "auto")
+    file.write_text(file.read_text().replace(",auto,0,", ",auto,7,"))
+    printed = benchmark(*words, "auto", "Lai2014()")
+    assert "| eggs | auto | 1 | 1 | 0; 0 |" in printed
+    assert "| eggs | Lai2014() | 1 | 0 | 0; 0 | 1; 0; 0; 0 |" in printed
 
 
 def test_a_part_that_a_manifest_lists_is_found_in_its_wheel(tmp_path):
