@@ -31,7 +31,7 @@ class Status(Enum):
     MAX_ITERATIONS = "the iteration limit was reached first"
     DONE = "no stopping rule was needed"
     SHORT = "areas or lengths stopped short of what was asked"
-    COLLAPSED = "the map shrank into a part of the sphere: its degree is 0"
+    COLLAPSED = "the degree is 0: the map shrank to a point or a curve, or as much of it is inside out as is not"
     STALLED = "no acceptable step was found: the energy is at its rounding, or every step would fold"
     STOPPED = "a listener asked to stop"
 
