@@ -40,10 +40,10 @@ class Setup:
         L, notes = (printed_laplacian(mesh), ()) if printed else laplacian_and_notes(mesh, "delaunay")
         metric = {"areas": None, "laplacian": step_metric(L), "vertices": Diagonal(np.ones(len(mesh.v)))}
         problem = Problem.of(mesh, HarmonicEnergy(L), metric[options.metric], options.gauge == "centred")
-        if raised := int((problem.areas <= LEAST_AREA / len(mesh.v)).sum()):
-            notes = (*notes, f"{raised:,} vertex areas of eq. (13) were raised to a billionth of their mean")
         if options.metric == "vertices":
-            problem = replace(problem, share=None)  # the norm of the gradient is Frobenius's, too
+            problem = replace(problem, share=None)  # the norm of the gradient is Frobenius's, too: no areas are used
+        elif raised := int((problem.areas <= LEAST_AREA / len(mesh.v)).sum()):
+            notes = (*notes, f"{raised:,} vertex areas of eq. (13) were raised to a billionth of their mean")
         if options.rules == "program":
             beside: AsPrinted = AsProgrammed(options.tau)
         elif options.may_fold and not problem.gauge:
