@@ -77,27 +77,10 @@ class JobRow:
 
 @dataclass(frozen=True, slots=True)
 class Row(JobRow):
-    """What is known of one input and its map; figures are NaN where there is no map.
+    """A `JobRow` of one mesh and its map, whose figures are NaN where there is no map.
 
     Attributes
     ----------
-    source, target : str
-        The mesh file and the file of its sphere, as they were given.
-    status : str
-        "certified"; "folded", if foldings remain; "no mesh", if the input is not a closed genus-0 mesh; "file", if a
-        file can't be read or written; "failed", if the computation failed or passed a limit, or its worker died.
-    resumed : bool
-        Whether an earlier run made it.
-    vertices, foldings : int
-        Of the mesh; folded faces in the file.
-    seconds : float
-        Wall seconds of reading, mapping and writing.
-    memory : float
-        Peak memory of the worker's process during the job, in MB.
-    worker : str
-        Host and process.
-    notes : str
-        What else was done, or why there is no map.
     foldings_before : int
         Folded faces before the repair.
     energy : float
