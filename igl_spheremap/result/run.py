@@ -279,6 +279,14 @@ class Run:
         return f"Run({self.method!r}, {self.status.name}, {self.iterations} iterations, {self.seconds:.2f} s)"
 
 
+class OfListener(BaseException):
+    """What a listener raised, on its way through handlers of errors that steps raise, and through generators."""
+
+    def __init__(self, error: Exception) -> None:
+        super().__init__()
+        self.error = error
+
+
 class History:
     """Listener that keeps the numbers of every iterate, and passes the iterate on to the next listener.
 

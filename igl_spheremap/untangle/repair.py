@@ -33,7 +33,7 @@ from ..mesh.timings import phase
 from ..newton.loop import DAMPED
 from ..newton.system import VertexSystem
 from ..operators.laplacian import Operators
-from ..result.run import Iterate, Listener, Round, Run, Status
+from ..result.run import Iterate, Listener, OfListener, Round, Run, Status
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
@@ -68,16 +68,8 @@ def repair(mesh: Mesh, x: FloatArray, run: Run, plan: Plan, operators: Operators
             if field and np.isfinite(plan.price):
                 field = [race(field, partial(work.steps, least_gain=plan.price), plan.price)]
         return work.result(field)
-    except _OfListener as raised:
+    except OfListener as raised:
         raise raised.error from None
-
-
-class _OfListener(BaseException):
-    """What a listener raised: no step failed, and a generator can't raise a StopIteration."""
-
-    def __init__(self, error: Exception) -> None:
-        super().__init__()
-        self.error = error
 
 
 class _Repair:
@@ -180,7 +172,7 @@ class _Repair:
             if self.listener is not None:
                 self.listener(Iterate("repair", k, 0, x, energy, float(certificate.foldings)))
         except Exception as error:
-            raise _OfListener(error) from None
+            raise OfListener(error) from None
         return Candidate(x, mean, stretch, gauge) if certificate.folding_free else None
 
     def result(self, field: list[Candidate]) -> tuple[FloatArray, Run]:

@@ -8,6 +8,7 @@ import igl_spheremap as ism
 from igl_spheremap.balance.energy import BalancedEnergy
 from igl_spheremap.balance.family import POWER
 from igl_spheremap.balance.flat_faces import FlatFaces
+from igl_spheremap.errors import FactorisationFailed
 from igl_spheremap.newton.system import VertexSystem
 from igl_spheremap.plane.sliding import slide
 from igl_spheremap.plane.tutte import by_lengths, tutte_map
@@ -197,3 +198,19 @@ def test_a_double_that_mostly_folds_is_neither_laid_out_nor_embedded_if_its_boun
     disk = ism.disk_conformal_map(v, np.column_stack((0 * i, i, i + 1)))
     assert disk.certificate.folding_free
     assert not embedded
+
+
+@pytest.mark.parametrize("kind", [FactorisationFailed, ism.FoldingsRemain, ValueError])
+def test_what_a_listener_raises_comes_out_as_it_is(kind):
+    """Also the errors after which a double of the disk is given up."""
+    v, f = ism.samples.make("pear", n_vertices=100)
+    error, seen = kind("mine"), []
+
+    def raise_once(iterate):
+        seen.append(iterate)
+        if len(seen) == 1:
+            raise error
+
+    with pytest.raises(kind) as caught:
+        ism.balanced_disk_map(v, f[1:], listener=raise_once)
+    assert caught.value is error
