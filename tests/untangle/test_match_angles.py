@@ -161,6 +161,17 @@ def test_gains_that_do_not_fall_never_end_and_damped_steps_end_by_their_own():
     assert end.further == np.inf
 
 
+def test_what_becomes_of_a_step_does_not_depend_on_the_models_made_before():
+    p, move = problem(), np.zeros_like(NOISY)
+    i, j = F[0, :2]
+    move[i] = NOISY[j] + 0.02 * (NOISY[j] - NOISY[i]) - NOISY[i]
+    before = p.accept(NOISY, move)
+    p.model(OFF_CENTRE)
+    assert before.folded.any()
+    assert np.isfinite(before.value)
+    assert (p.accept(NOISY, move).x == before.x).all()
+
+
 def test_angle_polish_lowers_the_mean():
     mesh = check_mesh(*samples.make("bird", n_vertices=1500))
     x = fix_gauge(mesh, harmonic_map(mesh, build_operators(mesh)).last.x)
