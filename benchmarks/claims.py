@@ -20,11 +20,11 @@ from scipy.sparse import csr_matrix
 
 import igl_spheremap as ism
 from igl_spheremap.apps.reproduce.canvas import TEXT, function_scale, page_figure, show_function
-from igl_spheremap.apps.reproduce.figures import named, relative_u
+from igl_spheremap.apps.reproduce.figures import SETTINGS, named, relative_u
 from igl_spheremap.apps.reproduce.items import drawn
 from igl_spheremap.apps.reproduce.runs import METHODS, PaperRun, run
 from igl_spheremap.apps.reproduce.surfaces import PaperSurface, load_surface
-from igl_spheremap.apps.reproduce.tables import TABLE_1, TABLE_2, TABLE_3
+from igl_spheremap.apps.reproduce.tables import TABLE_1, TABLE_2, TABLE_3, WAYS
 from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.problem import Problem
 from igl_spheremap.draw.palette import GUIDE, LINES
@@ -223,7 +223,7 @@ def boosts(meshes: Path | None) -> Rows:
         yield surface.name, *(f"{energy.evaluate(moebius(x, np.array([c, 0, 0])))[0]:.4f}" for c in CENTRES)
 
 
-COPIES = 5  # renumbered ones of each surface
+COPIES = 3  # renumbered ones of each surface
 
 
 def rounding(meshes: Path | None) -> Rows:
@@ -231,7 +231,7 @@ def rounding(meshes: Path | None) -> Rows:
     yield "surface", "algorithm", "iterations", "folded faces left", "mean angle"
     for rows, algorithm in ((TABLE_2, "Algorithm 1"), (TABLE_3, "Algorithm 2")):
         for surface in surfaces(rows, meshes):
-            for name in (name for name in METHODS if name.startswith(algorithm)):
+            for name in (WAYS[way].format(algorithm) for way in SETTINGS):
                 made = [run(renumbered(surface, seed), METHODS[name]).result for seed in range(COPIES + 1)]
                 yield (surface.name, name, bounds([one.iterations for one in made], ","),
                        bounds([one.certificate.foldings for one in made], ","),

@@ -81,6 +81,7 @@ TABLES = {
     "claims_planes": "claims planes --meshes CORPUS",
     "claims_projections": "claims projections --meshes CORPUS",
     "paper_bodies": "paper --csv RESULTS/paper_bodies.csv",
+    "claims_rounding": "claims rounding --meshes CORPUS",
     "claims_speeds": "claims speeds --meshes CORPUS",
 }
 
