@@ -94,8 +94,7 @@ def p_harmonic_map(
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The conformal map by default.
     may_fold : bool
-        Take steps that fold faces, too. By default a start without foldings is kept free of them, and one with few
-        is repaired first.
+        Take steps that fold faces, too. By default a start without foldings is kept free of them.
     gradient_tolerance : float
         L2 norm of the tangential gradient at which the run ends, the source having unit area; 1e-3 by default.
     max_iterations : int
@@ -178,8 +177,7 @@ def fidelity_map(
         others, such as of curves: then the map stays Moebius-centred on the source's area, for the discrete harmonic
         energy falls where a Moebius map crowds the mesh into a point. Neither turns the map.
     may_fold : bool
-        Take steps that fold faces, too. By default a start without foldings is kept free of them, and one with few
-        is repaired first.
+        Take steps that fold faces, too. By default a start without foldings is kept free of them.
     sobolev_gradient_tolerance : float
         Norm of the gradient at which the run ends, 1e-3 by default, both taken in the metric of smooth fields: it is
         not an L2 norm as the ``gradient_tolerance`` of other methods, which single vertices would dominate.
@@ -294,7 +292,7 @@ def landmark_map(
     may_fold : bool
         Take steps that fold faces, too: the map then folds near landmarks, since a point has zero capacity in the
         plane, and the energy is lowest where a thin spike of the surface reaches the target. By default a start without
-        foldings is kept free of them, and one with few is repaired first.
+        foldings is kept free of them.
     sobolev_gradient_tolerance, max_iterations, plateau, caps
         As of `fidelity_map`.
     listener : callable, optional

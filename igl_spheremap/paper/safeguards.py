@@ -74,9 +74,9 @@ class Safeguards(AsPrinted):
     start and where it has drifted, if the problem says so (`Problem.gauge`).
 
     Limbs, whose images are tiny, fold for next to no energy, though "the minimization must be confined to the set of
-    diffeomorphisms" (section 1). So, unless the map `may_fold`, a start of which few faces fold is repaired, and a step
-    after which more faces fold than at the start is refused. The first start is exempt if it still folds: of a Gauss
-    map half of the faces do, and more of them may on the way to a minimum.
+    diffeomorphisms" (section 1). So, unless the map `may_fold`, a step after which more faces fold than at the start is
+    refused, and a star map of which few faces fold is repaired. The first start is exempt if it folds: of a Gauss map
+    half of the faces do, and more of them may on the way to a minimum.
     """
 
     def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
@@ -85,15 +85,17 @@ class Safeguards(AsPrinted):
         self._is_first = True
 
     def start(self, x: FloatArray) -> FloatArray:
-        """The map in the Moebius gauge, repaired where at most 1 percent of its faces fold."""
+        """The map in the Moebius gauge; a star map is repaired where at most 1 percent of its faces fold."""
         x = self._centred(x, 0.0)
+        is_first, self._is_first = self._is_first, False
+        if self._may_fold or (is_first and self._foldings(x)):
+            self._most = np.inf
+            return x
         certificate = Certificate.of(x, self._mesh.f)
-        if not self._may_fold and certificate.foldings and has_few_foldings(certificate, self._mesh.f):
+        if certificate.foldings and has_few_foldings(certificate, self._mesh.f):
             self._count("repaired", certificate.foldings)
             x = repair_locally(self._mesh, x)
-        folded = self._foldings(x)
-        self._most = np.inf if self._may_fold or (folded and self._is_first) else folded
-        self._is_first = False
+        self._most = self._foldings(x)
         return x
 
     def trial(self, y: FloatArray) -> FloatArray | None:

@@ -66,7 +66,7 @@ class Lai2014(Method):
         and goes with ``may_fold=True, gauge="free"`` only.
     may_fold : bool, default False
         Take steps that fold faces, too. By default no step adds foldings to a star map or to a start without any, and
-        a start that folds in at most 1 percent of its faces is repaired first.
+        a star map that folds in at most 1 percent of its faces is repaired first.
     gauge : {"centred", "free"}, default "centred"
         "centred" holds the Moebius freedom fixed: starts and drifting maps are centred on the source's area, boosts are
         taken out of the gradient, and the result is turned to the Gauss map. "free" leaves all maps as they come. If

@@ -133,7 +133,7 @@ SAFEGUARDS = {
     "bounded": ("quotient of eq. (12) was out of bounds", "quotients of eq. (12) were out of bounds"),
     "refused": ("step that would fold was refused", "steps that would fold were refused"),
     "centred": ("map on the way was centred by a Moebius map", "maps on the way were centred by Moebius maps"),
-    "repaired": ("fold of a start was repaired", "folds of starts were repaired"),
+    "repaired": ("fold of a star map was repaired", "folds of star maps were repaired"),
 }
 
 

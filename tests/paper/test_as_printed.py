@@ -92,20 +92,18 @@ def test_steps_that_would_fold_are_counted_in_the_notes_and_in_the_history():
     assert not any("would fold" in note for note in free.notes)
 
 
-def test_few_foldings_of_a_start_are_repaired_and_counted_so_that_none_are_left():
-    sphere, f = ism.samples.sphere(642)
-    x = sphere.copy()
-    i, j, _ = f[100]
-    x[i] = 3 * x[j] - 2 * x[i]
-    folds = ism.certify(x, f).foldings
-    assert 0 < folds < 0.01 * len(f)
-    options = {"max_iterations": 1, "gradient_tolerance": 0}
-    repaired = ism.algorithm_1(sphere, f, start=x, method=ism.Lai2014(**options))
-    assert repaired.certificate.folding_free
+def test_few_foldings_of_a_star_map_are_repaired_and_counted_so_that_none_are_left():
+    noise = np.random.default_rng(1).normal(size=BIRD.shape)
+    v = BIRD + 0.5 * igl.edge_lengths(BIRD, BIRD_F).mean() * noise
+    options = {"max_iterations": 150, "rounds": 1}
+    repaired, seen = iterates(ism.Lai2014(**options), v)
+    folds = repaired.rounds[1].foldings_before
+    assert 0 < folds < 0.01 * len(BIRD_F)
+    assert [it.safeguards["repaired"] for it in seen if "repaired" in (it.safeguards or {})] == [folds]
     assert any(note.startswith(f"{folds} fold") and "repaired" in note for note in repaired.notes)
-    assert repaired.rounds[0].foldings_before == folds
-    printed = ism.algorithm_1(sphere, f, start=x, method=ism.Lai2014.as_printed(max_iterations=0))
-    assert printed.certificate.foldings == folds
+    assert repaired.rounds[1].foldings_after == repaired.certificate.foldings == 0
+    printed, _ = iterates(ism.Lai2014(**options, may_fold=True), v)
+    assert printed.rounds[1].foldings_after > 0
 
 
 def test_no_step_adds_foldings_to_a_star_map():
