@@ -282,7 +282,7 @@ def expand(words: Iterable[str]) -> list[str]:
         if word == STREAM:
             raise UsageError("a batch reads files, not stdin")
         if word.startswith("@") and not os.path.exists(word):
-            lines = map(str.strip, read_lines(word[1:]))
+            lines = map(str.strip, _listed(word[1:]))
             names += expand(line for line in lines if line and not line.startswith("#"))
         elif glob.has_magic(word) and not os.path.exists(word):
             found = sorted(glob.glob(word, recursive=True), key=_by_number)
@@ -292,6 +292,14 @@ def expand(words: Iterable[str]) -> list[str]:
         else:
             names.append(word)
     return names
+
+
+def _listed(path: str) -> list[str]:
+    """Lines of a list, which may be a pipe, as `@<(find ...)` of a shell is; paths need not be UTF-8."""
+    try:
+        return Path(path).read_text(encoding="utf-8", errors="surrogateescape").splitlines()
+    except OSError as error:
+        raise FileError(f"can't read the list {path}: {error.strerror}") from None
 
 
 def _by_number(name: str) -> list[tuple[int, str]]:

@@ -9,7 +9,7 @@ from PIL import Image
 
 def press(shown, label, name):
     'Draw the panel with a button held down, and do what the window then has pending.'
-    real, app.imgui.Button = app.imgui.Button, lambda text: text == label
+    real, app.imgui.Button = app.imgui.Button, lambda text, *size: text == label
     shown._save.name = name
     ps.set_user_callback(lambda: draw_app(shown))
     ps.set_max_fps(-1)  # else polyscope skips ticks that follow each other faster than its frames
