@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import count
 
@@ -65,16 +66,17 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | No
     """
     history = History()
     mesh = check_mesh(v, f, caps=caps)
-    y, notes = _not_mirrored(check_start(x, len(mesh.v), "images"), mesh)
-    found = certified(mesh, y)
-    return replace(found, run=replace(history.complete(found.run, "given"), notes=notes))
+    y = check_start(x, len(mesh.v), "images")
+    found = _result(mesh, *_not_mirrored(y, mesh, Certificate.of(y, mesh.f)))
+    return replace(found, run=history.complete(found.run, "given"))
 
 
-def _not_mirrored(x: FloatArray, mesh: Mesh) -> tuple[FloatArray, tuple[str, ...]]:
+def _not_mirrored(x: FloatArray, mesh: Mesh, certificate: Certificate) -> tuple[FloatArray, Certificate, list[str]]:
     """The map, with z negated where it is a homeomorphism that reverses orientation, and a note that says so."""
-    if Certificate.of(x, mesh.f).orientation != -1:
-        return x, ()
-    return x * [1, 1, -1], ("the sphere was a mirror image, not folded: z is negated",)
+    if certificate.orientation != -1:
+        return x, certificate, []
+    y = x * [1, 1, -1]
+    return y, Certificate.of(y, mesh.f), ["the sphere was a mirror image, not folded: z is negated"]
 
 
 def certified(mesh: Mesh, x: ArrayLike) -> SphereMap:
@@ -83,7 +85,12 @@ def certified(mesh: Mesh, x: ArrayLike) -> SphereMap:
     certificate = Certificate.of(y, mesh.f)
     if certificate.orientation == -1:
         raise MeshError(f"the sphere is {certificate}")
-    run = Run(Status.DONE, HarmonicEnergy.of(mesh).evaluate(y)[0], "given", gauge="given")
+    return _result(mesh, y, certificate)
+
+
+def _result(mesh: Mesh, y: FloatArray, certificate: Certificate, notes: Sequence[str] = ()) -> SphereMap:
+    """A map with its certificate as a result; a FoldingsRemain if it folds."""
+    run = Run(Status.DONE, HarmonicEnergy.of(mesh).evaluate(y)[0], "given", gauge="given", notes=tuple(notes))
     result = SphereMap(mesh, y, certificate, run)
     if not certificate.folding_free:
         raise FoldingsRemain(f"the sphere is {certificate}; {Remedy('repair_foldings', given='v, f, x')} makes it "
@@ -178,7 +185,7 @@ def repair_foldings(
 
     before = Certificate.of(y, mesh.f)
     record("map", y)
-    y, notes = _not_mirrored(y, mesh)
+    y, _, notes = _not_mirrored(y, mesh, before)
     if before.orientation is None:
         y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
         record("repaired", y)
@@ -190,5 +197,5 @@ def repair_foldings(
     energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
     done = Round(0, "map", before.foldings, after.foldings, 0, energy, mean_angle_difference(mesh, y),
                  Status.DONE, time.perf_counter() - began)
-    run = Run(Status.DONE, energy, rounds=(done,), gauge="given", notes=notes)
+    run = Run(Status.DONE, energy, rounds=(done,), gauge="given", notes=tuple(notes))
     return SphereMap(mesh, y, after, history.complete(run, "repair", settings))

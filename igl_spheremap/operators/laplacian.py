@@ -105,9 +105,7 @@ def usable_laplacian(mesh: Mesh, weights: Weights = "cotangent") -> sp.csr_matri
     return L if is_usable(L) else laplacian(mesh.unit, mesh.f, "mollified", mesh.edges)
 
 
-def laplacian_and_notes(
-    mesh: Mesh, weights: Weights = "cotangent"
-) -> tuple[sp.csr_matrix, tuple[str, ...]]:
+def laplacian_and_notes(mesh: Mesh, weights: Weights = "cotangent") -> tuple[sp.csr_matrix, tuple[str, ...]]:
     """The Laplacian with those weights by libigl, and a note where it is mollified as they are not usable."""
     L = cotangent_laplacian(mesh) if weights == "cotangent" else laplacian(mesh.unit, mesh.f, weights, mesh.edges)
     if is_usable(L):
