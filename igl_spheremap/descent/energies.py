@@ -193,7 +193,7 @@ class LandmarkEnergy:
 
 @dataclass(frozen=True, eq=False)
 class OwnEnergy:
-    """A function of a map that returns value and derivatives, of a user, who learns what is wrong with them."""
+    """A user's function of a map that returns value and derivatives; errors say what is wrong with these."""
 
     function: Callable[[FloatArray], tuple[float, ArrayLike]]
 
@@ -217,7 +217,7 @@ class OwnEnergy:
 
 @dataclass(frozen=True, eq=False)
 class SumEnergy:
-    """The sum of its terms, each with its own weight inside it."""
+    """The sum of several energies, each of which contains its weight."""
 
     terms: tuple[Energy, ...]
 

@@ -26,10 +26,10 @@ class ProjectedDescent:
     algorithms 1 and 2. They leave the step to the user.
     """
 
-    #: In the problem's metric, see `step_metric`. Up to 1 no step can raise the energy, for normalising
+    #: Length of steps in the problem's metric, see `step_metric`. Up to 1 no step can raise the energy, for normalising
     #: ``x - step K^-1 L x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is unstable.
     step: float = 1.8
-    #: What the iterates are called.
+    #: The `stage` of its iterates.
     stage: str = "harmonic"
 
     def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:

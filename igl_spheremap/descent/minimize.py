@@ -25,7 +25,7 @@ class Minimum:
     seconds: float
 
     def as_round(self, mesh: Mesh, start: Iterate) -> Round:
-        """The record of a minimisation from `start`, with the foldings before and after; of degree 0 it collapsed."""
+        """The record of a minimisation from `start`, with foldings before and after; of degree 0 the map collapsed."""
         before, after = Certificate.of(start.x, mesh.f).foldings, Certificate.of(self.last.x, mesh.f)
         collapsed = after.degree == 0 and self.status is not Status.STOPPED
         return Round(start.round, start.stage, before, after.foldings, self.last.iteration, self.last.energy,
@@ -46,9 +46,9 @@ def minimize(
     """Run a solver until its residual is at most the tolerance, Algorithm 1, step 2.
 
     The solver yields its start, then every iterate, and ends where no step is acceptable; what the residual is depends
-    on the solver. The run has converged, too, when a rule of its own says that it has `settled`. It ends at a plateau
-    when the lowest energy fell by less than the share `plateau` over the last 100 steps; 0 switches this rule off. A
-    listener may raise StopIteration. `round` is stamped on the iterates.
+    on the solver. The run has also converged when `settled`, a rule of its own, is true of an iterate. It ends at a
+    plateau when the lowest energy fell by less than the share `plateau` over the last 100 steps; 0 switches this rule
+    off. A listener may raise StopIteration. `round` is stamped on the iterates.
     """
     energies: list[float] = []
     began = time.perf_counter()
@@ -75,7 +75,7 @@ def minimize(
 
 
 def _is_flat(energies: list[float], plateau: float) -> bool:
-    """True if the lowest energy fell by less than a share of it over the last steps."""
+    """True if the lowest energy fell by less than the share `plateau` of it over the last 100 steps."""
     if plateau == 0 or len(energies) % _WINDOW or len(energies) <= _WINDOW:
         return False
     lowest = min(energies)

@@ -24,14 +24,15 @@ from .line_search import NonmonotoneSearch
 from .minimize import Minimum, minimize
 from .problem import Problem, SobolevH1
 
-#: Share of the mesh's own discretisation error, energy minus image area, that may be left above the minimum.
+#: A run ends when its energy is above the minimum by at most this share of the mesh's own discretisation error, which
+#: is energy minus image area.
 TOLERANCE = 1e-3
 #: Steps at most; on most meshes one or two reach the tolerance.
 MAX_ITERATIONS = 30
 #: A rise of the energy by this share of it is rounding.
 _ROUNDING = 1e-13
-#: Halvings of a step at most. Shorter ones are of bodies with limbs beyond float64, whose maps fold anyway: they
-#: gained less than 1e-4 of the energy, and went on doing so until rounding stopped them.
+#: At most this many halvings of a step. Only bodies with limbs beyond float64, whose maps fold anyway, took shorter
+#: steps: these gained less than 1e-4 of the energy, again and again, until rounding stopped them.
 _HALVINGS = 10
 #: Bounds the gap between energy and area from below, where a mesh is conformal to rounding (a tetrahedron).
 _LEAST_GAP = 1e-9
@@ -45,9 +46,9 @@ class PreconditionedCayley:
 
     Near a conformal map a tangent field is a sum of gradients of spherical harmonics and of such gradients turned by a
     right angle. The energy has the Hessian l (l + 1) - 2 on those of degree l; those of degree 1 are the Moebius maps,
-    which the gauge fixes. With P = L + tiny M, factorised, P^-1 times it is 1 + 2 / (l (l + 1)) on gradients and
-    1 - 2 / (l (l + 1)) on turned ones, since the coordinates of these fields are harmonics of degrees l - 1 and l + 1,
-    and of degree l. So a step along P^-1 H, which replaces H in eq. (11), is Newton's for fine fields, but leaves a
+    which the gauge fixes. With P = L + tiny M, factorised, P^-1 times the Hessian is 1 + 2 / (l (l + 1)) on gradients
+    and 1 - 2 / (l (l + 1)) on turned ones, since the coordinates of these fields are harmonics of degrees l - 1 and l +
+    1, and of degree l. So a step along P^-1 H, which replaces H in eq. (11), is Newton's for fine fields, but leaves a
     third of a field of degree 2. The ten fields of degree 2 are divided by their own Hessian instead. Then a step
     leaves a sixth of degree 3, and less of all others. The search of Algorithm 1 shortens a step only where bad
     triangles make the energy rise.
@@ -75,8 +76,8 @@ class PreconditionedCayley:
             D = problem.metric.solve(g)  # algorithm (13)
             quadrupoles = _correct_quadrupoles(D, x, g)
             D -= weighted_sum(problem.A, D)
-            # A step leaves at most a fifth of the square of what is not of degree 2, and a twentieth of what is, if its
-            # Hessian is the sphere's up to a sixth of it.
+            # Of the square of a step, at most a fifth is left after it, and a twentieth of the part of degree 2 if that
+            # part's Hessian is within a sixth of the round sphere's.
             square = 0.5 * float(np.einsum("i,i->", density, row_dots(D, D)))
             left = (abs(square - quadrupoles) + quadrupoles / 4) / 5  # algorithm (16)
             slope = -inner(g, D)
@@ -131,7 +132,7 @@ def harmonic_map(
     """Harmonic map of a mesh whose Laplacian is factorised, from the punctured harmonic map by default.
 
     On a mesh so coarse that its faces cut deep through the sphere the chord energy has no useful minimiser: there the
-    last iterate is the start, if that keeps angles better.
+    start is returned in place of the last iterate if it keeps angles better.
     """
     problem = Problem.of(mesh, HarmonicEnergy(operators.L), SobolevH1(operators.factor, operators.L))
     solver = PreconditionedCayley()
@@ -149,7 +150,7 @@ def harmonic_map(
 
 
 def _start_is_better(mesh: Mesh, start: FloatArray, end: FloatArray) -> bool:
-    """True if the start beats the end in angles without adding foldings, or beats it by half."""
+    """True if the start's angle differences are smaller, without more foldings, or less than half of the end's."""
     before, after = (mean_angle_difference(mesh, x) for x in (start, end))
     fewer = Certificate.of(start, mesh.f).foldings <= Certificate.of(end, mesh.f).foldings
     return before < (after if fewer else _FAR_LESS * after)

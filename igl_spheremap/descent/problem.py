@@ -1,4 +1,4 @@
-"""What a solver minimises: an energy over maps of a mesh, in a metric, up to Moebius maps or not."""
+"""What a solver minimises: an energy over the maps of a mesh, in a metric, in the Moebius gauge or in none."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class SobolevH2(Metric):
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """All that a solver has to know of the mesh; what else it takes are its own options."""
+    """What a solver has to know of a mesh and an energy; all else are its own options."""
 
     energy: Energy
     #: The metric in which the gradient is taken.
@@ -171,8 +171,8 @@ class Problem:
 def p_harmonic_problem(mesh: Mesh, p: float) -> Problem:
     """The p-harmonic energy of a mesh, in the L2 metric.
 
-    Gauge-fixed for p up to 2: there the energy falls when a map is crowded into a point (a bubble of size r has
-    r^(2 - p) of it). Above 2 it rises, and the energy keeps the map spread out by itself.
+    Gauge-fixed for p up to 2: there the energy falls when a map is crowded into a point (that of a bubble of size r is
+    proportional to r^(2 - p)). Above 2 it rises, and the energy keeps the map spread out by itself.
     """
     return Problem.of(mesh, PHarmonicEnergy.of(mesh, p), gauge=p <= 2)
 
@@ -182,8 +182,8 @@ def remove_boosts(
 ) -> FloatArray:
     """Part of a tangent field that leaves the weighted mean of `x` in place: orthogonal to all boosts.
 
-    With the `share` of a `Problem` boosts times it are taken out, so that what is left vanishes at the same maps as in
-    the L2 metric.
+    Given the `share` of a `Problem`, boosts are multiplied by it before they are taken out: then the result vanishes at
+    the same maps as in the L2 metric.
 
     The chord energy of eq. (6) can always be lowered by Moebius maps that crowd the mesh into a point under one big
     triangle, so that its minimisers are useless; the boosts ``e - (e . x) x`` are the directions that lead there.
@@ -197,7 +197,7 @@ def remove_boosts(
     shared = weights if share is None else weights * share
     total = shared.sum()
     gram = total * np.eye(3) - weighted_moment(shared, x, x)  # inner products of the three boosts
-    ridge = 1e-14 * total * np.eye(3)  # of a map to one point the sum is singular
+    ridge = 1e-14 * total * np.eye(3)  # the sum is singular for a map to one point
     e = np.linalg.solve(gram + ridge, weighted_sum(weights, t))
     if share is None:
         return t - e + along(x, e)[:, None] * x

@@ -33,7 +33,7 @@ from .sphere_map import SphereMap
 @own_errstate
 @timed()
 def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | None = None) -> SphereMap:
-    """Certify a sphere that another program made, for all that takes a `SphereMap`.
+    """Certify a sphere that another program made, as a `SphereMap`, which other functions take.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def _not_mirrored(x: FloatArray, mesh: Mesh, certificate: Certificate) -> tuple[
 
 
 def certified(mesh: Mesh, x: ArrayLike) -> SphereMap:
-    """The map of a mesh that images of its vertices make; a FoldingsRemain if it folds."""
+    """A mesh with given images of its vertices as a `SphereMap`; a FoldingsRemain if it folds."""
     y = check_start(x, len(mesh.v), "images")
     certificate = Certificate.of(y, mesh.f)
     if certificate.orientation == -1:
@@ -168,7 +168,7 @@ def repair_foldings(
     >>> ism.certify(x, f).folding_free, ism.repair_foldings(v, f, x).certificate.folding_free
     (False, True)
     """
-    options = Auto(polish=polish, effort=effort)  # checked; a dict of efforts has become a record
+    options = Auto(polish=polish, effort=effort)  # checks both; makes a dict an `Effort`
     effort = options.effort
     if polish is None and effort != Effort():
         raise ValueError("effort is what a polish may cost; give polish='auto' or polish='angles', too")

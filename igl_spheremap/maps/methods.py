@@ -40,7 +40,7 @@ def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators:
          start: FloatArray | None = None, large: Large = "embedded") -> SphereMap:
     """The default: one factorisation, a start by two solves, one or two steps, and repair where the map folds.
 
-    The map is certified free of foldings, unless a listener stopped it, or large ones are not to be embedded (`Large`).
+    The map is certified free of foldings, unless a listener stopped it, or `large` leaves foldings in place.
     """
     if operators is None:
         operators = build_operators(mesh, options.backend)
@@ -69,7 +69,7 @@ def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators:
 
 
 def _remarks(mesh: Mesh, x: FloatArray, run: Run) -> Iterator[str]:
-    """What sets a map apart from others, for its notes."""
+    """Notes on what is unusual in a map."""
     if run.gauge == "centred" and is_off_centre(mesh, x):
         yield "not Moebius-centred, which would fold huge faces or spoil their angles"
     elif run.gauge == "poles":
@@ -95,7 +95,7 @@ def paper_setup(
 
 
 def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
-    """The baseline that the paper compares with: Gu and Yau's descent, from the Gauss map over the Tutte map."""
+    """The baseline that the paper compares with: Gu and Yau's descent, from the Gauss map, by way of the Tutte map."""
     energy = HarmonicEnergy.of(mesh)
     harmonic = Problem.of(mesh, energy)
     rounds: list[Round] = []
@@ -172,7 +172,7 @@ def _flattened(
 
 
 def _checked_face(mesh: Mesh, face: int) -> int:
-    """The face, if there is one of that number."""
+    """The face; an error if the mesh has none of that number."""
     if face not in range(len(mesh.f)):
         raise ValueError(f"there is no face {face} to puncture; give one of the faces 0 to {len(mesh.f) - 1}")
     return int(face)
@@ -188,13 +188,13 @@ def _lifted(z: ComplexArray, A: FloatArray) -> FloatArray:
     return center(x, A)
 
 
-#: What maps a mesh, by the record of its options.
+#: The function that maps a mesh by a method, by the class of the method's options.
 SOLVERS: dict[type[Method], Callable[..., SphereMap]] = {
     Auto: auto, Lai2014: lai2014, GuYau: gu_yau, Stereographic: stereographic}
 
 
 def in_gauge(mesh: Mesh, x: FloatArray, run: Run, gauge: PaperGauge = "centred") -> SphereMap:
-    """The map in the gauge of the result, certified; what only the last rotation folds is repaired.
+    """The map in the gauge of the result, certified; foldings that only the last rotation makes are repaired.
 
     In a free gauge it is the map as the minimisation left it.
     """

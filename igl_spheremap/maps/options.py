@@ -108,7 +108,7 @@ class Auto(Method):
     effort: Effort = Effort()  # noqa: RUF009 - it is frozen
 
     def __post_init__(self) -> None:
-        """Take the effort as settings spell it, too."""
+        """Take the effort also as a dict, as files of settings hold it."""
         super().__post_init__()
         if isinstance(self.effort, Mapping):
             object.__setattr__(self, "effort", Effort(**self.effort))
@@ -170,7 +170,7 @@ class GuYau(Method):
     plateau: float = 5e-7
 
     def __post_init__(self) -> None:
-        """Refuse steps that diverge, and an option of the Tutte map where none is made, too."""
+        """Refuse steps that diverge, and options of the Tutte map where none is made."""
         super().__post_init__()
         if not self.tutte and "tutte_plateau" in self.settings():
             raise ValueError("tutte_plateau is of the Tutte map, which tutte=False leaves out; drop one of them")
@@ -243,12 +243,12 @@ class Stereographic(Method):
                              "iterates; give that plane, too")
 
 
-#: By the name that users give.
+#: The class of a method's options, by the name that users give.
 METHODS: dict[str, type[Method]] = {method.name: method for method in (Auto, Lai2014, GuYau, Stereographic)}
 
 
 def method_of(method: str | Method, *kinds: type[Method]) -> Method:
-    """The record that a user's choice stands for; a TypeError unless it is one of these kinds, if any are given."""
+    """The record of options for a method's name or record; a TypeError unless it is of one of `kinds`, if given."""
     if isinstance(method, kinds or Method):
         return method
     if isinstance(method, type) and issubclass(method, Method):

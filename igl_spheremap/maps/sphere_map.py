@@ -141,7 +141,7 @@ class SphereMap(Result):
         if not (self.certificate.folding_free and conformal.certificate.folding_free):
             repair = Remedy("repair_foldings", given="v, f, x")
             raise FoldingsRemain(f"a map with foldings can't be balanced; remove them ({repair} does)", self)
-        from ..balance.family import balanced_map  # at the first use: who reads a map waits for no solver
+        from ..balance.family import balanced_map  # here, since reading a map needs no solver
 
         history = History(listener, conformal.run)
         x, certificate, run = balanced_map(self.mesh, conformal.sphere, self.sphere, balance, history)

@@ -94,7 +94,7 @@ def spherical_conformal_map(
                 effort=effort)
     chosen = _chosen(method, auto)
     history = History(listener)
-    from ..mesh.check import check_mesh  # at the first call: nobody waits for scipy who only imports the package
+    from ..mesh.check import check_mesh  # here, as importing the package must not load scipy
     from .methods import SOLVERS
 
     found = SOLVERS[type(chosen)](check_mesh(v, f, caps=caps), chosen, history)
@@ -102,7 +102,7 @@ def spherical_conformal_map(
 
 
 def _chosen(method: str | Method, auto: Auto) -> Method:
-    """The record that a method stands for; the options of "auto" were given one by one, if at all."""
+    """The record of a method's options; `auto` has those of the default method that were given one by one."""
     if method == auto.name:
         return auto
     if auto.settings():

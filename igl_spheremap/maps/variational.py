@@ -31,7 +31,7 @@ from .sphere_map import SphereMap
 
 @dataclass(frozen=True)
 class Variational(Method):
-    """Options of Algorithm 1 on further problems."""
+    """Options of Algorithm 1 for other energies than the harmonic one."""
 
     may_fold: bool = False
     max_iterations: int = 5000
@@ -398,7 +398,7 @@ def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float =
 
 def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Variational, tolerance: float,
             listener: Listener) -> tuple[FloatArray, Run]:
-    """Algorithm 1 on a problem."""
+    """Minimise a problem's energy by Algorithm 1, with the safeguards."""
     beside = Safeguards(mesh, problem, options.may_fold)
     minimum = minimize(CayleyBB().iterates(problem, x, beside), tolerance=tolerance,
                        max_iterations=options.max_iterations, plateau=options.plateau, listener=listener)

@@ -17,8 +17,9 @@ from .loop import Model, Trial
 #: With 1.5, with 1 or 100 means, or 4 or 14 halvings balanced maps take as long within 10 percent, or longer
 #: (benchmarks/tried.md).
 _GROWTH, _OF_MEAN = 3.0, 10.0
-#: Vertices of refused faces halve their moves HALVINGS times at most; if faces are refused still, the step is too long.
-#: It is given up earlier if k faces were refused at first and then more than SPREAD k + FEW: those spread further.
+#: The moves of refused faces' vertices are halved at most HALVINGS times; if faces are still refused, the step is too
+#: long. It is given up earlier if k faces were refused at first and later more than SPREAD k + FEW: then refusals
+#: spread.
 _HALVINGS, _SPREAD, _FEW = 8, 2, 10
 
 
@@ -31,7 +32,7 @@ class FaceEnergy(Protocol):
 
     @property
     def area(self) -> FloatArray:
-        """What the energy of each face is compared with: the bound on its growth is in proportion."""
+        """Area of each face; the bound on the growth of its energy is in proportion to it."""
 
     def by_face(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
         """Energies of the given faces."""
@@ -41,7 +42,7 @@ class FaceEnergy(Protocol):
 
 
 class VertexTerm(Protocol):
-    """A term that is a sum over vertices, each of which it looks at alone."""
+    """A sum over vertices of functions of the single vertex's position."""
 
     def value(self, x: FloatArray) -> float:
         """Its value."""
@@ -79,7 +80,7 @@ class FaceProblem:
         return column_axes(x.T)
 
     def onto(self, points: FloatArray, rows: BoolArray | slice) -> FloatArray:
-        """The points of the surface nearest to where some rows of a map were moved to."""
+        """The points of the surface nearest to points to which some rows of a map were moved."""
         return unit_rows(points)
 
     def folded(self, x: FloatArray, faces: IntArray | slice) -> BoolArray:
@@ -95,7 +96,7 @@ class FaceProblem:
         axes = self.axes(x)
         at_vertices = None
         if self._held is not None:
-            axes[:, :, self._held] = 0  # no move along them changes anything
+            axes[:, :, self._held] = 0  # held vertices do not move
             at_vertices = np.eye(2)[:, :, None] * self._held
         gradient, blocks = self.energy.derivatives(x, axes)
         for term in self._terms:
@@ -110,9 +111,9 @@ class FaceProblem:
         return move if self._turns else _without_rotation(x, move)
 
     def accept(self, x: FloatArray, move: FloatArray) -> Trial:
-        """The map x + move, in which vertices of faces that fold or grow too much shorten their own moves.
+        """The map x + move, with shorter moves of the vertices whose faces fold or gain too much energy.
 
-        So single faces do not shorten the whole step.
+        So single faces do not shorten the step of all others.
         """
         f, area, before = self.energy.f, self.energy.area, self._by_face(x)
         bound = before + self._slack
@@ -127,7 +128,7 @@ class FaceProblem:
                 break
             moved = marked(f[refused], len(x))
             share[moved] /= 2
-            y = y.copy()  # what is known of the map before stays true
+            y = y.copy()  # `_known` holds energies of the map before
             y[moved] = self.onto(x[moved] + share[moved, None] * move[moved], moved)
             near = np.flatnonzero(touching(f, moved))
             after[near] = self.energy.by_face(y, near)
@@ -138,7 +139,7 @@ class FaceProblem:
         return Trial(y, self.value(y), folded)
 
     def _by_face(self, x: FloatArray) -> FloatArray:
-        """Energies of a map's faces; those of the last two maps are known."""
+        """Energies of a map's faces; those of the last two maps are kept."""
         for y, energies in self._known:
             if y is x:
                 return energies

@@ -23,9 +23,10 @@ _SHORTEST = 1e-3
 #: 1e-4 and 1e-3 every eighth part of the set tune ends alike to .1 percent, and spring, comb, sword, dilo and
 #: octopus_low 1 percent higher (`python -m benchmarks versions . FOLDER/tune --every 8 --set newton.loop.DAMPED=1e-4`).
 DAMPED = 3e-4
-#: Factors of that damping: around what a step folds, everywhere after a step that failed, and after one that succeeds
-#: at once. At the largest damping a vertex moves by less than a tenth of its undamped step: then the search gives up.
-#: With 3 and 30, 2 and 10, .03 and .3 the parts and bodies of `DAMPED` end alike to .3 percent in sum.
+#: Damping is multiplied by the first three: around faces that a step folds, everywhere after a step that failed, and
+#: after one that succeeds at once. The last is the largest damping, with which a vertex moves by less than a tenth of
+#: its undamped step: there the search gives up. With 3 and 30, 2 and 10, .03 and .3 the parts and bodies of `DAMPED`
+#: end alike to .3 percent in sum.
 _AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.1, 10.0
 #: Added to a diagonal: without it a vertex whose faces have no weight is singular.
 _RIDGE = 1e-12
@@ -137,7 +138,7 @@ class LineSearch:
 
 
 class Levenberg:
-    """Damped Gauss-Newton steps with a damping of each vertex, which grows around what a step folds.
+    """Damped Gauss-Newton steps; each vertex has a damping, which grows around faces that a step folds.
 
     Attributes
     ----------

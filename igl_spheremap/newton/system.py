@@ -77,10 +77,10 @@ class VertexSystem:
 
     @cached_property
     def _layout(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Rows and columns of the entries, and what the number of a block is added to for those of its (a, b).
+        """Rows and columns of the entries; and for each (a, b) what is added to a block's number for its entry (a, b).
 
-        Blocks are vertices', then edges'. All their entries (0, 0) come first, then (0, 1), which vertices lack: it is
-        the mirror image of (1, 0).
+        Vertices' blocks come before edges'. The entries (0, 0) of all blocks come first, then (0, 1), (1, 0) and (1,
+        1). Vertices' blocks lack (0, 1), as it mirrors (1, 0).
         """
         n, (larger, smaller, _) = self.n, self._edges
         loops, blocks = np.arange(n), n + len(larger)
@@ -96,7 +96,7 @@ class VertexSystem:
 
     @cached_property
     def _numbers(self) -> IntArray:
-        """The entry to which each entry of the faces' blocks is added, in their order; one past the last for none."""
+        """Number of the entry to which each entry of the faces' blocks is added; one past the last if to none."""
         edge, (rows, _, first) = iter(self.n + self._edges[2]), self._layout
         found = np.empty((6, 2, 2, len(self.f)), dtype=np.int64)
         for k, (i, j) in enumerate(PAIRS):

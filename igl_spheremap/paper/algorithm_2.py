@@ -21,14 +21,14 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
             break
         try:
             start = star_map(setup, minimum.last, k + 1)
-        except FactorisationFailed as error:  # as of a flat surface, or of a map to one point
+        except FactorisationFailed as error:  # for instance of a flat surface, or of a map to one point
             notes = (*notes, f"there is no star map for round {k + 1}: {error}")
             break
     return minimum.last.x, Run(record.status, minimum.last.energy, rounds=tuple(rounds), notes=notes)
 
 
 def star_map(setup: Setup, last: Iterate, round: int) -> Iterate:
-    """The start of a round: the star map of the eigenfunctions that the map of the last round weights."""
+    """The next round's start: the star map of the eigenfunctions weighted by the last map's conformal factor."""
     found = project(setup.mesh, setup.L, last.x)  # Algorithm 2, step 2
     return setup.start(  # Algorithm 2, step 3
         "star map", found.star_map, round,

@@ -1,4 +1,4 @@
-"""Rules of the program that reference [18] published, where the paper says nothing or something else.
+"""Rules of the program that the paper's reference [18] published, where the paper leaves them open or differs.
 
 It is OptManiMulitBallGBB for columns of unit length, of the package OptM by Wen and Yin.
 """
@@ -14,16 +14,16 @@ from ..mesh.arrays import FloatArray
 from ..result.run import Iterate
 from .safeguards import AsPrinted
 
-#: Trials of a search, of which the last is taken.
+#: Number of steps that a search tries; the last one is taken in any case.
 _TRIALS = 5
-#: Changes of map and energy that are small, and the number of steps whose means are looked at.
+#: Tolerances for the changes of map and energy, and the number of last steps over which their means are taken.
 _CHANGES, _RECENT = np.array([1e-6, 1e-12]), 5
 #: Bounds of the quotients of eq. (12).
 _LEAST_TAU, _LARGEST_TAU = 1e-20, 1e20
 
 
 class AsProgrammed(AsPrinted):
-    """The program's bounds of searches and of eq. (12); it ends a run, too, where map and energy hardly change."""
+    """The program's bounds on searches and on eq. (12), and its second end of a run: map and energy hardly change."""
 
     def __init__(self, tau: float) -> None:
         super().__init__()
@@ -32,13 +32,13 @@ class AsProgrammed(AsPrinted):
         self._changes: deque[FloatArray] = deque(maxlen=_RECENT)
 
     def search(self, energy: float, rho: float, delta: float, xi: float) -> NonmonotoneSearch:
-        """A search that takes its fifth trial."""
+        """A search that accepts its fifth trial at any finite energy."""
         return NonmonotoneSearch(energy, rho, delta, xi, _TRIALS, takes_last=True)
 
     def settled(self, last: Iterate) -> bool:
         """True if the last step changed map and energy by less than their tolerances.
 
-        True, too, if the last five steps did on average by less than ten times as much.
+        Also true if the last five steps changed them on average by less than ten times these tolerances.
         """
         before, self._before = self._before, last
         if before is None or not last.iteration:
@@ -50,7 +50,7 @@ class AsProgrammed(AsPrinted):
         return bool((self._changes[-1] < _CHANGES).all() or (mean < 10 * _CHANGES).all())
 
     def step(self, tau: float, taken: float) -> float:
-        """The quotient within bounds; the first step of the run in place of 0, infinity and NaN."""
+        """The quotient of eq. (12) within bounds; the run's first step where the quotient is 0, infinite or NaN."""
         tau = super().step(tau, self._first)
         bounded = min(max(tau, _LEAST_TAU), _LARGEST_TAU)
         self._count("bounded", bounded != tau)

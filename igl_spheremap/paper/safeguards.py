@@ -1,4 +1,4 @@
-"""What is not the paper's and stands beside its algorithms: where a formula has no value, and safeguards."""
+"""What Algorithm 1 calls that is not the paper's: a step where eq. (12) has no value, and safeguards."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from ..untangle.local_repair import has_few_foldings, repair_locally
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces
 
-#: The weighted mean of the map may move this far from the origin before the Moebius gauge is restored; hardly at all
-#: where no step may add foldings: a larger Moebius map of the corners can fold a thin face.
+#: The Moebius gauge is restored when the weighted mean of the map is farther than this from the origin. The second
+#: number is for runs in which no step may add foldings: a larger Moebius map of the corners can fold a thin face.
 _OFF_CENTRE, _OFF_CENTRE_CONFINED = 1e-2, 1e-9
 
 
 class AsPrinted:
-    """The paper's algorithms as they are: nothing is altered but a step that eq. (12) does not give.
+    """The paper's algorithms as they are: only a step that eq. (12) leaves without a value is filled in.
 
-    What acts is counted by the names of `igl_spheremap.result.run.SAFEGUARDS`.
+    Subclasses alter more. What was altered is counted, by the names of `igl_spheremap.result.run.SAFEGUARDS`.
     """
 
     def __init__(self) -> None:
         self._acted: Counter[str] = Counter()
 
     def _count(self, name: str, times: int = 1) -> None:
-        """Count what acted."""
+        """Add to the count of a safeguard."""
         self._acted[name] += int(times)
 
     def acted(self) -> dict[str, int] | None:
-        """What has acted since the last call, and how often; None if nothing has."""
+        """How often each safeguard has acted since the last call; None if none has."""
         acted, self._acted = +self._acted, Counter()
         return dict(acted) or None
 
@@ -73,10 +73,10 @@ class Safeguards(AsPrinted):
     Moebius maps that crowd the mesh into a point bring the discrete energy down to 0. So the map is centred at the
     start and where it has drifted, if the problem says so (`Problem.gauge`).
 
-    Limbs, whose images are tiny, fold for next to no energy, though "the minimization must be confined to the set of
+    Limbs have tiny images, which fold for next to no energy, though "the minimization must be confined to the set of
     diffeomorphisms" (section 1). So, unless the map `may_fold`, a step after which more faces fold than at the start is
-    refused, and a star map of which few faces fold is repaired. The first start is exempt if it folds: of a Gauss map
-    half of the faces do, and more of them may on the way to a minimum.
+    refused, and a star map of which few faces fold is repaired. The first start is exempt if it folds: half of the
+    faces of a Gauss map are folded, and on the way to a minimum there may be more.
     """
 
     def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
@@ -99,7 +99,7 @@ class Safeguards(AsPrinted):
         return x
 
     def trial(self, y: FloatArray) -> FloatArray | None:
-        """The map in the Moebius gauge, unless more of it folds than may."""
+        """The map in the Moebius gauge; None, a refusal, if more faces fold than at the start."""
         y = self._centred(y, _OFF_CENTRE if self._most == np.inf else _OFF_CENTRE_CONFINED)
         if self._most == np.inf or self._foldings(y) <= self._most:
             return y
@@ -107,11 +107,11 @@ class Safeguards(AsPrinted):
         return None
 
     def _centred(self, x: FloatArray, off: float) -> FloatArray:
-        """The map in the Moebius gauge; itself where it is at most that far off."""
+        """The map in the Moebius gauge; the map itself if its weighted mean is at most `off` from the origin."""
         y = self._problem.centred(x, off)
         self._count("centred", y is not x)
         return y
 
     def _foldings(self, x: FloatArray) -> int:
-        """Faces that fold."""
+        """Number of faces that fold."""
         return int(folded_faces(x, self._mesh.f).sum())

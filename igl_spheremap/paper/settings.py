@@ -13,7 +13,7 @@ EdgeWeights = Literal["delaunay", "cotangent"]
 PaperMetric = Literal["laplacian", "areas", "vertices"]
 #: Which quotient of eq. (12) is the first step tried.
 Quotients = Literal["tau_1 first", "tau_2 first", "tau_1", "tau_2"]
-#: What fills in where the paper's text leaves something open.
+#: Whose rules hold where the paper's text leaves something open.
 Rules = Literal["paper", "program"]
 
 
@@ -199,7 +199,7 @@ class Lai2014(Method):
         return cls.as_printed(**programmed | options)
 
     def __post_init__(self) -> None:
-        """Refuse search parameters that Algorithm 1 excludes, and safeguards that the program lacks, too."""
+        """Refuse search parameters that Algorithm 1 excludes, and safeguards together with the program's rules."""
         super().__post_init__()
         for name in ("rho", "delta", "xi"):
             check_number(getattr(self, name), name, most=1)

@@ -1,4 +1,4 @@
-"""What both algorithms work with on one mesh: the discrete problem, and what stands beside it."""
+"""What both algorithms need for one mesh: the discrete problem, and the safeguards."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .settings import Lai2014
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """A mesh, the options, problem (6) on it, what is not the paper's, and who listens."""
+    """A mesh, the options, problem (6) on the mesh, the safeguards (`beside`) and the listener."""
 
     mesh: Mesh
     options: Lai2014
@@ -41,7 +41,7 @@ class Setup:
         metric = {"areas": None, "laplacian": step_metric(L), "vertices": Diagonal(np.ones(len(mesh.v)))}
         problem = Problem.of(mesh, HarmonicEnergy(L), metric[options.metric], options.gauge == "centred")
         if options.metric == "vertices":
-            problem = replace(problem, share=None)  # the norm of the gradient is Frobenius's, too: no areas are used
+            problem = replace(problem, share=None)  # so the gradient has the Frobenius norm: no areas are used
         elif raised := int((problem.areas <= LEAST_AREA / len(mesh.v)).sum()):
             notes = (*notes, f"{raised:,} vertex areas of eq. (13) were raised to a billionth of their mean")
         if options.rules == "program":

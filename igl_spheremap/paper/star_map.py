@@ -143,8 +143,9 @@ def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:
     >>> float(round(weighted_mass(mesh, np.full(len(mesh.v), 4 * np.pi)).sum() / (4 * np.pi), 9))
     1.0
     """
-    # The integral of e_i e_j e_k is area / 60 times 6 (all equal), 2 (two equal), 1 (all different), that of e_i e_j is
-    # M_ij: B_ij is a fifth of (w_i + w_j) M_ij plus M_ij of faces that are larger by the sum of their weights.
+    # Over a face the hat functions e_i e_j e_k have the integral area / 60 times 6 (all equal), 2 (two equal) or 1 (all
+    # different), and e_i e_j have M_ij. So 5 B_ij is (w_i + w_j) M_ij, plus the M_ij of faces whose areas are
+    # multiplied by the sums of their weights.
     M, W = igl.massmatrix(mesh.unit, mesh.f, igl.MASSMATRIX_TYPE_FULL), sp.diags_array(weight)  # eq. (23)
     sides = igl.edge_lengths(mesh.unit, mesh.f) * np.sqrt(weight[mesh.f].sum(axis=1))[:, None]
     grown = igl.massmatrix_intrinsic(sides, mesh.f, igl.MASSMATRIX_TYPE_FULL)
@@ -168,7 +169,7 @@ def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray, weight: FloatArray | No
 
 
 def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> tuple[FloatArray, int]:
-    """Conformal factor e^{2u} of eq. (14), made finite and positive, as a weight of B_u must be; at how many vertices.
+    """Conformal factor e^{2u} of eq. (14), made finite and positive for B_u, and the number of vertices changed.
 
     Vertices without source area get the largest finite value, and none is below 1e-12 of the mean: B_u stays definite.
     """

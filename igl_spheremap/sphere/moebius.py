@@ -16,22 +16,23 @@ from ..mesh.timings import phase
 from .rows import row_dots, weighted_moment, weighted_sum
 
 _EPS = np.finfo(float).eps
-#: Squared length beyond which a Moebius centre is on the boundary of the ball: 1 - |c|^2, by which a Moebius map
+#: A Moebius centre c of larger squared length counts as on the boundary of the ball: 1 - |c|^2, by which its map
 #: scales, has less than three digits left.
 _BOUNDARY = 1 - 512 * _EPS
-#: Length of the weighted mean below which weights are balanced: it can't be seen, and sums over a million
-#: vertices are off by 1e-17.
+#: Weights are balanced if their mean is shorter than this: it can't be seen, and is far above the 1e-17 by which sums
+#: over a million vertices are off.
 _BALANCED = 1e-12
 #: Newton steps at most; no map took more than 12.
 _STEPS = 50
-#: Newton steps longer than the first are shortened by tanh, of lengths up to the second: to .96 of the ball's radius.
+#: Newton steps longer than the first number are shortened to the tanh of their length, which is cut at the second: so
+#: to .96 of the ball's radius at most.
 _LONG, _LONGEST = 0.5, 2.0
 #: Newton steps shorter than this are rounding: 45 ulps of the unit ball.
 _SHORTEST = 1e-14
-#: Added to the Hessian's diagonal, whose mean is 4/3: weights at one point, where it vanishes, leave it regular.
+#: Added to the Hessian's diagonal, whose mean is 4/3, so that it is regular even where all weight is at one point.
 _RIDGE = 1e-14
-#: Weight of the position from the barycentre, where the normal has weight 1. It decides where normals leave the
-#: rotation open (a flat body has only two of them), and is too small to be seen where they don't.
+#: Weight of the position relative to the barycentre, beside weight 1 of the normal. It decides the rotation where
+#: normals leave it open (a flat body has only two of them), and is too small to be seen elsewhere.
 _TIE_BREAK = 1e-3
 
 
@@ -72,7 +73,7 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def _balance(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> tuple[FloatArray, FloatArray]:
-    """The conformal barycentre, and the map that it centres."""
+    """The conformal barycentre, and the rows moved by the Moebius map that takes it to the origin."""
     w = weights / weights.sum()
     centre, y, mean = np.zeros(3), x, weighted_sum(w, x)
     for _ in range(_STEPS):
@@ -108,7 +109,7 @@ def _compose(first: FloatArray, then: FloatArray) -> FloatArray:
 
 
 def center(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> FloatArray:
-    """Moebius map of `x` for which `weights` have their barycentre at the origin, or `within` a distance from it.
+    """Moebius map of `x` for which the barycentre of `weights` is at most `within` from the origin.
 
     It is computed in one step from `x`, so that rounding does not add up; `x` itself if it is centred already.
 

@@ -14,7 +14,7 @@ from ..mesh.arrays import ComplexArray, FloatArray
 INFINITE = 1e100
 #: The squared length of a unit row may differ from 1 by this after its division and a rotation.
 _ROUNDING = 8 * np.finfo(float).eps
-#: In a sum of squares of this size or more, those that underflow are rounding.
+#: In a sum of squares of this size or more, squares that underflow are less than its rounding.
 _SMALLEST_SQUARE = np.finfo(float).tiny / np.finfo(float).eps
 
 

@@ -40,7 +40,7 @@ def log_sum(a: ComplexArray, b: ComplexArray | complex) -> ComplexArray:
 
 
 class Anchored(NamedTuple):
-    """Points of the plane relative to anchors, each 0 or of length 1: beside them positions keep their digits."""
+    """Points of the plane, each relative to an anchor, 0 or a number of length 1: close to it no digits are lost."""
 
     z: ComplexArray | LongComplex
     anchor: ComplexArray | complex = 0j
@@ -50,7 +50,7 @@ class Anchored(NamedTuple):
         return np.asarray(self.z / (1 + np.abs(self.anchor) ** 2 + np.conj(self.anchor) * self.z))
 
     def beside(self, k: int, offset: ComplexArray | LongComplex, rows: IntArray) -> ComplexArray | LongComplex:
-        """Places of some rows, relative to their anchors, at offsets from row k."""
+        """Points at given offsets from point k, relative to the anchors of the given rows."""
         anchor = np.broadcast_to(self.anchor, self.z.shape)
         return np.asarray(self.z[k] + (anchor[k] - anchor[rows]) + offset)
 
@@ -58,7 +58,7 @@ class Anchored(NamedTuple):
 def to_ball(points: Anchored) -> LongFloat:
     """Inverse stereographic projection in long doubles, 0 to (0, 0, 1), without overflow near infinity.
 
-    Beside an anchor two of the coordinates keep the digits of the position.
+    Close to an anchor two of the coordinates keep all digits of the position.
 
     >>> to_ball(Anchored(np.array([1e-300 + 0j]), np.array([1j]))).astype(float).tolist()
     [[1e-300, 1.0, -0.0]]

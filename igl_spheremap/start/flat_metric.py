@@ -17,7 +17,7 @@ from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
 
 #: Halvings of a Newton step at most: to 1e-12 of it.
 _HALVINGS = 40
-#: Added to the Hessian's diagonal, the first with which it can be factorised: a vertex whose faces are all broken has
+#: Numbers added to the Hessian's diagonal, in turn until it can be factorised: a vertex whose faces are all broken has
 #: a row of zeros.
 _SHIFTS = (1e-10, 1e-6, 1e-3)
 
@@ -53,7 +53,7 @@ def flat_metric(
 
     Springborn, Schroeder, Pinkall 2008, *Conformal Equivalence of Triangle Meshes*: the angle defects are the gradient
     of a convex energy of u, whose Hessian is the cotangent Laplacian of the current metric; where the triangle
-    inequality fails the energy goes on with angles pi, 0, 0.
+    inequality fails, the angles pi, 0, 0 continue the energy.
     """
     rest = (mesh.f != vertex).all(axis=1)
     f, log_l = mesh.f[rest], np.log(mollified_edge_lengths(mesh.unit, mesh.f))
@@ -72,7 +72,7 @@ def flat_metric(
 
 
 def lay_out(metric: FlatMetric) -> ComplexArray:
-    """Positions in the plane that have a flat metric's lengths, up to a similarity, turned as seen from outside.
+    """Positions in the plane that have a flat metric's lengths, up to a similarity, oriented as seen from outside.
 
     Found as the least-squares conformal map of the flat metric, which is an isometry up to scale: one solve places all
     vertices, no error travels along a chain of faces, and a broken face, which has no weight, spoils its surroundings
@@ -106,7 +106,7 @@ def lay_out(metric: FlatMetric) -> ComplexArray:
 
 
 def _first_guess(mesh: Mesh, vertex: int, x: FloatArray) -> FloatArray:
-    """Scale factors of `x`, then of the stereographic projection from the vertex."""
+    """Scale factors of the map `x` followed by the stereographic projection from the vertex."""
     edges = np.vstack((mesh.f[:, [0, 1]], mesh.f[:, [1, 2]], mesh.f[:, [2, 0]]))  # each edge both ways
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.log([np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (x, mesh.unit)])
@@ -155,7 +155,7 @@ def _newton(
         step = np.zeros(len(u))
         step[free] = _newton_step(angles, f, len(u), free, K)
         tau = 1.0
-        for _ in range(_HALVINGS):  # convex: as long as the slope is not steep, the energy fell
+        for _ in range(_HALVINGS):  # a convex energy fell if the slope is small at the trial
             trial = u + tau * step
             angles = triangle_angles(log_l + edge_log_scale(trial, f))
             if angle_defects(angles, f, len(u))[free] @ step[free] <= 0.5 * abs(K @ step[free]):

@@ -23,9 +23,10 @@ _TINY = np.finfo(float).tiny
 # sample:spheroid sample:spring --set start.punctured._SAMPLE=250`), and so does every eighth part of the set tune with
 # the first, the second and _TRIES 2 (`FOLDER/tune --every 8` in place of the samples).
 
-#: Faces sampled for the affine correction, and vertices for a first scale, at most: medians need no more.
+#: At most this many faces are sampled for the affine correction, and vertices for a first scale: medians need no more.
 _SAMPLE = 1000
-#: Candidates for the puncture, at most: the best of 1000 leaves twice as much energy above the minimum (tried by hand).
+#: At most this many faces are compared as places for the puncture: with 1000 the start has twice as much energy above
+#: the minimum (tried by hand).
 _CANDIDATES = 4000
 #: A larger mean Beltrami coefficient nu comes from a badly shaped punctured face: the next face is tried.
 _LARGEST_NU = 0.5
@@ -33,23 +34,24 @@ _LARGEST_NU = 0.5
 _LARGEST_CORRECTION = 0.95
 #: A start with more energy than this is rejected: 4 pi is that of a conformal map.
 _LARGEST_ENERGY = 6 * np.pi
-#: Share of the sphere's area below which the flat faces of a map are coarse. With .9 samples end the same, every eighth
-#: part of the set tune .9 percent higher, 2 worse and none better.
+#: A map is coarse if its flat faces cover less than this share of the sphere's area. With .9 samples end the same,
+#: every eighth part of the set tune .9 percent higher, 2 worse and none better.
 _COARSE = 0.95
 #: Faces whose sides in the plane are below this share of its extent, deep in limbs, do not count for nu.
 _RELIABLE = 1e-10
-#: The weighted mean of a start may be this far from the origin, and so may steps' before they are centred.
+#: Starts, and maps after a step, are centred if their weighted mean is farther than this from the origin.
 OFF_CENTRE = 1e-4
-#: Accuracy of the solves for a start, and for a map that is final, where the factor is only approximate. The energy of
-#: a plane map is that of the faces beside the puncture: with 1e-6 the rest costs a step more at 2.6 million vertices.
+#: Accuracy of the solves for a start, and for a map that is final, where the factor is only approximate. Nearly all
+#: energy of a plane map is in the faces beside the puncture: with 1e-6 errors in the others cost one step more at 2.6
+#: million vertices.
 _ACCURACY = 1e-7
 _FINAL_ACCURACY = 1e-8
-#: The quadratic term is fitted on the ring INNER < |z| < OUTER, in units of the corners' distance: beyond it are higher
-#: terms, within it is noise of the mesh. It begins at the geometric mean of that distance and the body's size if this
-#: is less than INNER.
+#: The quadratic term is fitted on the ring INNER < |z| < OUTER, in units of the corners' distance: farther out higher
+#: terms matter, farther in the mesh's noise. Where the geometric mean of that distance and the body's size is less than
+#: INNER, the ring begins there.
 _INNER, _OUTER = 1 / 8, 1 / 3
-#: Faces to puncture that are tried, and their distance in the order by quality: the last is still among the best 160
-#: of 4000. If none gives a good start, the best of the poor ones is taken.
+#: At most this many faces are punctured in turn, each this many places after the one before in the order by quality:
+#: the last is still among the best 160 of 4000. If none gives a good start, the best of the poor ones is taken.
 _TRIES, _STRIDE = 4, 40
 
 
@@ -67,7 +69,7 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
 
     The faces to puncture, well-shaped ones by default, are tried in turn until a start is good; the Gauss map stands in
     where no puncture gives finite numbers. The plane map is that of Angenent, Haker, Tannenbaum, Kikinis 1999
-    (reference [11] of Lai et al.); what takes out the discretisation error of the puncture is ours.
+    (reference [11] of Lai et al.); the correction of the puncture's discretisation error is ours.
     """
     tried: list[Start] = []
     for face in candidate_faces(mesh) if faces is None else faces:
@@ -93,7 +95,7 @@ def _evaluated(x: FloatArray, operators: Operators) -> Start:
 
 
 def is_coarse(area: float) -> bool:
-    """Flat faces cover less than 95 percent of the sphere's area: too coarse for chord energies."""
+    """True if the flat faces cover less than 95 percent of the sphere's area: too coarse for chord energies."""
     return area < _COARSE * 4 * np.pi
 
 
@@ -126,10 +128,10 @@ def dipole_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
 
 
 def _placed_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
-    """Harmonic map of the mesh without one face to the plane, the corners placed like that face, mirrored.
+    """Harmonic map of the mesh without one face to the plane; its corners are placed in the face's mirrored shape.
 
-    The Laplacian of the punctured mesh differs in the rows of the three corners only, which are placed: so the whole
-    mesh's Green functions between them give the map.
+    Without the face the Laplacian changes only in the rows of its three corners, whose places are given. So differences
+    of the whole mesh's Green functions give the map.
     """
     a, b, c = mesh.f[face]
     loads = np.zeros((len(mesh.v), 2))
@@ -213,7 +215,7 @@ def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
 
 
 def _about_middle(z: ComplexArray, weights: FloatArray) -> ComplexArray:
-    """Positions relative to about the middle of the weights: an estimate is enough, for centring comes later."""
+    """Positions relative to an estimate of their weighted median; an estimate is enough: maps are centred later."""
     sample = spread(len(z), _SAMPLE)
     w = weights[sample]
     return z - complex(weighted_quantile(z.real[sample], w), weighted_quantile(z.imag[sample], w))

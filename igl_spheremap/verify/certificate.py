@@ -17,7 +17,7 @@ from ..sphere.rows import row_lengths, scale_rows
 from .rim import plane_signs, rim_crossings, rim_direction
 from .signs import determinant_signs, orientation_signs
 
-#: Rows may leave the unit sphere by the rounding of a float32 file, no more.
+#: Lengths of rows may differ from 1 by this: by the rounding of a float32 file, no more.
 UNIT_TOLERANCE = 1e-6
 #: Room for rounding in the choice of the faces that may hold a direction; each of them is then tested exactly.
 _ROOM = 64 * np.finfo(float).eps
@@ -247,7 +247,7 @@ def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> Iterator[FloatAr
     proper = np.flatnonzero(signs)
     chosen = proper[np.linspace(0, len(proper) - 1, num=min(8, len(proper))).astype(int)] if len(proper) else proper
     yield from (np.array([0.5, 0.3, 0.2]) @ x[face] for face in f[chosen])
-    # Points by the golden angle: they lie on an edge of a mesh only if it was made from them.
+    # Points spaced by the golden angle: they lie on an edge of a mesh only if the mesh was made from them.
     height = (np.arange(24) + 0.5) / 12 - 1
     turn = np.arange(24) * 2.399963229728653 + 0.1
     rim = np.sqrt(1 - height**2)
@@ -262,7 +262,8 @@ def _faces_near(x: FloatArray, f: IntArray, q: FloatArray) -> IntArray:
     q = q / np.linalg.norm(q)
     axes = np.concatenate((np.linalg.svd(q[None, :])[2][1:], q[None, :]))
     a, b, c = np.einsum("ij,jk->ik", axes, np.ascontiguousarray(x.T))
-    # One bit for each half-plane that a vertex is in: a box holds the origin if its corners have all four.
+    # One bit for each half-plane, and for the half-space, that a vertex is in: a face is kept if its corners have all
+    # five.
     bits = np.zeros(len(x), dtype=np.uint8)
     for k, side in enumerate((a <= _ROOM, a >= -_ROOM, b <= _ROOM, b >= -_ROOM, c > -_ROOM)):
         bits |= side.view(np.uint8) << np.uint8(k)

@@ -149,7 +149,7 @@ def log_length_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 
 def _checked(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> tuple[FloatArray, IntArray, FloatArray]:
-    """Positions in the mesh's own unit, faces and images; what is measured of a face needs no closed surface."""
+    """Checked positions, in the mesh's own unit, faces and images; the surface need not be closed."""
     vertices = check_positions(v)
     faces = check_triangles(f)
     check_indices(faces, len(vertices))

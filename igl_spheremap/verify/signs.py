@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import by_blocks
 
-#: Computed in floating point, a determinant of numbers up to s in size is off by less than this times s^3, and than
-#: this times the sizes of its six products, plus the smallest normal number times s if s > 1 (docs/guarantee.md).
+#: A determinant of numbers up to s in size, computed in floating point, is off by less than this times s^3. It is also
+#: off by less than this times the summed sizes of its six products. To both bounds the smallest normal number is added,
+#: to the second times s if s > 1 (docs/guarantee.md).
 _ERROR = 64 * np.finfo(float).eps
 _TINY = np.finfo(float).tiny
 #: Shewchuk's predicates are exact for numbers that are 0 or of a size between these. Such a number is a multiple of
@@ -42,7 +43,7 @@ def column_signs(corners: FloatArray) -> IntArray:
 
 
 def _signs(det: FloatArray, largest: float, rows: Callable[[IntArray], FloatArray]) -> IntArray:
-    """Signs of determinants of numbers up to a size; where rounding leaves doubt, of the rows of those, exactly."""
+    """Signs of determinants of numbers up to `largest`; where rounding leaves doubt, exact signs from their rows."""
     signs = (det > 0).astype(np.int64) - (det < 0)
     with np.errstate(over="ignore", invalid="ignore"):
         unsure = np.flatnonzero(~(np.abs(det) > _ERROR * largest**3 + _TINY))  # NaN included
@@ -70,7 +71,7 @@ def signed_volumes(corners: NDArray[Any]) -> NDArray[Any]:
 def _exact_signs(x: FloatArray) -> IntArray:
     """Signs of each three rows: by Shewchuk's predicates where these are exact, else by integers.
 
-    Coordinates and rows are multiplied by powers of two first: beside an end of an axis two coordinates are tiny.
+    Coordinates and rows are multiplied by powers of two first: close to an end of an axis two coordinates are tiny.
     """
     exponent = np.where(x == 0, -_HUGE, np.frexp(x)[1]).reshape(-1, 3, 3)  # face, corner, coordinate
     column = exponent.max(axis=1, keepdims=True)

@@ -1,9 +1,9 @@
 """Pairs of edges of a polygon that may meet, by rectangles around runs of edges.
 
-Runs of 1, 4, 16, ... consecutive edges have a rectangle each, along the lines that their edges are nearest to: chords
-of jagged runs lie across them. Where those of two runs lie apart, none of their edges meet; else their quarters are
-compared. Few more pairs than there are edges are looked at where edges lie side by side, however long and thin that is:
-bounding boxes of the spikes of a star nearly all meet.
+Each run of 1, 4, 16, ... consecutive edges has a rectangle along the line that is nearest to its edges, since the chord
+of a jagged run may lie across it. If the rectangles of two runs are apart, none of their edges meet; else the quarters
+of both runs are compared. So the number of pairs compared is little above the number of edges, even where long thin
+parts lie side by side, as the spikes of a star do, whose bounding boxes nearly all meet.
 
 Ballard 1981, *Strip Trees: A Hierarchical Representation for Curves*.
 """
@@ -17,14 +17,14 @@ import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray, own_unit
 
-#: Runs at most that are compared each with each, the longest: 8,256 pairs, in one call.
+#: The comparison begins with the longest runs of which there are at most this many: all their 8,256 pairs, in one call.
 _RUNS = 128
 #: Parts of a run: with halves the rectangles of small polygons take longer than all comparisons.
 _PARTS = 4
 #: Pairs of runs that are compared at once: temporaries take some megabytes.
 _BLOCK = 1 << 17
-#: Rectangles are made once more pairs than this for each run have had bounding boxes that meet: a run meets itself and
-#: the next one on any polygon, and one or two more on most.
+#: Rectangles are made only where more pairs than this for each run have bounding boxes that meet: a run meets itself
+#: and the next one on any polygon, and one or two more on most.
 _MANY = 3
 #: Distances between rectangles are off by less than this share of the coordinates: some twenty roundings, and room.
 _ERROR = 64 * np.finfo(float).eps
@@ -82,7 +82,7 @@ class _Runs:
                                  for extreme in (np.minimum, np.maximum))
 
     def near(self, i: IntArray, j: IntArray) -> tuple[IntArray, IntArray]:
-        """Those of some pairs whose bounding boxes meet, and, if they are many, whose rectangles no side separates."""
+        """The pairs whose bounding boxes meet; if they are many, only those whose rectangles no side separates."""
         meet = (self._low.take(i, axis=1) <= self._high.take(j, axis=1)).all(axis=0)
         meet &= (self._low.take(j, axis=1) <= self._high.take(i, axis=1)).all(axis=0)
         i, j = i[meet], j[meet]
