@@ -18,12 +18,13 @@ from ..errors import FactorisationFailed
 from ..mesh.arrays import HALF_DIGITS, FloatArray
 from ..newton.system import VertexSystem, gram_blocks
 
-#: Radians: no angle to come near is smaller, so that those of slivers can shrink. With 1e-2 every eighth part of the
-#: set tune ends the same in sum, 1 worse and 2 better (`python -m benchmarks versions . FOLDER/tune --every 8 --set
-#: untangle.angles._LEAST_ANGLE=1e-2`).
+#: In radians, the least of the angles that are aimed at, so that those of slivers can shrink. With 1e-2 every eighth
+#: part of the set tune ends the same in sum, 1 worse and 2 better (`python -m benchmarks versions . FOLDER/tune --every
+#: 8 --set untangle.angles._LEAST_ANGLE=1e-2`).
 _LEAST_ANGLE = 1e-3
-#: Steps towards the given angles; those after them only close the conditions, and converge quadratically. With 4, of
-#: exp(.7) at most, angles are the same within .2 percent, after 7 to 14 steps in place of 6 to 9 (benchmarks/tried.md).
+#: Number of steps that aim at the given angles; later ones only close the conditions, and converge quadratically. With
+#: 4, of exp(.7) at most, angles are the same within .2 percent, after 7 to 14 steps in place of 6 to 9
+#: (benchmarks/tried.md).
 _AIMING = 2
 #: Steps at most: twice what meshes take whose angles close at all.
 _STEPS = 16
@@ -42,8 +43,8 @@ def proper_angles(angles: FloatArray) -> FloatArray:
 def close_angles(system: VertexSystem, target: FloatArray, hole: int) -> FloatArray | None:
     """The angles (m, 3) nearest to the target, relative to their size, that close up in the plane without the hole.
 
-    Those of the hole, a face, mean nothing. None if a sum or a logarithm of a product stays off by more than half of
-    float64's digits.
+    The angles returned for the hole, a face, have no meaning. None if a sum or a logarithm of a product stays off by
+    more than half of float64's digits.
     """
     wheels = _Wheels(system, hole)
     a, aim = target.T.copy(), target.T
@@ -74,7 +75,7 @@ class _Wheels:
         self.inner = self.free[self.corners]  # corner, face
 
     def missing(self, a: FloatArray) -> FloatArray:
-        """By how much angle sums, and sums of logarithms of sines, miss what closes, (2, n)."""
+        """By how much each vertex misses its two conditions, on the sum and on the product, (2, n)."""
         sines = np.log(np.sin(a))
         sums = self.system.gathered(np.stack((a, sines[[1, 2, 0]] - sines[[2, 0, 1]])))
         return np.where(self.free, np.array([[2 * np.pi], [0.0]]) - sums, 0.0)
@@ -91,7 +92,7 @@ class _Wheels:
             J[i, i, 0] = self.inner[i]
             J[j, i, 1], J[k, i, 1] = cotangent[j] * self.inner[i], -cotangent[k] * self.inner[i]
         share = compliance / compliance.sum(axis=0)
-        # Moves within a face keep its sum: the compliance, less what all three angles share of it.
+        # Angles of a face must keep their sum: their common change is taken out of the compliance.
         PJ = compliance[:, None, None] * (J - np.einsum("am,aikm->ikm", share, J))
         wanted = wanted - share * wanted.sum(axis=0)
         lack = missing - self.system.gathered(np.einsum("aikm,am->kim", J, wanted))

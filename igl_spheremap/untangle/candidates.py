@@ -1,8 +1,9 @@
-"""Maps of a coarse body to choose from: layouts around several faces that are cut out, in gauges that fold little.
+"""Maps of a coarse body to choose from: layouts without one face or another, in gauges that fold few faces.
 
-On coarse bodies the choice of the hole changes angles by factors. Angles close in the plane, where sides are straight;
-on the sphere sides are great circles, which sweep over hundreds of vertices where they are long. So the gauge decides
-what folds, and is chosen before anything is repaired.
+On coarse bodies the choice of the hole, the face that is cut out, changes angle differences by factors. A layout has
+straight sides in the plane. On the sphere sides are arcs of great circles, and hundreds of vertices may lie between a
+long arc and the image of the straight side. So which faces fold depends on the gauge, and it is chosen before anything
+is repaired.
 """
 
 from __future__ import annotations
@@ -29,22 +30,22 @@ from .match_angles import covers_once
 #: Nepers: on a body whose limbs are at most this deep rounding turns edges by at most .001 (float64's eps times e^29).
 #: With 18 a part of a robot ends at 11.8 degrees, not 9.2.
 _DEEPEST = 29.0
-#: Faces at most whose angles are compared where gauges are. With 250 every second part of the set tune ends alike, 2
-#: worse and 2 better (`python -m benchmarks versions . FOLDER/tune --every 2 --set untangle.candidates._SAMPLE=250`).
+#: Gauges are compared by the angles of at most this many faces. With 250 every second part of the set tune ends alike,
+#: 2 worse and 2 better (`python -m benchmarks versions . FOLDER/tune --every 2 --set untangle.candidates._SAMPLE=250`).
 _SAMPLE = 1000
-#: Degrees of mean angle difference that count as much as if all faces folded, where gauges are compared. With 10 every
-#: eighth part of the set tune ends 2.7 percent higher, with 100 the same.
+#: Where gauges are compared, this mean angle difference, in degrees, counts as much as a fold of all faces. With 10
+#: every eighth part of the set tune ends 2.7 percent higher, with 100 the same.
 _FOLDED = 30.0
-#: Moebius maps that are tried, and how far the first ones move the sphere's centre: enough for the search to settle.
-#: Three of the parts of `_FOLDED` depend on them, too few to choose by: with 30 maps they end 1.3 percent lower, from
-#: .2 .2 percent lower, from .8 2.4 higher.
+#: Number of Moebius maps that are tried, enough for the search to settle, and how far the first ones move the sphere's
+#: centre. Only three of the parts of `_FOLDED` depend on these numbers, too few to choose by: they end 1.3 percent
+#: lower with 30 maps, .2 percent lower with .2, and 2.4 percent higher with .8.
 _GAUGES, _FIRST = 60, 0.4
 
 
 def unfolded_first(mesh: Mesh, maps: Iterable[FloatArray]) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield each map in the Moebius gauge that folds fewest faces, with what small moves make of it.
+    """Yield each map in the Moebius gauge that folds fewest faces, and the same map after small moves.
 
-    Those that small moves do not free of foldings come last, the least bad first: embedding spoils many of them.
+    Maps that still fold after small moves come last, the least bad first: embedding spoils many of them.
     """
     badness, folded = Badness(mesh), list[tuple[float, FloatArray, FloatArray]]()
     for y in maps:

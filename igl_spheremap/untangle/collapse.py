@@ -24,8 +24,9 @@ from .kernel import Stars, stars_of
 #: Rounds unit rows to positions that vertices may take.
 Grid = Callable[[FloatArray], FloatArray]
 
-#: Faces at most in all fans that are tried for a vertex: those of all its neighbours up to a valence of 22, of a hub
-#: those of every k-th, so that its collapse costs no more than in proportion to its valence.
+#: The fans that are tried for a vertex have at most this many faces together. Up to a valence of 22 all neighbours'
+#: fans are tried, at a hub every k-th neighbour's, so that its collapse costs no more than in proportion to its
+#: valence.
 _FANS_TRIED = 512
 
 
@@ -108,21 +109,21 @@ class Complex:
         return Batch(stars.take(rows), target[rows]) if len(rows) else None
 
     def _best_targets(self, stars: Stars, adjacency: _Adjacency) -> IntArray:
-        """For each star the contractible neighbour whose fan folds least, then is best shaped; or -1."""
+        """Where each star's centre may collapse to: the neighbour whose fan folds least, then is best shaped; or -1."""
         owner = stars.owner  # each neighbour of a vertex is the `a` of exactly one outer edge
         contractible = adjacency.common(stars.vertices[owner], stars.a) == 2
         pairs = np.flatnonzero(contractible & ~self.frozen[stars.a])
         pairs = pairs[_spread(owner[pairs], stars.valence)]
         owner = owner[pairs]
         cost = self._fan_cost(stars, owner, stars.a[pairs])
-        order = np.lexsort((adjacency.degree[stars.a[pairs]], cost, owner))  # hubs last: chains halve evenly then
+        order = np.lexsort((adjacency.degree[stars.a[pairs]], cost, owner))  # hubs last, so chains halve evenly
         owner, first = np.unique(owner[order], return_index=True)
         target = np.full(len(stars.vertices), -1)
         target[owner] = stars.a[pairs[order[first]]]
         return target
 
     def _fan_cost(self, stars: Stars, owner: IntArray, target: IntArray) -> FloatArray:
-        """Foldings in the fan from each target, plus a penalty up to 1/2 for its worst shaped face."""
+        """Number of foldings in the fan from each target, plus a penalty of up to 1/2 for its worst shaped face."""
         fans = stars.take(owner)
         pair = fans.owner
         t = target[pair]
@@ -167,7 +168,7 @@ class _Adjacency:
 
 
 def independent(stars: Stars, n: int) -> IntArray:
-    """Rows of the stars whose centre comes before all its neighbours: low valence, then a fixed shuffle."""
+    """Rows of stars whose centres come before all their neighbours in the order of valence, then of a fixed shuffle."""
     rank = _ranked(stars, stars.valence, n)
     return np.flatnonzero(rank[stars.vertices] < np.minimum.reduceat(rank[stars.a], stars.start))
 
@@ -175,10 +176,10 @@ def independent(stars: Stars, n: int) -> IntArray:
 def colour_classes(stars: Stars, n: int) -> list[IntArray]:
     """Rows of stars among n vertices, in classes within which no centres are neighbours: 5 or 6 of most meshes.
 
-    Each takes the first class that is left, after all neighbours of higher valence (Jones and Plassmann 1993, *A
-    Parallel Graph Coloring Heuristic*).
+    Each star takes the first class that none of its neighbours has, after all neighbours of higher valence (Jones and
+    Plassmann 1993, *A Parallel Graph Coloring Heuristic*).
     """
-    rank, colour = _ranked(stars, -stars.valence, n), np.zeros(n, dtype=np.int64)  # a bit; 0 for all that have none
+    rank, colour = _ranked(stars, -stars.valence, n), np.zeros(n, dtype=np.int64)  # one bit; 0 for none yet
     while (first := rank[stars.vertices] < np.minimum.reduceat(rank[stars.a], stars.start)).any():
         taken = np.bitwise_or.reduceat(colour[stars.a], stars.start)[first]
         chosen = stars.vertices[first]
@@ -188,7 +189,7 @@ def colour_classes(stars: Stars, n: int) -> list[IntArray]:
 
 
 def _ranked(stars: Stars, first: IntArray, n: int) -> IntArray:
-    """An order of the centres among n vertices, by small integers, then a fixed shuffle; the others come last."""
+    """Ranks of n vertices: centres by the small integers `first`, then by a fixed shuffle; all others come last."""
     shuffled = (stars.vertices * 2654435761) % 4294967291  # a permutation: the modulus is prime
     rank = np.full(n, np.iinfo(np.int64).max)
     rank[stars.vertices] = first * 4294967296 + shuffled
@@ -203,7 +204,7 @@ def _spread(owner: IntArray, valence: IntArray) -> BoolArray:
 
 
 def _edges_new_once(stars: Stars, target: IntArray, n: int) -> BoolArray:
-    """Drop collapses that would add an edge which another one, of an earlier row, adds too."""
+    """False for collapses that would add an edge which the collapse of an earlier row adds."""
     t = target[stars.owner]
     # the edge to `a` is new unless `a` is the target or one of the two neighbours of v and t
     after, before = stars.b[stars.a == t], stars.a[stars.b == t]

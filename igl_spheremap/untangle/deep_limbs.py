@@ -1,7 +1,7 @@
 """Limbs that float64 can't hold are shortened where that changes angles least.
 
-A limb of length l and circumference c shrinks like exp(-2 pi l / c), and edges on a sphere in float64 end at exp(-35).
-Within a disc about the tip of such a limb the distance r from the tip becomes s:
+The image of a limb of length l and circumference c shrinks like exp(-2 pi l / c), and edges on a sphere in float64
+can't be shorter than exp(-35). Within a disc about the tip of such a limb the distance r from the tip becomes s:
 
     d log s = kappa(log r) d log r,    .05 <= kappa <= 1, constant on bins of one neper or more.
 
@@ -23,10 +23,10 @@ from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..sphere.stereographic import Anchored, log_sum, plane_angles
 from .layout import Placed
 
-#: A limb begins where edges are shorter than exp(-4), those of a compact body of 80,000 faces. A branch is a limb of
-#: its own if its tip is as much deeper than where it begins. With 2 and 8 springs and octopuses end 1.6 percent lower
-#: (`python -m benchmarks versions . sample:spring sample:spring:turns=2 sample:octopus sample:octopus:arm_length=6
-#: --set untangle.deep_limbs._ONSET=8`).
+#: In nepers. A limb begins where edges on the sphere are shorter than exp(-4), as all are on a compact body of 80,000
+#: faces. A branch counts as a limb if its tip is deeper than its beginning by the same number of nepers. With 2 and 8
+#: springs and octopuses end 1.6 percent lower (`python -m benchmarks versions . sample:spring sample:spring:turns=2
+#: sample:octopus sample:octopus:arm_length=6 --set untangle.deep_limbs._ONSET=8`).
 _ONSET = 4.0
 #: Nepers between the floor of limbs and the resolution of numbers about 1. With the first the edges at the tips keep
 #: one to two bits; the second, which leaves four, is tried where rounding folds so much that the first map is lost.
@@ -37,9 +37,9 @@ _KAPPAS = 1 - _STEP * np.arange(round(1 / _STEP))
 #: Cost, in degrees, of a vertex for each neper below the floor. Its two faces can't cost more than 240: a folded face
 #: has angles of sum -pi in place of pi, so its mean difference is 120.
 _BELOW = 300.0
-#: Equilateral triangles are counted as this many vertices of each bin: else to squash an empty bin would cost nothing.
-#: With .1 and 1 spring, comb, sword, dilo and octopus_low end within .6 percent (`python -m benchmarks versions .
-#: MESH ... --set untangle.deep_limbs._SPARE=.1`).
+#: Each bin counts as if it had this many vertices more, of equilateral faces: else it would cost nothing to squash an
+#: empty bin. With .1 and 1 spring, comb, sword, dilo and octopus_low end within .6 percent (`python -m benchmarks
+#: versions . MESH ... --set untangle.deep_limbs._SPARE=.1`).
 _SPARE = 0.3
 #: Width of a bin at least, as a share of the deepest limb: the table grows as the square of the number of bins.
 _NARROWEST = 0.005
@@ -95,7 +95,7 @@ class Limb:
 
     @cached_property
     def inwards(self) -> FloatArray:
-        """Nepers from the rim to the disc's vertices; to the tip those to its nearest neighbour."""
+        """Nepers from the rim to each vertex of the disc; to the tip, the nepers to the vertex nearest to it."""
         return np.minimum(self.log_radius - self.log.real[self.disc], self.log_radius - self.log.real[self.apart].min())
 
     @cached_property
@@ -116,13 +116,13 @@ class Limb:
 class Costs(NamedTuple):
     """What shortening costs in each bin of a limb, in degrees summed over faces."""
 
-    #: Of the angles, for each kappa: (bins, kappas).
+    #: Cost of each kappa in angle differences, (bins, kappas).
     angles: FloatArray
-    #: How many vertices it holds.
+    #: Number of vertices in each bin.
     vertices: FloatArray
-    #: Depth of the deepest vertex, in nepers.
+    #: Depth of each bin's deepest vertex, in nepers.
     deepest: FloatArray
-    #: How many steps that are gained bring the vertices nearer to the floor.
+    #: Up to how many gained steps bring each bin's vertices nearer to the floor.
     useful: IntArray
     floor: float
     #: Nepers that a bin gains as kappa falls by `_STEP`.
@@ -190,7 +190,7 @@ class Table:
 
 
 def floors(dtype: type[np.floating]) -> list[float]:
-    """Depths in nepers below which no edge is to be left in numbers of a type, the deepest first."""
+    """Floors to try for numbers of a type, the deepest first: depths in nepers that no edge is to exceed."""
     return [float(-np.log(np.finfo(dtype).eps) - margin) for margin in _MARGINS]
 
 
@@ -230,7 +230,8 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
     """Merge tree of the deep vertices, each branch before the one that it meets.
 
     The elder rule of persistent homology: where two limbs meet, the one of the less deep tip ends. Limbs begin where
-    edges are short, though coordinates are `finer` there: what is to be shortened is shortened on its whole length.
+    edges are short, even if coordinates are `finer` there: a limb that has to be shortened is shortened along its whole
+    length.
     """
     if depth.max() <= floor:
         return []
@@ -266,7 +267,7 @@ def _limbs(found: list[Branch], placed: Placed) -> list[Limb]:
     """Make a limb of the disc about each tip, and list those that are no branch of another."""
     inwards = placed.depth + placed.finer
     width = max(1.0, _NARROWEST * float(inwards[np.isfinite(inwards)].max()))
-    apart: list[tuple[int, Limb]] = []  # what each meets, and the limb
+    apart: list[tuple[int, Limb]] = []  # the tip of the branch that each meets, and the limb
     for tip, meets, vertices in found:
         log = placed.about(tip)
         radius = float(np.delete(log.real, vertices).min(initial=np.inf))
@@ -287,8 +288,8 @@ def _table(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Tabl
 def _costs(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Costs:
     """Measure what shortening costs in each bin.
 
-    A gain is of use, in general. At an end of an axis float64 holds normal numbers of any size, so that only what lifts
-    a vertex to normal numbers is.
+    Every gain is of use, except at an end of an axis: float64 holds normal numbers of any size there, so that only a
+    gain that lifts a vertex to normal numbers is of use.
     """
     at, bins = limb.bins_at(limb.inwards), limb.bins
     own = np.ones(len(limb.disc), dtype=bool)

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 from ..errors import check_number, check_whole
 
-#: Vertices that the layouts of a mesh may have together, so that they cost as much on all meshes. With 2,000 the 59
-#: parts of 430 to 2,100 vertices of the set tune end 1 percent higher (`python -m benchmarks versions . FOLDER/tune
+#: All layouts of a mesh may have this many vertices together, so that they cost the same on all meshes. With 2,000 the
+#: 59 parts of 430 to 2,100 vertices of the set tune end 1 percent higher (`python -m benchmarks versions . FOLDER/tune
 #: --set untangle.effort._TOGETHER=2000`).
 _TOGETHER = 3000
 #: Vertices at which the price of steps is halfway from its least to its largest. It rises with the mesh, as factors
 #: take more than proportional time. With 8,000 forty parts of the set tune end .2 percent lower, for more time.
 _MIDDLING = 3000
-#: The price grows by this many times the least gain: to 11 percent at 20,000 vertices, where steps take 2 to 4 times
-#: the time of the map. With 4, the 47 parts of 700 vertices and more in the set tune end .2 percent higher, in .95 of
-#: the time.
+#: The price rises with the mesh by up to this many times the least gain: to 11 percent at 20,000 vertices, where steps
+#: take 2 to 4 times the time of the map. With 4, the 47 parts of 700 vertices and more in the set tune end .2 percent
+#: higher, in .95 of the time.
 _GROWTH = 7
 
 
@@ -61,7 +61,7 @@ class Effort:
     polish_gain: float = 0.004
 
     def __post_init__(self) -> None:
-        """Refuse what is not a count or a share."""
+        """Refuse fields that are not counts or shares."""
         for name in ("systems", "holes"):
             check_whole(getattr(self, name), f"effort: {name}")
         for name in ("least_gain", "polish_gain"):

@@ -26,12 +26,12 @@ from ..verify.signs import folded_faces, orientation_signs
 from .collapse import Batch, Complex, Grid, colour_classes
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
 
-#: Rings around foldings, and where float64 was too coarse, within which vertices are removed at first; the number is
-#: doubled until it suffices: with 2 and 8 one and two of 29 parts change, by less than .05 percent in sum (`python -m
-#: benchmarks versions . FOLDER/tune --every 8 --set untangle.embedding._REMOVED_RINGS=2`).
+#: Vertices are removed at first within this many rings around foldings, and around places where float64 was too coarse;
+#: the number is doubled until it suffices. With 2 and 8 one and two of 29 parts change, by less than .05 percent in sum
+#: (`python -m benchmarks versions . FOLDER/tune --every 8 --set untangle.embedding._REMOVED_RINGS=2`).
 _REMOVED_RINGS = 4
-#: Batches of collapses after which foldings that are left have a further ring around them removed as well. A mesh of
-#: 48,000 vertices with a mirrored limb takes 1.9 s so, and 14 s if only vertices of folded faces are removed.
+#: Each time after this many batches of collapses, a further ring around the foldings that are left is removed as well.
+#: A mesh of 48,000 vertices with a mirrored limb takes 1.9 s so, and 14 s if only vertices of folded faces are removed.
 _PATIENCE = 8
 #: A vertex is tried at the centre of its kernel, then at these shares of the way there from the target of its collapse.
 _SHARES = (1.0, 0.3, 0.1, 0.01, 1e-3)
@@ -59,7 +59,7 @@ PositionsListener = Callable[[FloatArray], None]
 
 
 def progressive_embedding(x: FloatArray, f: IntArray, listener: PositionsListener | None = None) -> FloatArray:
-    """A map without foldings, in which only vertices around the foldings of `x` move where that suffices.
+    """A map without foldings; only vertices around the foldings of `x` move if that suffices.
 
     Returns `x` itself if float64 is too coarse even when the whole sphere is rebuilt, which was never seen. `listener`
     is called with the map each time that a batch of vertices was put back.
@@ -85,8 +85,8 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
     """Repair foldings, or those `among` some faces, by progressive embedding around them; the map's degree stays.
 
     `grid` rounds unit rows to the positions that are allowed. Where it is too coarse, foldings that lie apart are
-    repaired group by group, and around each ever larger regions are rebuilt, if `persistent`. What that does not
-    repair stays as it is, and the map if more than half of the faces are folded.
+    repaired group by group; if `persistent`, ever larger regions around each are rebuilt. Foldings that this does not
+    repair stay. The whole map stays as it is if more than half of its faces are folded.
     """
     bad = folded_faces(x, f) if among is None else folded_faces(x, f) & among
     forced, rings, keep = np.zeros(len(x), dtype=bool), _REMOVED_RINGS, True
@@ -111,7 +111,7 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
 
 
 def _apart(f: IntArray, bad: BoolArray, n: int) -> list[BoolArray]:
-    """Groups of faces, the largest first, around which regions have no vertex in common.
+    """Groups of bad faces whose surroundings have no vertex in common, the largest group first.
 
     Embedded all at once the parts of the set tune end alike, 28 trees, chains and worms of up to 1,960 nepers 1.4
     percent higher, and to round the maps of 117 bodies to float32 takes more than ten minutes, not 25 seconds (tried by

@@ -1,8 +1,8 @@
 """Stars of vertices, and points in their kernels: where a vertex may lie so that no face around it is folded.
 
-The star of a vertex is given by its outer edges (a, b), in any order, so that valences need no grouping. A position x
-is in the kernel if det(x, a, b) > 0 for all of them. In the chart x = c + z_1 e_1 + z_2 e_2 of central projection at a
-unit vector c each is a half-plane:
+The star of a vertex is given by its outer edges (a, b), in any order, so that stars of all valences are treated alike.
+A position x is in the kernel if det(x, a, b) > 0 for all of them. In the chart x = c + z_1 e_1 + z_2 e_2 of central
+projection at a unit vector c each is a half-plane:
 
     det(x, a, b) = det(c, a, b) + z . (det(e_1, a, b), det(e_2, a, b)) > 0.
 
@@ -147,7 +147,8 @@ def centres_beside(x: FloatArray, stars: Stars, target: IntArray, wanted: FloatA
     """A point in each star's kernel: its analytic centre, or a point on the way from there to the `wanted` one.
 
     `target` is the corner of the star to which the vertex was collapsed. Where the faces of the fan from there are
-    positively oriented the target lies in the closure of the kernel, which begins between the two outer edges there.
+    positively oriented the target lies in the closure of the kernel, which near it is the angle between the two outer
+    edges at the target.
     """
     planes = _half_planes(x, stars, x[target])
     touching = (stars.a == target[planes.owner]) | (stars.b == target[planes.owner])
@@ -167,7 +168,7 @@ def centres_beside(x: FloatArray, stars: Stars, target: IntArray, wanted: FloatA
 
 
 def _towards(planes: _HalfPlanes, z: FloatArray, wanted: FloatArray) -> FloatArray:
-    """The wanted points, bit for bit, where they lie well inside; else points on the way there from inside."""
+    """The wanted points, bit for bit, where they lie well inside; else points on the way there from `z`."""
     ahead = row_dots(planes.centre, wanted)
     seen = ahead > _IN_VIEW
     ahead = np.where(seen, ahead, 1.0)

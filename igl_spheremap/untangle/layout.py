@@ -1,9 +1,9 @@
 """From angles that close to a layout in the plane, and from there onto the sphere.
 
-Positions are sums along the tree of shortest edges, relative to any vertex. Between two neighbours that tree uses no
-edge longer than theirs. So positions relative to a tip are precise relative to the distance from it, however small that
-is: the deepest limbs keep their shape. They are complex logarithms, the log distance and the direction: distances range
-over thousands of nepers, and float64 ends at 709.
+Positions are sums along the tree of shortest edges, relative to any vertex. Between two neighbours the path in that
+tree has no edge longer than the one that joins them. So positions relative to a tip are precise relative to the
+distance from it, however small that is: the deepest limbs keep their shape. They are complex logarithms, the log
+distance and the direction: distances range over thousands of nepers, and float64 ends at 709.
 
 The depth of a vertex, in nepers, is minus the logarithm of the length of its edges on the sphere; beside an end of an
 axis where a tip lies (poles.py), of their length over the distance from it, as coordinates are finer there.
@@ -30,10 +30,10 @@ from ..start.punctured import candidate_faces
 from ..verify.signs import folded_faces
 from .angles import close_angles, proper_angles
 
-#: Share of folded faces beyond which a map says nothing, not even around the hole. Measured: angles of the dumbbell, of
-#: which 30 percent are folded, close in 9 steps without its map, and not in 26 with it. With .1 every second part of
-#: the set tune ends alike, 1 worse and 1 better, with 0 .7 percent higher in 1.1 of the time, 7 worse and 1 better
-#: (`python -m benchmarks versions . FOLDER/tune --every 2 --set untangle.layout._LOST=.1`).
+#: A map with a larger share of folded faces says nothing on angles, not even around the hole. Measured: angles of the
+#: dumbbell, of which 30 percent are folded, close in 9 steps without its map, and not in 26 with it. With .1 every
+#: second part of the set tune ends alike, 1 worse and 1 better, with 0 .7 percent higher in 1.1 of the time, 7 worse
+#: and 1 better (`python -m benchmarks versions . FOLDER/tune --every 2 --set untangle.layout._LOST=.1`).
 _LOST = 0.25
 #: Number of faces, those with the largest images, of which the best shaped one is cut out: enough for a good shape, and
 #: few enough to lie in the body's middle. With 15 every eighth part of the set tune ends .6 percent lower, by one part.
@@ -60,19 +60,20 @@ class Placed:
     about: About
     #: What each position is relative to: 0, or the end of an axis.
     anchor: ComplexArray | complex = 0j
-    #: Nepers by which coordinates are finer at each vertex, as it is so near to an end of an axis; infinite at the end.
+    #: Nepers by which coordinates are finer at each vertex, because it is close to an end of an axis; infinite at the
+    #: end.
     finer: FloatArray | float = 0.0
     #: Rotation of rows that follows inverse stereographic projection.
     turn: FloatArray = field(default_factory=lambda: np.eye(3))
 
     @property
     def points(self) -> Anchored:
-        """The positions."""
+        """The positions with their anchors."""
         return Anchored(exponential(self.log), self.anchor)
 
 
 def unroll(mesh: Mesh, x: FloatArray, system: VertexSystem) -> Placed | None:
-    """The body laid out in the plane by angles that close, a face of its middle at infinity; None if none are found.
+    """The body laid out in the plane, a face of its middle at infinity; None if no angles are found that close.
 
     `x` is a map that may be folded; it shows which faces are in the middle, and how the angles there are to change.
     """
@@ -178,7 +179,7 @@ class _Tree:
         length, turn = self._log_length[at], self._direction[at]
         log, left, unit = np.full(self.n, -np.inf + 0j), np.ones(self.n, dtype=bool), length.max()
         largest = np.log(np.finfo(float).max) - 9  # so that sums of thousands of edges, up to exp(9), are finite
-        while left.sum() > 1 and unit > length.min() - largest:  # distances are summed in the largest unit they fill
+        while left.sum() > 1 and unit > length.min() - largest:  # units shrink until every distance fills one
             edge = np.exp(np.clip(length - unit, -largest, largest) + 1j * turn)
             z = [0j] * self.n
             for c, a, e in zip(child.tolist(), above.tolist(), edge.tolist(), strict=True):

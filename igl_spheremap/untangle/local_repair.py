@@ -19,7 +19,7 @@ from ..verify.signs import column_signs, folded_faces
 from .embedding import PositionsListener, dilate, fix_orientation, progressive_embedding, with_rows
 from .relax import AngleLoss, relax_angles
 
-#: Share of the faces up to which foldings are few, and repaired where they are. Measured: with 1 percent folded that
+#: Foldings of at most this share of the faces are few, and are repaired locally. Measured: with 1 percent folded that
 #: leads to maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead
 #: of 1.1 (`python -m benchmarks repairs maps`).
 FEW = 0.01
@@ -36,8 +36,8 @@ _SWEEPS, _SETTLED = 30, 0.01
 #: radians. With 1e-2 every eighth part of the set tune ends the same, 3 worse and 1 better (`python -m benchmarks
 #: versions . FOLDER/tune --every 8 --set untangle.local_repair._LEAST_AREA=1e-2`).
 _LEAST_AREA = 1e-3
-#: A map is worse than another if its mean angle difference is this many times that: centring always changes it a bit.
-#: With 1.2 the parts of `_LEAST_AREA` end the same.
+#: A map is worse than another if its mean angle difference is this many times the other's: centring always changes it a
+#: bit. With 1.2 the parts of `_LEAST_AREA` end the same.
 _WORSE = 1.05
 #: Distance of the centroid from the origin, the sphere's radius being 1, beyond which a map is centred even if that
 #: folds faces. With 1e-2 the parts of `_LEAST_AREA` end .1 percent lower.
@@ -138,7 +138,7 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
 
 
 def is_worse(mean: float, before: float) -> bool:
-    """True if a mean angle difference is 5 percent above another."""
+    """True if a mean angle difference is more than 5 percent above another."""
     return mean >= _WORSE * before
 
 

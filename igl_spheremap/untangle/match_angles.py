@@ -24,21 +24,21 @@ from .local_repair import FEW, RELAXED_RINGS, small_moves
 from .race import Candidate, race
 from .relax import AngleLoss, relax_angles
 
-#: Differences below this share of their mean count by their squares in steps, which stall with less: with .03 the sword
-#: ends at 3.77 degrees, not 3.51 (`python -m benchmarks repairs maps`).
+#: In steps, differences below this share of their mean count by their squares; with a smaller share steps stall: with
+#: .03 the sword ends at 3.77 degrees, not 3.51 (`python -m benchmarks repairs maps`).
 _SMOOTHING = 0.1
-#: Share of their mean below which differences count by their squares in the sweep over a sample. With .1 one more of 33
-#: samples and meshes of the corpus takes steps, bimba, which ends at 1.47, not 1.63 degrees; all take 1.06 of the time
-#: (`python -m benchmarks versions . MESH ... --set untangle.match_angles._SAMPLE_SMOOTHING=.1`).
+#: The same share in the sweep over a sample. With .1 one more of 33 samples and meshes of the corpus takes steps,
+#: bimba, which ends at 1.47, not 1.63 degrees; all take 1.06 of the time (`python -m benchmarks versions . MESH ...
+#: --set untangle.match_angles._SAMPLE_SMOOTHING=.1`).
 _SAMPLE_SMOOTHING = 0.03
 #: Degrees: a map without foldings takes no steps if its mean angle difference is below. With .6 one more of the
 #: meshes of `_SAMPLE_SMOOTHING` takes steps (koala 1.14 to .93 degrees) and all 1.2 of the time, with 2.4 two fewer
 #: (putamen 1.09 to 1.30, drum 1.14 to 1.39) and .9 of it.
 _GOOD = 1.2
-#: Steps gain at least this many times what a sweep over the vertices gains of the differences that can be lowered;
-#: polish gains 1.5 to 2.4 times that on samples of 1,200 to 1,550 vertices (`python -m benchmarks repairs polish
-#: MESH ...`). With 2 eight samples end the same, with 8 2 percent lower, for 1.2 of the time (`python -m benchmarks
-#: versions . sample:bird ... --set untangle.match_angles._STEPS_PER_SWEEP=8`).
+#: Of the differences that can be lowered, steps gain at least this many times what a sweep over the vertices gains;
+#: polish gains 1.5 to 2.4 times that on samples of 1,200 to 1,550 vertices (`python -m benchmarks repairs polish MESH
+#: ...`). With 2 eight samples end the same, with 8 2 percent lower, for 1.2 of the time (`python -m benchmarks versions
+#: . sample:bird ... --set untangle.match_angles._STEPS_PER_SWEEP=8`).
 _STEPS_PER_SWEEP = 4
 #: Mean least angle of a mesh's faces up to which steps gain as much from its harmonic map as from any other map: where
 #: faces are better shaped the harmonic map is conformal already (benchmarks/tried.md, when steps are worth their time).
@@ -69,8 +69,8 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
                  least_gain: float, *, damping: float, rough: bool = False) -> tuple[FloatArray, float]:
     """Lower the angle differences of a map free of foldings by damped Newton steps, until `Aitken` ends them.
 
-    The centroid of the source's area goes to `centroid`. What further steps would gain is returned, too; it is not
-    known if they are `rough`, so that only small moves repair what they fold.
+    The centroid of the source's area goes to `centroid`. Also returned is the share that further steps are predicted to
+    gain; infinite after `rough` steps, whose foldings are repaired by small moves only, for these predict nothing.
     """
     problem = AngleProblem(mesh.f, mesh.angles.T, mesh.A, centroid, rough=rough)
     steps, end = Levenberg(system, np.full(len(x), damping), systems), Aitken(least_gain)
@@ -84,7 +84,7 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
 
 
 class Aitken:
-    """The end of steps: where all further ones together gain less than a share, if gains fall by one factor (Aitken).
+    """Ends steps when all further ones together gain less than a share, supposing that gains fall by one factor.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class Aitken:
         """Whether steps end after one of this gain.
 
         Gains g_k that fall by a factor q sum to g_k q / (1 - q). The factor is a mean over two, as gains jump where
-        faces fold. A step that was damped more than the first `predicts` no other: then its own gain decides.
+        faces fold. If the damping has grown since the first step, the gain `predicts` no others: then it decides alone.
         """
         self._gains = [*self._gains[-2:], gain]
         q = (gain / self._gains[0]) ** (1 / (len(self._gains) - 1)) if len(self._gains) > 1 else 0.5
@@ -110,8 +110,9 @@ class Aitken:
 def is_worth_steps(mesh: Mesh, x: FloatArray, price: float, harmonic: bool = False) -> bool:
     """True if steps are predicted, by a sample, to lower the angle differences of a map by more than the share `price`.
 
-    The prediction is what a sweep gains, times the share of the differences that can be lowered: those at a vertex add
-    up to its curvature, less that of the image. A harmonic map is conformal already where faces are well shaped.
+    The prediction is what a sweep gains, times the share of the differences that can be lowered. The sum of the
+    differences at a vertex can't: it is the vertex's curvature less that of its image. A harmonic map is conformal
+    already where faces are well shaped.
     """
     sample = mesh.f[spread(len(mesh.f), _SAMPLE)]
     if mean_difference(corner_angles(mesh.unit, sample), x, sample) <= _GOOD:

@@ -23,8 +23,9 @@ from .match_angles import is_worth_steps
 #: percent higher (3 worse, 1 better), with 1.2 the same for 1.1 of the time (`python -m benchmarks versions .
 #: FOLDER/tune --set untangle.plan.POOR=4.8`).
 POOR = 2.4
-#: What the first row of `Auto`'s table does: it embeds what folds ("embedded"); it embeds only where several layouts
-#: may start, as embedding spoils the symmetry that a map is to have ("laid out"); or it leaves the map ("left").
+#: What the first row of `Auto`'s table, for maps with many foldings, does with them: it embeds what folds ("embedded");
+#: it embeds only where several layouts may start, as embedding spoils the symmetry that a map is to have ("laid out");
+#: or it leaves the map as it is ("left").
 Large = Literal["embedded", "laid out", "left"]
 
 

@@ -57,7 +57,7 @@ _ROUGH_GAIN = 0.1
 @phase("repair")
 def repair(mesh: Mesh, x: FloatArray, run: Run, plan: Plan, operators: Operators, listener: Listener | None = None, *,
            centred: bool = False, effort: Effort = Effort()) -> tuple[FloatArray, Run]:  # noqa: B008 - it is frozen
-    """Carry out a plan that lets a map start, in the gauge of the result: free it of foldings, and improve its angles.
+    """Carry out a plan: free a map of foldings, improve its angles, and put it in the gauge of the result.
 
     Bodies with limbs too deep for float64 get the gauge "poles", unless `centred`.
     """
