@@ -209,7 +209,7 @@ def main(words):
     planted, amounts, sources = bodies(args.members, args.vertices)
     maps, mapping = timed(lambda: [ism.balanced_spherical_map(*each, balance=1) for each in sources])
     with ThreadPoolExecutor(1) as here:
-        group, seconds = timed(lambda: ism.shapes.template(maps, target=args.to, executor=here))
+        group, seconds = timed(lambda: ism.shapes.template(maps, target=args.to, engine=here))
     print(f"{group}\nmean moved by {', '.join(f'{100 * change:.2f}' for change in group.changes)} percent; left out: "
           f"{dict(group.left_out) or 'none'}\nseconds a member: {mapping / args.members:.2f} for its map, "
           f"{seconds / args.members:.2f} for the rest")

@@ -21,7 +21,7 @@ import numpy as np
 
 import igl_spheremap as ism
 from igl_spheremap.populations.child import Child
-from igl_spheremap.populations.executors import connect
+from igl_spheremap.populations.engine import connect
 from igl_spheremap.populations.job import Job, run_job
 from igl_spheremap.populations.mapping import SphereMapping
 
@@ -89,9 +89,10 @@ def measure(sources, rounds: int):
             for count in counts:
                 rates.setdefault((LOOP, count), []).append(loops(sources, count, starts))
             for count in counts:
-                rates.setdefault((POOL, count), []).append(many(sources, starts, processes=count))
+                rates.setdefault((POOL, count), []).append(many(sources, starts, engine=ism.Engine(processes=count)))
             for count in counts:
-                rates.setdefault((DASK, count), []).append(many(sources, {}, executor=clusters[count]))
+                engine = ism.Engine(executor=clusters[count])
+                rates.setdefault((DASK, count), []).append(many(sources, {}, engine=engine))
     return rates, {name: min(seconds) for name, seconds in starts.items()}
 
 

@@ -43,6 +43,7 @@ from .plane.disk_map import balanced_disk_map as balanced_disk_map
 from .plane.disk_map import disk_conformal_map as disk_conformal_map
 from .plane.flat_map import FlatMap as FlatMap
 from .plane.flat_map import flatten as flatten
+from .populations.engine import Engine as Engine
 from .populations.map_many import map_many as map_many
 from .resampling.locate import Location as Location
 from .resampling.locate import SphereLocator as SphereLocator

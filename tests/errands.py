@@ -33,13 +33,6 @@ def wait():
     time.sleep(60)
 
 
-def hold():
-    """Take 400 MB, and wait."""
-    held = b"x" * 400_000_000
-    time.sleep(60)
-    return len(held)
-
-
 def pages_taken():
     """Pages that the system clears for 40 MB, which are freed again."""
     import resource  # not on Windows

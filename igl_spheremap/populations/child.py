@@ -1,15 +1,14 @@
 """A process that runs one call at a time for a thread, and can be ended when a call passes a limit.
 
 multiprocessing and pebble, which rests on it, are not used. Their processes import the script that started them, which
-would have to guard itself; a scheduler's SIGTERM ends their jobs; memory is not limited. Two processes of pebble, which
-read from one pipe under a lock, took 1.6 times as long (100 meshes of 800 vertices, medians of 12 rounds in turn).
+would have to guard itself; a scheduler's SIGTERM ends their jobs. Two processes of pebble, which read from one pipe
+under a lock, took 1.6 times as long (100 meshes of 800 vertices, medians of 12 rounds in turn).
 """
 
 from __future__ import annotations
 
 import contextlib
 import gc
-import math
 import os
 import pickle
 import signal
@@ -21,11 +20,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
-from ..errors import FileError
-
 T = TypeVar("T")
 _SERVE = "import sys; sys.path[:] = sys.argv[1:]; from igl_spheremap.populations.child import serve; serve()"
-_INTERVAL = 0.05  # seconds between two measurements of a child's memory
 #: One thread each, since the processes share the processors. And glibc is to keep the memory that a map frees for the
 #: next one: the system clears each page that it gives, which takes a tenth to a fifth of a map of 50,000 vertices.
 _ENVIRONMENT = (
@@ -57,21 +53,22 @@ class Child:
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
 
-    def call(self, function: Callable[..., T], *args: Any, timeout: float | None = None,
-             memory: float | None = None) -> T:
-        """What the function returns; raise WorkerDied if its process ends, or passes seconds or MB of memory."""
+    def call(self, function: Callable[..., T], *args: Any, timeout: float | None = None) -> T:
+        """What the function returns; raise WorkerDied if its process ends, or passes some seconds."""
         process = self._running(function, *args)
-        reasons: list[str] = []
-        done = threading.Event()
+        limit = threading.Timer(min(timeout or 0.0, threading.TIMEOUT_MAX), process.kill)
+        began = time.monotonic()
         try:
-            if timeout is not None or memory is not None:
-                threading.Thread(target=_watch, args=(process, done, timeout, memory, reasons), daemon=True).start()
+            if timeout is not None:
+                limit.start()
             failed, value = _ask(process, function, *args)
         except (EOFError, OSError, pickle.UnpicklingError):
             self.end()
-            raise WorkerDied(process.pid, process.returncode, *reasons) from None
+            late = timeout is not None and time.monotonic() - began >= timeout
+            raise WorkerDied(process.pid, process.returncode, f"it took more than {timeout:g} s, the limit" if late
+                             else "") from None
         finally:
-            done.set()
+            limit.cancel()
         if failed:
             raise value
         return value
@@ -120,21 +117,6 @@ def _load(*call: object) -> None:
     gc.freeze()
 
 
-def _watch(process: subprocess.Popen[bytes], done: threading.Event, timeout: float | None, memory: float | None,
-           reasons: list[str]) -> None:
-    """End a process whose call passes a limit."""
-    deadline = math.inf if timeout is None else time.monotonic() + timeout
-    while not done.wait(min(_INTERVAL, max(deadline - time.monotonic(), 0.0))):
-        if time.monotonic() >= deadline:
-            reasons.append(f"it took more than {timeout:g} s, the limit")
-        elif memory is not None and peak_memory(process.pid) > memory:
-            reasons.append(f"it took more than {memory:g} MB of memory, the limit")
-        else:
-            continue
-        process.kill()
-        return
-
-
 def serve() -> None:
     """Run the calls that come by stdin, and send what they return to stdout, until stdin is closed."""
     for number in (signal.SIGINT, signal.SIGTERM):  # a scheduler may send them to every process of a job
@@ -169,10 +151,9 @@ def own_child() -> Child:
 class ProcessPool(ThreadPoolExecutor):
     """An executor whose threads each own a process, which can be ended without the others."""
 
-    def __init__(self, workers: int) -> None:
-        self.size = workers
+    def __init__(self, workers: int | None) -> None:
         self._children: list[Child] = []
-        super().__init__(workers, initializer=lambda: self._children.append(own_child()))
+        super().__init__(workers or os.cpu_count() or 1, initializer=lambda: self._children.append(own_child()))
 
     def end(self) -> None:
         """End all processes at once, whatever they do, and take no more calls."""
@@ -181,18 +162,12 @@ class ProcessPool(ThreadPoolExecutor):
             child.end()
 
 
-def check_memory_limit() -> None:
-    """Raise a FileError where the memory of another process can't be read."""
-    if not os.path.exists("/proc/self/status"):
-        raise FileError("a memory limit needs /proc, which this system does not have")
-
-
-def peak_memory(pid: int | str = "self") -> float:
-    """Most memory that a process held in its call so far, in MB; NaN where the system does not report it."""
+def peak_memory() -> float:
+    """Most memory that this process held in its call so far, in MB; NaN where the system does not report it."""
     try:
-        with open(f"/proc/{pid}/status") as file:
+        with open("/proc/self/status") as file:
             return next(int(line.split()[1]) / 1024 for line in file if line.startswith("VmHWM"))
-    except (OSError, StopIteration):  # no such system, or the process has ended
+    except (OSError, StopIteration):
         return float("nan")
 
 

@@ -113,10 +113,10 @@ def run_job(job: JobT, task: Task[JobT]) -> JobResult:
     return JobResult(row, kept, fingerprints(task.places(job.targets)))
 
 
-def run_in_child(job: JobT, task: Task[JobT], timeout: float | None, memory: float | None) -> JobResult:
-    """`run_job` in the process of this thread; a job that passes a limit gets a row with the reason."""
+def run_in_child(job: JobT, task: Task[JobT], timeout: float | None) -> JobResult:
+    """`run_job` in the process of this thread; a job that takes longer gets a row with the reason."""
     try:
-        return own_child().call(run_job, job, task, timeout=timeout, memory=memory)
+        return own_child().call(run_job, job, task, timeout=timeout)
     except WorkerDied as died:
         for target in task.places(job.targets):
             remove_partial_files(target, died.pid)

@@ -12,7 +12,6 @@ import hashlib
 import json
 import os
 import sys
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -22,7 +21,6 @@ from ..errors import FileError, Remedy
 from ..io.replacing import check_writable
 from .table import MAPPED, ROW_ERRORS, JobRow, from_plain, json_lines, plain
 
-_INTERVAL = 1.0  # seconds between two flushes to the disk: a power cut loses the results of no more than that
 _BEGIN = b'{"igl_spheremap run": '
 _BEYOND = 1 << 40  # Windows locks bytes against reading, too: one that no file reaches
 
@@ -103,7 +101,6 @@ class Manifest:
             raise
         if self._file.seek(0, os.SEEK_END) and not self._ends_with_a_line():
             self._file.write(b"\n")  # an earlier run was killed within its last line
-        self._flushed = time.monotonic()
         self._append({"igl_spheremap run": dict(run)})
         for key, result in self._earlier():
             self._results[key] = result
@@ -157,22 +154,12 @@ class Manifest:
         """Append a result."""
         read, written = (files and [file and asdict(file) for file in files] for files in (result.read, result.written))
         self._append({"key": key, "row": plain(result.row), "read": read, "written": written})
-        self.flush(_INTERVAL)
 
     def _append(self, entry: Mapping[str, Any]) -> None:
         line = json.dumps(entry).encode("utf-8") + b"\n"
         with self._writing():
             if self._file.write(line) < len(line):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        self._dirty = True
-
-    def flush(self, interval: float = 0.0) -> None:
-        """Bring what was appended to the disk, unless that was done within the last seconds."""
-        if not self._dirty or time.monotonic() - self._flushed < interval:
-            return
-        with self._writing():
-            os.fsync(self._file.fileno())
-        self._flushed, self._dirty = time.monotonic(), False
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[None]:
@@ -185,7 +172,6 @@ class Manifest:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.flush()
         self._file.close()
 
 

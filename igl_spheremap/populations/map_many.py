@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from ..errors import check_list, check_listener, check_number, own_errstate
 from ..io.formats import format_of
-from ..maps.options import Auto, Method, Polish, method_of
+from ..maps.options import Auto, Method, method_of
 from ..mesh.clean import asked_for
+from .engine import USUAL, Engine
 from .job import Job, check_places
 from .manifest import began
 from .mapping import SphereMapping
@@ -21,6 +21,8 @@ from .run_many import run_many
 from .table import Row
 
 _FIELD = re.compile(r"\{(folder|name|stem)\}")
+#: The options of `repair_mesh` with their defaults.
+_REPAIRS: dict[str, Any] = {"weld": 0.0, "keep_largest": False, "holes": "refuse", "handles": "refuse"}
 
 
 @own_errstate
@@ -28,23 +30,12 @@ def map_many(
     sources: Iterable[str | os.PathLike[str]],
     out: str,
     *,
-    executor: Executor | None = None,
-    processes: int | None = None,
     method: str | Method = "auto",
-    polish: Polish | None = None,
     balance: float = 0.0,
-    repair: bool = False,
-    weld: float = 0.0,
-    keep_largest: bool = False,
-    holes: Literal["refuse", "fill"] = "refuse",
-    handles: Literal["refuse", "cut"] = "refuse",
+    repair: bool | Mapping[str, Any] = False,
     force: bool = False,
     manifest: str | os.PathLike[str] | None = None,
-    resume: bool = True,
-    retry_failed: bool = False,
-    timeout: float | None = None,
-    memory: float | None = None,
-    retries: int = 1,
+    engine: Engine = USUAL,
     report: str | os.PathLike[str] | None = None,
     listener: Callable[[Row], None] | None = None,
 ) -> list[Row]:
@@ -58,36 +49,20 @@ def map_many(
         Mesh files.
     out : str
         Where each sphere goes: ``{folder}``, ``{name}`` and ``{stem}`` are those of the source.
-    executor : concurrent.futures.Executor, optional
-        Who runs the jobs, such as that of a Dask client; by default processes of its own, with one thread each. It is
-        not shut down.
-    processes : int, optional
-        How many processes of its own; by default one for each processor.
     method : str or Method
-        A method by its name, or with its options, see `igl_spheremap.spherical_conformal_map`.
-    polish : {"auto", "angles"} or None
-        That of method "auto" by its name, see `Auto`. By default no steps are taken on good maps, so that all members
-        of a population are treated alike. A record of options has its own.
+        A method by its name, or with its options, see `igl_spheremap.spherical_conformal_map`. By the name "auto" no
+        steps are taken on good maps, so that all members of a population are treated alike: ``Auto(polish=None)``.
     balance : float
         As of `igl_spheremap.balanced_spherical_map`; 0, the default, is conformal.
-    repair : bool
-        Repair the meshes first.
-    weld, keep_largest, holes, handles
-        Options of ``repair=True``, with the meanings and defaults of `igl_spheremap.repair_mesh`.
+    repair : bool or mapping
+        Repair the meshes first; a mapping has options of `igl_spheremap.repair_mesh`.
     force : bool
         Replace files at targets that no run made; without it they are kept, and their rows have the status "file".
     manifest : path-like, optional
         Where inputs, options and results are recorded, as JSON lines; by default in the folder that `out` gives to all
         targets.
-    resume : bool
-        Take a result from the manifest, as by default, if mesh file, options and version are the same, and the target
-        is still what was written.
-    retry_failed : bool
-        Run again the jobs that the manifest records without a map, as `force` does.
-    timeout, memory : float, optional
-        Seconds, and MB of memory, after which a job is ended. Memory is read from Linux's /proc.
-    retries : int
-        How often a job is run again whose worker died; once by default.
+    engine : Engine
+        Who runs the jobs, which of them are run again, and when they end; by default a process for each processor.
     report : path-like, optional
         A page with distributions and pictures of the maps, the worst first: a file that ends in .html, or a folder
         for `index.html`. Needs Pillow.
@@ -102,10 +77,9 @@ def map_many(
     Raises
     ------
     ValueError
-        If two sources have the same target, the method is unknown, a repair is chosen without ``repair=True``, or
-        limits are given for an executor that can't keep them.
+        If two sources have the same target, or the method or an option of the repair is unknown.
     TypeError
-        If `balance` is not a number, the listener can't be called, or `polish` is given beside another method.
+        If `balance` is not a number, or the listener can't be called.
     FileError
         If the manifest can't be written, or another run writes it; of a report, if Pillow is missing.
     WorkersUnavailable
@@ -127,22 +101,21 @@ def map_many(
     check_listener(listener)
     names = [os.fspath(source) for source in check_list(sources, "sources")]
     targets = targets_of(out, names)
-    repairs: dict[str, Any] = {"weld": weld, "keep_largest": keep_largest, "holes": holes, "handles": handles}
-    asked = asked_for("repair_mesh", **repairs).options
-    if asked and not repair:
-        raise ValueError(f"{' and '.join(asked)}: only repair=True repairs meshes; give it, too")
-    if method != Auto.name and polish is not None:
-        raise TypeError("polish: an option of method 'auto' only; give another method its options in its record")
-    chosen = Auto(polish=polish) if method == Auto.name else method_of(method)
-    task = SphereMapping(chosen, float(balance), repairs if repair else None, force=force, folder=os.getcwd())
+    repairs = None
+    if repair is not False:
+        repairs = _REPAIRS | dict(repair if isinstance(repair, Mapping) else {})
+        if unknown := [name for name in repairs if name not in _REPAIRS]:
+            raise ValueError(f"repair has {unknown[0]!r}; give options of repair_mesh: {', '.join(_REPAIRS)}")
+        asked_for("repair_mesh", **repairs)
+    chosen = Auto(polish=None) if method == Auto.name else method_of(method)
+    task = SphereMapping(chosen, float(balance), repairs, force=force, folder=os.getcwd())
     if report is not None:
         check_page(report)
     log = manifest or manifest_of(out)
     jobs = [Job(source, target) for source, target in zip(names, targets, strict=True)]
-    rows = run_many(jobs, task, log, executor=executor, processes=processes, resume=resume,
-                    retry_failed=retry_failed, timeout=timeout, memory=memory, retries=retries, listener=listener)
+    rows = run_many(jobs, task, log, engine, listener)
     if report is not None:
-        write_page(report, rows, map_sheet(rows, task), processes, began=began(log))
+        write_page(report, rows, map_sheet(rows, task), engine.processes, began=began(log))
     return rows
 
 

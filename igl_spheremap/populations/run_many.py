@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import datetime, timezone
 from typing import Any
 
-from ..errors import check_number, check_whole
-from .executors import workers_of
+from .engine import Engine, results, started
 from .job import JobT, Task, host_and_process, key_of
 from .manifest import Manifest
 from .table import MAPPED, JobRow
@@ -21,21 +20,13 @@ def run_many(
     jobs: Sequence[JobT],
     task: Task[JobT],
     manifest: str | os.PathLike[str],
-    *,
-    executor: Executor | None = None,
-    processes: int | None = None,
-    resume: bool = True,
-    retry_failed: bool = False,
-    timeout: float | None = None,
-    memory: float | None = None,
-    retries: int = 1,
+    engine: Engine,
     listener: Callable[[Any], None] | None = None,
 ) -> list[Any]:
-    """Run a task on many inputs, and return their rows in order; `map_many` explains the options.
+    """Run a task on many inputs, and return their rows in order.
 
     Targets are what jobs are told apart by. The rows are of the kind that the task makes.
     """
-    check_engine(executor, processes, timeout, memory, retries)
     rows: dict[str, JobRow] = {}
     todo: deque[JobT] = deque()
 
@@ -49,28 +40,16 @@ def run_many(
 
     began = datetime.now(timezone.utc).isoformat(timespec="seconds")
     run = {"options": repr(task), "began": began, "by": host_and_process()}
-    with Manifest(manifest, run) as log, workers_of(executor, processes, timeout, memory) as workers:
+    with Manifest(manifest, run) as log, started(engine) as running:
         keys = {job: key_of(job, task, str(log.path.parent)) for job in jobs}
-        kept = _earlier_rows(log, keys, retry_failed or task.force) if resume else {}
+        kept = _earlier_rows(log, keys, engine.retry_failed or task.force) if engine.resume else {}
         todo.extend(replace(job, ours=log.made(keys[job], job.targets)) for job in jobs if job.target not in kept)
         for row in kept.values():
             take(row)
-        for job, result in workers.results(todo, task, retries, log.flush):
+        for job, result in results(running, todo, task):
             log.add(keys[job], result)
             take(result.row)
     return [rows[job.target] for job in jobs if job.target in rows]
-
-
-def check_engine(executor: object, processes: object, timeout: object, memory: object, retries: object) -> None:
-    """Raise an error that names the one that says wrongly who runs jobs, or when they end."""
-    if executor is not None and not callable(getattr(executor, "submit", None)):
-        raise TypeError(f"executor is {executor!r}; give one of concurrent.futures, or that of a Dask client")
-    if processes is not None:
-        check_whole(processes, "processes", 1)
-    for limit, name in ((timeout, "timeout"), (memory, "memory")):
-        if limit is not None:
-            check_number(limit, name)
-    check_whole(retries, "retries")
 
 
 def _earlier_rows(log: Manifest, keys: Mapping[JobT, str], made_only: bool) -> dict[str, JobRow]:

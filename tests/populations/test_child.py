@@ -4,18 +4,13 @@ import gc
 import os
 import platform
 import signal
-import sys
 import threading
 from concurrent.futures import CancelledError
 
 import errands
 import pytest
 
-from igl_spheremap.errors import FileError
 from igl_spheremap.populations.child import Child, ProcessPool, WorkerDied, own_child
-from igl_spheremap.populations.map_many import map_many
-
-needs_proc = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is read from /proc")
 
 
 @pytest.fixture(scope="module")
@@ -58,20 +53,6 @@ def test_a_call_that_takes_too_long_is_ended(child):
     with pytest.raises(WorkerDied, match=r"more than 0\.2 s"):
         child.call(errands.wait, timeout=0.2)
     assert child.call(errands.process, timeout=60)
-
-
-@needs_proc
-def test_a_call_that_exceeds_its_memory_is_ended(child):
-    with pytest.raises(WorkerDied, match="more than 300 MB"):
-        child.call(errands.hold, memory=300)
-    assert child.call(errands.process, memory=300)
-
-
-def test_a_limit_of_memory_that_cannot_be_kept_is_refused(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(os.path, "exists", lambda path: not str(path).startswith("/proc"))  # as on macOS and Windows
-    with pytest.raises(FileError, match="a memory limit needs /proc"):
-        map_many(["any.ply"], "{stem}.obj", memory=300)
 
 
 @pytest.mark.posix

@@ -17,7 +17,7 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.populations.child import own_child
-from igl_spheremap.populations.executors import connect, workers_of
+from igl_spheremap.populations.engine import connect, deaths_in
 from igl_spheremap.populations.map_many import map_many
 from igl_spheremap.populations.table import read_table
 
@@ -95,7 +95,7 @@ def test_a_worker_that_dies_loses_nothing_and_doubles_nothing(executor, cluster,
             victims.append(pid)
             os.kill(pid, errands.KILL)
 
-    rows = map_many(sources, "{stem}.obj", executor=executor, listener=kill_its_worker)
+    rows = map_many(sources, "{stem}.obj", engine=ism.Engine(executor=executor), listener=kill_its_worker)
     cluster.worker()
     assert [row.source for row in rows] == sources
     assert {row.status for row in rows} == {"certified"}
@@ -103,7 +103,7 @@ def test_a_worker_that_dies_loses_nothing_and_doubles_nothing(executor, cluster,
     with open("stem.obj.manifest.jsonl") as file:
         lines = [json.loads(line) for line in file]
     assert set(Counter(line["key"] for line in lines if "row" in line).values()) == {1}
-    again = map_many(sources, "{stem}.obj", executor=executor)
+    again = map_many(sources, "{stem}.obj", engine=ism.Engine(executor=executor))
     assert all(row.resumed for row in again)
     alone = ism.spherical_conformal_map(*ism.read_mesh(sources[7]))
     assert rows[7].energy == alone.energy
@@ -111,16 +111,15 @@ def test_a_worker_that_dies_loses_nothing_and_doubles_nothing(executor, cluster,
 
 
 def test_limits_end_jobs_in_a_process_beside_the_worker(executor, sources):
-    rows = map_many(sources[:2], "{stem}.obj", executor=executor, timeout=0.001)
+    rows = map_many(sources[:2], "{stem}.obj", engine=ism.Engine(executor=executor, timeout=0.001))
     assert all(row.notes == "it took more than 0.001 s, the limit" for row in rows)
-    (row,) = map_many(sources[:1], "{stem}.obj", executor=executor, timeout=60, retry_failed=True)
+    (row,) = map_many(sources[:1], "{stem}.obj", engine=ism.Engine(executor=executor, timeout=60, retry_failed=True))
     assert row.status == "certified"
 
 
 def test_a_process_that_dies_beside_its_worker_is_a_death(executor):
-    with workers_of(executor, None, 60, None) as workers:
-        error = executor.submit(lambda: own_child().call(os._exit, 3)).exception(60)
-    assert isinstance(error, workers.deaths)
+    error = executor.submit(lambda: own_child().call(os._exit, 3)).exception(60)
+    assert isinstance(error, deaths_in(executor))
     assert "its process ended with status 3" in str(error)
 
 

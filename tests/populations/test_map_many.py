@@ -12,6 +12,7 @@ import igl_spheremap as ism
 from igl_spheremap.errors import WorkersUnavailable
 from igl_spheremap.io.files import read_mesh, write_mesh
 from igl_spheremap.io.written_map import read_mark
+from igl_spheremap.populations.engine import Engine
 from igl_spheremap.populations.map_many import manifest_of, map_many, targets_of
 from igl_spheremap.populations.table import plain
 from igl_spheremap.sphere.moebius import moebius
@@ -30,8 +31,9 @@ def threads():
 def run(desk, threads):
     """Runs over sources, by threads of this process."""
 
-    def call(sources=("300.ply",), out="{stem}_out.ply", **options):
-        return map_many(sources, out, executor=threads, **options)
+    def call(sources=("300.ply",), out="{stem}_out.ply", *, resume=True, retry_failed=False, **options):
+        engine = Engine(executor=threads, resume=resume, retry_failed=retry_failed)
+        return map_many(sources, out, engine=engine, **options)
 
     return call
 
@@ -58,18 +60,15 @@ def test_rows_are_those_of_single_maps(run):
             assert row.max_edge == edges.max()
 
 
-def test_polish_is_an_option_of_its_own(run):
-    """The default is method="auto" by name; maps are those of single calls with the same polish."""
+def test_a_method_by_its_name_takes_no_steps_on_good_maps(run):
+    """Maps are those of single calls with the same polish."""
     maps = [read_mesh(run(out=f"{{stem}}_{k}.obj", **options)[0].target).v for k, options in enumerate(
-        ({}, {"method": "auto"}, {"method": "auto", "polish": "angles"}, {"method": ism.Auto(polish="angles")}))]
+        ({}, {"method": "auto"}, {"method": ism.Auto(polish="angles")}))]
     plain, polished = (ism.spherical_conformal_map(*read_mesh("300.ply"), polish=each).sphere
                        for each in (None, "angles"))
     assert not np.array_equal(plain, polished)
-    for found, expected in zip(maps, (plain, plain, polished, polished), strict=True):
+    for found, expected in zip(maps, (plain, plain, polished), strict=True):
         assert np.array_equal(found, expected)
-    for method in ("lai2014", ism.Auto()):
-        with pytest.raises(TypeError, match="polish: an option of method 'auto' only"):
-            run(method=method, polish="angles")
 
 
 @pytest.mark.posix
@@ -248,7 +247,7 @@ def test_a_run_is_written_down_before_its_first_job(desk):
 
     found, manifest = [], Path("stem.obj.manifest.jsonl")
     with Reader(1) as executor:
-        map_many(["100.ply", "200.ply"], "{stem}.obj", executor=executor)
+        map_many(["100.ply", "200.ply"], "{stem}.obj", engine=Engine(executor=executor))
     assert found[0] == ["igl_spheremap run"]
 
 
@@ -266,12 +265,12 @@ class Swapped(ThreadPoolExecutor):
 def test_a_file_that_changes_before_it_is_read_counts_as_what_was_read(desk):
     first = Path("300.ply").read_bytes()
     with Swapped(1) as executor:
-        (row,) = map_many(["300.ply"], "{stem}.obj", executor=executor)
+        (row,) = map_many(["300.ply"], "{stem}.obj", engine=Engine(executor=executor))
     assert (row.status, row.vertices) == ("certified", len(read_mesh("300.ply").v))
     with ThreadPoolExecutor(1) as executor:
-        assert map_many(["300.ply"], "{stem}.obj", executor=executor)[0].resumed
+        assert map_many(["300.ply"], "{stem}.obj", engine=Engine(executor=executor))[0].resumed
         Path("300.ply").write_bytes(first)
-        (row,) = map_many(["300.ply"], "{stem}.obj", executor=executor, force=True)
+        (row,) = map_many(["300.ply"], "{stem}.obj", engine=Engine(executor=executor), force=True)
     assert not row.resumed
     assert row.vertices == len(read_mesh("300.ply").v) == len(read_mesh("300.obj").v)
 
@@ -294,13 +293,14 @@ def test_a_file_that_changes_while_it_is_read_gives_no_map(desk, run, monkeypatc
 def test_at_most_two_jobs_a_worker_are_in_flight(desk):
     sources = [f"{k}.ply" for k in range(50)]  # none of them is there
     with Counting() as executor:
-        assert len(map_many(sources, "{stem}.obj", executor=executor)) == 50
+        assert len(map_many(sources, "{stem}.obj", engine=Engine(executor=executor))) == 50
     assert executor.most <= 4
 
 
 def test_jobs_whose_worker_dies_are_run_again_and_bad_meshes_are_not(desk):
     with Counting(of_100=1, of_200=2, of_300=5) as executor:
-        rows = map_many(["100.ply", "200.ply", "300.ply", "open.ply"], "{stem}.obj", executor=executor, retries=2)
+        rows = map_many(["100.ply", "200.ply", "300.ply", "open.ply"], "{stem}.obj",
+                        engine=Engine(executor=executor, retries=2))
     assert [row.status for row in rows] == ["certified", "certified", "failed", "no mesh"]
     assert "its worker died 3 times" in rows[2].notes
     assert executor.calls == 2 + 3 + 3 + 1
@@ -326,10 +326,9 @@ def test_a_method_is_a_record_or_a_name(run):
         run(method="magic")
 
 
-def test_limits_are_refused_where_they_cannot_be_kept(run):
-    for limit in ({"timeout": 1}, {"memory": 100}):
-        with pytest.raises(ValueError, match="not of other executors"):
-            run(**limit)
+def test_limits_are_refused_where_they_cannot_be_kept(threads):
+    with pytest.raises(ValueError, match="not of other executors"):
+        Engine(executor=threads, timeout=1)
 
 
 def test_a_worker_of_another_version_is_refused_by_its_name(desk):
@@ -338,7 +337,7 @@ def test_a_worker_of_another_version_is_refused_by_its_name(desk):
             return super().submit(call, job, replace(options, version="0.0.9"))
 
     with Other(1) as executor, pytest.raises(WorkersUnavailable, match=r":\d+ has igl_spheremap .* 0\.0\.9"):
-        map_many(["300.ply"], "{stem}.obj", executor=executor)
+        map_many(["300.ply"], "{stem}.obj", engine=Engine(executor=executor))
 
 
 def test_an_executor_that_drops_its_jobs_ends_the_run(desk):
@@ -350,7 +349,7 @@ def test_an_executor_that_drops_its_jobs_ends_the_run(desk):
             return future
 
     with Gone(1) as executor, pytest.raises(WorkersUnavailable, match="run it again"):
-        map_many(["300.ply"], "{stem}.obj", executor=executor)
+        map_many(["300.ply"], "{stem}.obj", engine=Engine(executor=executor))
 
 
 def test_meshes_that_only_move_give_the_bits_of_new_ones(desk):
@@ -359,7 +358,7 @@ def test_meshes_that_only_move_give_the_bits_of_new_ones(desk):
     for k, shape in enumerate(shapes):
         write_mesh(f"moved{k}.ply", shape, f)
     with ThreadPoolExecutor(1) as executor:
-        rows = map_many([f"moved{k}.ply" for k in range(len(shapes))], "{stem}.obj", executor=executor)
+        rows = map_many([f"moved{k}.ply" for k in range(len(shapes))], "{stem}.obj", engine=Engine(executor=executor))
     assert [row.status for row in rows] == ["certified"] * 4 + ["no mesh"] * 2 + ["certified"]
     for row, shape in zip(rows, shapes, strict=True):
         if row.status == "certified":
@@ -402,28 +401,34 @@ def test_holes_are_filled_and_caps_are_no_figure(tmp_path):
     v, f = ism.samples.sphere(642)
     ism.write_mesh(tmp_path / "open.ply", v, f[1:])
     sources, out = [tmp_path / "open.ply"], str(tmp_path / "{stem}_sphere.ply")
-    with pytest.raises(ValueError, match="holes: only repair=True repairs meshes"):
-        ism.map_many(sources, out, holes="fill")
-    refused, = ism.map_many(sources, out, processes=1, repair=True)
+    with pytest.raises(ValueError, match="repair has 'hole'; give options of repair_mesh"):
+        ism.map_many(sources, out, repair={"hole": "fill"})
+    refused, = ism.map_many(sources, out, repair=True)
     assert refused.status == "no mesh"
     assert "holes='fill'" in refused.notes
-    row, = ism.map_many(sources, out, processes=1, repair=True, holes="fill")
+    row, = ism.map_many(sources, out, repair={"holes": "fill"})
     assert row.status == "certified"
     mesh = ism.repair_mesh(v, f[1:], holes="fill")
     result = ism.spherical_conformal_map(mesh.v, mesh.f, caps=mesh.face_source < 0)
     assert row.mean_angle == pytest.approx(np.abs(result.angle_differences()).mean())
-    again, = ism.map_many(sources, out, processes=1, repair=True, holes="fill")
+    again, = ism.map_many(sources, out, repair={"holes": "fill"})
     assert again.resumed
 
 
 @pytest.mark.parametrize(("option", "value"), [
-    ("retries", -1), ("retries", 1.5), ("timeout", -1), ("timeout", float("nan")), ("timeout", "1"), ("memory", -1),
-    ("processes", 0), ("processes", -2), ("executor", 3), ("sources", "300.ply"), ("sources", 3),
+    ("retries", -1), ("retries", 1.5), ("timeout", -1), ("timeout", float("nan")), ("timeout", "1"), ("processes", 0),
+    ("processes", -2), ("executor", 3),
 ])
-def test_what_says_who_runs_jobs_is_checked_before_a_file_is_touched(option, value, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_what_says_who_runs_jobs_is_checked_as_it_is_said(option, value):
     with pytest.raises((TypeError, ValueError), match=f"^{option} is "):
-        map_many(**{"sources": ["300.ply"], "out": "{stem}.obj", option: value})
+        Engine(**{option: value})
+
+
+@pytest.mark.parametrize("sources", ["300.ply", 3])
+def test_sources_are_checked_before_a_file_is_touched(sources, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(TypeError, match=r"^sources is "):
+        map_many(sources, "{stem}.obj")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -18,6 +18,7 @@ from igl_spheremap.errors import FileError
 from igl_spheremap.io.files import read_mesh, write_mesh
 from igl_spheremap.io.textured import read_picture
 from igl_spheremap.maps.options import Auto
+from igl_spheremap.populations.engine import Engine
 from igl_spheremap.populations.job import Job, run_job
 from igl_spheremap.populations.map_many import map_many
 from igl_spheremap.populations.mapping import SphereMapping
@@ -52,7 +53,7 @@ def test_every_map_has_its_picture_and_its_page(desk, monkeypatch):
 def mapped_here(sources, target="{stem}.obj", **options):
     """`map_many` without a worker process."""
     with ThreadPoolExecutor(1) as executor:
-        return map_many(sources, target, executor=executor, processes=1, **options)
+        return map_many(sources, target, engine=Engine(executor=executor, processes=1), **options)
 
 
 def cards(html):
@@ -92,7 +93,7 @@ def test_a_page_of_others_is_kept(desk):
     os.mkdir("page")
     Path("page/index.html").write_text("precious")
     with pytest.raises(FileError, match="is not a page of an earlier report"):
-        map_many(["100.ply"], "{stem}.obj", processes=1, report="page")
+        map_many(["100.ply"], "{stem}.obj", engine=Engine(processes=1), report="page")
     assert Path("page/index.html").read_text() == "precious"
     assert not Path("100.obj").exists()
 
@@ -158,7 +159,7 @@ def test_a_page_that_ends_in_html_is_one_file(desk):
     assert cards(Path("maps.html").read_text("utf-8"))[0]["picture"].startswith("data:image/png;base64,")
     assert not Path("subjects").exists()
     with pytest.raises(ValueError, match=r"maps.pdf: give a file that ends in .html, or a folder"):
-        map_many(["100.ply"], "{stem}.obj", processes=1, report="maps.pdf")
+        map_many(["100.ply"], "{stem}.obj", engine=Engine(processes=1), report="maps.pdf")
 
 
 def test_outliers_are_in_a_bar_of_their_own_and_say_why(desk):

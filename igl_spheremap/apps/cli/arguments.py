@@ -274,7 +274,6 @@ ENGINE = (
                      "action": BooleanOptionalAction, "default": True}),
     switch("--retry-failed", help="run again what failed"),
     argument("--timeout", "SECONDS", "end a job that takes longer", type=POSITIVE),
-    argument("--memory", "MB", "end a job that takes more", type=POSITIVE),
     argument("--retries", "N", "how often a job is run again whose process died (default: 1)", type=COUNT, default=1),
 )
 MANY = (

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
 from typing import Literal
 
 from ...errors import own_errstate
 from ...io.formats import Convention
+from ...populations.engine import USUAL, Engine
 from ...populations.manifest import began
 from ...populations.page import check_page, write_page
 from ...populations.run_many import run_many
@@ -28,15 +28,9 @@ def register_hemispheres(
     labels: Sequence[str] = (),
     reflect: bool = False,
     hemisphere: Literal["L", "R"] | None = None,
-    executor: Executor | None = None,
-    processes: int | None = None,
     force: bool = False,
     manifest: str | os.PathLike[str] | None = None,
-    resume: bool = True,
-    retry_failed: bool = False,
-    timeout: float | None = None,
-    memory: float | None = None,
-    retries: int = 1,
+    engine: Engine = USUAL,
     report: str | os.PathLike[str] | None = None,
     listener: Callable[[RegistrationRow], None] | None = None,
 ) -> list[RegistrationRow]:
@@ -67,7 +61,7 @@ def register_hemispheres(
         names of the files say ``mirrored``.
     hemisphere : {"L", "R"}, optional
         The side, where neither names nor files tell it.
-    executor, processes, force, manifest, resume, retry_failed, timeout, memory, retries, report
+    force, manifest, engine, report
         As of `igl_spheremap.map_many`; the page shows the atlases' borders, or those between folds, on each surface
         beside the template.
     listener : callable, optional
@@ -99,7 +93,7 @@ def register_hemispheres(
     ...     _ = ism.write_map(sphere, ism.balanced_spherical_map(v, f))
     ...     source = os.path.join(folder, "sub-01_hemi-L_white.ply")
     ...     ism.write_mesh(source, 1.1 * v, f)
-    ...     (row,) = register_hemispheres([source], folder, to=[f"mine={surface},{sphere}"], processes=1)
+    ...     (row,) = register_hemispheres([source], folder, to=[f"mine={surface},{sphere}"])
     ...     sorted(name for name in os.listdir(folder) if name.startswith("sub-01_hemi-L_space"))[1]
     'sub-01_hemi-L_space-mine_desc-reg_arealdistortion.shape.gii'
     >>> row.status, row.unlike < 0.1
@@ -110,9 +104,8 @@ def register_hemispheres(
         check_page(report)
     task = SphereRegistration(reflect=reflect, force=force, folder=os.getcwd())
     log = manifest or registration_manifest(out)
-    rows = run_many(jobs, task, log, executor=executor, processes=processes, resume=resume, retry_failed=retry_failed,
-                    timeout=timeout, memory=memory, retries=retries, listener=listener)
+    rows = run_many(jobs, task, log, engine, listener)
     describe_datasets(jobs)
     if report is not None:
-        write_page(report, rows, registration_sheet(rows, jobs, task), processes, began=began(log))
+        write_page(report, rows, registration_sheet(rows, jobs, task), engine.processes, began=began(log))
     return rows

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -21,7 +20,7 @@ from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...mesh.measure import enclosed_volume, surface_area
-from ...populations.run_many import check_engine
+from ...populations.engine import USUAL, Engine
 from ...resampling.transfer import sphere_mesh
 from .doubts import drift_doubts
 from .features import check_features
@@ -102,13 +101,7 @@ def series(
     target: str = "ico:4",
     balance: float = 1.0,
     out: str | os.PathLike[str] | None = None,
-    executor: Executor | None = None,
-    processes: int | None = None,
-    resume: bool = True,
-    retry_failed: bool = False,
-    timeout: float | None = None,
-    memory: float | None = None,
-    retries: int = 1,
+    engine: Engine = USUAL,
 ) -> Series:
     """Follow points of one body through its frames.
 
@@ -128,7 +121,7 @@ def series(
     out : path-like, optional
         A folder for what the work leaves, as of `template`, by which another call continues where this one ended; the
         frames' maps are in its folder ``maps``. A temporary one by default.
-    executor, processes, resume, retry_failed, timeout, memory, retries
+    engine : Engine
         As of `igl_spheremap.map_many`.
 
     Returns
@@ -149,14 +142,12 @@ def series(
     (2, 162, 3)
     """
     check_number(balance, "balance", most=1)
-    check_engine(executor, processes, timeout, memory, retries)
     mesh = sphere_mesh(target)
     sources = check_list(sources, "sources")
     if len(sources) < 2:
         raise MeshError(f"{len(sources)} frames make no series; give two or more")
     check_features(features, names_of(sources))
-    with workplace(out, "maps", target, executor, processes, resume=resume, retry_failed=retry_failed, timeout=timeout,
-                   memory=memory, retries=retries) as (files, crew):
+    with workplace(out, "maps", target, engine) as (files, crew):
         return _Chain(files, crew, *mesh).series(sources, features, balance)
 
 

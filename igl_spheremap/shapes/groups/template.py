@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Executor
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +14,7 @@ from ...io.written_map import read_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
-from ...populations.run_many import check_engine
+from ...populations.engine import USUAL, Engine
 from ...resampling.transfer import sphere_mesh
 from ...sphere.moebius import best_rotation, orientation_target
 from . import FARTHEST
@@ -43,13 +42,7 @@ def template(
     rigid: bool = False,
     farthest: float = FARTHEST,
     out: str | os.PathLike[str] | None = None,
-    executor: Executor | None = None,
-    processes: int | None = None,
-    resume: bool = True,
-    retry_failed: bool = False,
-    timeout: float | None = None,
-    memory: float | None = None,
-    retries: int = 1,
+    engine: Engine = USUAL,
 ) -> Group:
     """Make the unbiased template of surfaces: their mean, its modes, and each member in correspondence with it.
 
@@ -78,7 +71,7 @@ def template(
         A folder for what the work leaves: the members' maps in its folder ``members``, what is between in ``work``,
         and a manifest, by which another call continues where this one ended. Without it a temporary folder is used,
         and the members hold their maps.
-    executor, processes, resume, retry_failed, timeout, memory, retries
+    engine : Engine
         As of `igl_spheremap.map_many`. Workers on other machines need to see `out`.
 
     Returns
@@ -109,14 +102,12 @@ def template(
     check_whole(modes, "modes", 1)
     check_number(balance, "balance", most=1)
     check_number(farthest, "farthest", 1)
-    check_engine(executor, processes, timeout, memory, retries)
     mesh = sphere_mesh(target)
     sources = check_list(sources, "sources")
     if len(sources) < _FEWEST:
         raise MeshError(f"a group needs {_FEWEST} surfaces or more, not {len(sources)}")
     check_features(features, names_of(sources))
-    with workplace(out, "members", target, executor, processes, resume=resume, retry_failed=retry_failed,
-                   timeout=timeout, memory=memory, retries=retries) as (files, crew):
+    with workplace(out, "members", target, engine) as (files, crew):
         people = _People(files, crew, mesh)
         first = people.mapped(sources, features, balance)
         fixed = fixed_point(people.registered, people.members, first, *mesh, balance=balance, rigid=rigid,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -25,7 +24,7 @@ from ...mesh.arrays import FloatArray
 from ...mesh.check import check_mesh
 from ...mesh.objects import vertices_and_faces
 from ...mesh.timings import log_share
-from ...populations.executors import executor_of
+from ...populations.engine import Engine, started
 from ...populations.run_many import run_many
 from ...populations.table import MAPPED, JobRow
 from .features import FeatureFiles
@@ -39,13 +38,13 @@ MANIFEST = "manifest.jsonl"
 
 
 @contextmanager
-def workplace(out: str | os.PathLike[str] | None, results: str, target: str, executor: Executor | None,
-              processes: int | None, **engine: Any) -> Iterator[tuple[Files, Crew]]:
-    """A folder, temporary without `out`, for files and results on an icosphere, and a crew with those options."""
+def workplace(
+    out: str | os.PathLike[str] | None, results: str, target: str, engine: Engine
+) -> Iterator[tuple[Files, Crew]]:
+    """A folder, temporary without `out`, for files and results on an icosphere, and a crew of that engine."""
     with ExitStack() as stack:
         place = stack.enter_context(TemporaryDirectory()) if out is None else os.fspath(out)
-        run = partial(run_many, manifest=os.path.join(place, MANIFEST),
-                      executor=stack.enter_context(executor_of(executor, processes)), **engine)
+        run = partial(run_many, manifest=os.path.join(place, MANIFEST), engine=stack.enter_context(started(engine)))
         yield Files(Path(place), results), Crew(run, target)
 
 

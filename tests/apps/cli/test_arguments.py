@@ -31,15 +31,17 @@ def test_numbers_out_of_range_are_one_line(words, problem, capsys):
     ("match", ism.shapes.match, {"feature_weight": "feature_weight", "position_weight": "position_weight"}),
     ("register", ism.shapes.register, {"stiffness": "stiffness"}),
     ("template", ism.shapes.template,
-     {name: name for name in ("modes", "balance", "farthest", "retries")} | {"to": "target"}),
+     {name: name for name in ("modes", "balance", "farthest")} | {"to": "target"}),
     ("template", ism.shapes.permutation_test, {"permutations": "permutations"}),
     ("harmonics", ism.shapes.spherical_harmonics, {"degree": "degree"}),
     ("grid", ism.shapes.to_grid, {"kind": "kind", "rows": "rows"}),
     ("resample", ism.resample, {"to": "target"}),
-    ("batch", ism.map_many, {"retries": "retries", "balance": "balance"}),
+    ("batch", ism.map_many, {"balance": "balance"}),
+    ("batch", ism.Engine, {name: name for name in ("resume", "retry_failed", "timeout", "retries")}),
 ])
 def test_flags_have_the_defaults_of_the_functions(command, function, parameters):
     row = next(row for row in COMMANDS if row.name == command)
-    flags = {names[-1].removeprefix("--").replace("-", "_"): options.get("default") for names, options in row.arguments}
+    flags = {names[-1].removeprefix("--").replace("-", "_"):
+             options.get("default", False if "action" in options else None) for names, options in row.arguments}
     defaults = {flag: inspect.signature(function).parameters[name].default for flag, name in parameters.items()}
     assert {flag: flags[flag] for flag in parameters} == defaults

@@ -97,9 +97,9 @@ def test_a_note_of_another_process_is_said_by_the_front_end_that_asked_for_it(tm
     """Also where the executor is the caller's, and its threads know nothing of the command line."""
     (tmp_path / "hole.obj").write_text(mesh(V, F[1:]))
     with ThreadPoolExecutor(1) as threads, said_by(Shell({"--repair": False, "--fill-holes": False})):
-        (row,) = ism.map_many([tmp_path / "hole.obj"], f"{tmp_path}/{{stem}}.ply", executor=threads)
+        (row,) = ism.map_many([tmp_path / "hole.obj"], f"{tmp_path}/{{stem}}.ply", engine=ism.Engine(executor=threads))
     assert "(--repair --fill-holes does)" in row.notes
-    (row,) = ism.map_many([tmp_path / "hole.obj"], f"{tmp_path}/{{stem}}.npz", processes=1)
+    (row,) = ism.map_many([tmp_path / "hole.obj"], f"{tmp_path}/{{stem}}.npz", engine=ism.Engine(processes=1))
     assert "(repair_mesh(v, f, holes='fill') does)" in row.notes
 
 

@@ -45,8 +45,8 @@ def made(tmp_path_factory):
 
 def run(desk, sources=("sub-07_ses-1_hemi-L_white.surf.gii",), out="out/{subject}", **options):
     with ThreadPoolExecutor(1) as threads:
-        return register_hemispheres([desk / source for source in sources], str(desk / out), executor=threads,
-                                    processes=1, **options)
+        return register_hemispheres([desk / source for source in sources], str(desk / out), **options,
+                                    engine=ism.Engine(executor=threads, processes=1))
 
 
 def test_the_registered_sphere_lies_on_the_template(made):

@@ -14,18 +14,18 @@ def maps():
 
 @pytest.fixture(scope="session")
 def here():
-    """An executor of this process: starting others takes longer than some groups."""
+    """An engine of this process: starting others takes longer than some groups."""
     with ThreadPoolExecutor(1) as executor:
-        yield executor
+        yield ism.Engine(executor=executor)
 
 
 @pytest.fixture(scope="session")
 def group(maps, here):
     """Their group."""
-    return ism.shapes.template(maps, target="ico:2", features=[each.vertices for each in maps], executor=here)
+    return ism.shapes.template(maps, target="ico:2", features=[each.vertices for each in maps], engine=here)
 
 
 @pytest.fixture(scope="session")
 def three(maps, here):
     """The group of the first three."""
-    return ism.shapes.template(maps[:3], target="ico:2", executor=here)
+    return ism.shapes.template(maps[:3], target="ico:2", engine=here)

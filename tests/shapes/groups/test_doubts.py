@@ -59,7 +59,7 @@ def test_a_mirrored_member_is_named_and_no_other(here):
     x, f = spiral(300, np.random.default_rng(0))
     sources = [ism.balanced_spherical_map(twisted(x, *each), f, balance=1)
                for each in ((1.2, 0.5), (1.1, 0.6), (1.3, 0.55), (1.15, 0.4), (1.25, 0.6))]
-    found = ism.shapes.template([*sources[:4], reflected(sources[4])], target="ico:2", executor=here)
+    found = ism.shapes.template([*sources[:4], reflected(sources[4])], target="ico:2", engine=here)
     assert "mirror it" in " ".join(found.members[4].doubts)
     assert not any(member.doubts for member in found.members[:4])
     assert "mirror it" in " ".join(found.place(reflected(sources[0])).member.doubts)

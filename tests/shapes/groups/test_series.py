@@ -18,7 +18,7 @@ def frames(bends):
 def bending(here):
     """Four frames."""
     meshes, places = zip(*frames([0.0, 0.4, 0.8, 1.2]), strict=True)
-    return meshes, ism.shapes.series(meshes, features=places, target="ico:2", executor=here)
+    return meshes, ism.shapes.series(meshes, features=places, target="ico:2", engine=here)
 
 
 def test_points_keep_their_place_in_the_body(bending):
@@ -61,8 +61,8 @@ def test_an_inside_out_member_is_named_and_repaired():
 
 @pytest.mark.parametrize(("call", "option", "value"), [
     (ism.shapes.series, "target", 3), (ism.shapes.series, "features", 3.0), (ism.shapes.series, "sources", 3),
-    (ism.shapes.template, "target", 3), (ism.shapes.template, "executor", 3), (ism.shapes.template, "retries", -1),
-    (ism.shapes.template, "timeout", -1), (ism.shapes.template, "features", 3.0), (ism.shapes.template, "sources", 3),
+    (ism.shapes.template, "target", 3),
+    (ism.shapes.template, "features", 3.0), (ism.shapes.template, "sources", 3),
 ])
 def test_an_argument_that_is_none_is_named(call, option, value):
     v, f = ism.samples.make("pear", n_vertices=100)
@@ -78,7 +78,7 @@ def test_frames_may_come_one_by_one():
 def test_a_series_goes_on_where_it_ended_and_gives_the_same_bits(bending, here, tmp_path):
     meshes, found = bending
     for _ in range(2):
-        again = ism.shapes.series(meshes, target="ico:2", executor=here, out=tmp_path)
+        again = ism.shapes.series(meshes, target="ico:2", engine=here, out=tmp_path)
         assert (again.vertices == found.vertices).all()
         assert (again.drift == found.drift).all()
         (tmp_path / "work" / "pairs" / "1.npz").unlink()
@@ -90,4 +90,4 @@ def test_a_series_goes_on_where_it_ended_and_gives_the_same_bits(bending, here, 
 def test_a_frame_that_can_not_be_mapped_is_named(here):
     v, f = ism.samples.sphere(42)
     with pytest.raises(ism.MeshError, match="frame 1: open surface"):
-        ism.shapes.series([(v * [1, 1, 2], f), (v, f[1:]), (v * [1, 1, 2], f)], target="ico:1", executor=here)
+        ism.shapes.series([(v * [1, 1, 2], f), (v, f[1:]), (v * [1, 1, 2], f)], target="ico:1", engine=here)

@@ -50,21 +50,22 @@ def same(one, other, order=slice(None)):
 
 
 def test_processes_and_any_order_of_the_members_give_the_same_bits(maps, three, tmp_path):
-    again = ism.shapes.template([maps[k] for k in (2, 0, 1)], target="ico:2", processes=2, out=tmp_path)
+    again = ism.shapes.template([maps[k] for k in (2, 0, 1)], target="ico:2",
+                                engine=ism.Engine(processes=2), out=tmp_path)
     assert same(again, three, [2, 0, 1])
     assert again.members[0].map is None
     assert (ism.read_map(tmp_path / "members" / "1.npz").sphere == three.members[0].map.sphere).all()
 
 
 def test_what_was_done_is_not_done_again_and_lost_files_come_back(maps, here, tmp_path):
-    before = ism.shapes.template(maps[:3], target="ico:1", executor=here, out=tmp_path)
+    before = ism.shapes.template(maps[:3], target="ico:1", engine=here, out=tmp_path)
     manifest = tmp_path / "manifest.jsonl"
     lines = manifest.read_bytes().splitlines(keepends=True)
     written = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file() and path != manifest}
     half = len(lines) // 2
     manifest.write_bytes(b"".join(lines[:half]) + lines[half][:20])  # as a client leaves it that is killed
     next(path for path in written if path.parent.name == "members").unlink()
-    again = ism.shapes.template(maps[:3], target="ico:1", executor=here, out=tmp_path)
+    again = ism.shapes.template(maps[:3], target="ico:1", engine=here, out=tmp_path)
     assert same(again, before)
     assert all(path.read_bytes() == data for path, data in written.items())
     jobs = [json.loads(line).get("key") for line in manifest.read_bytes().splitlines()[half + 1:]]
@@ -77,13 +78,13 @@ def test_a_member_that_changed_is_mapped_again(tmp_path, here):
         ism.write_mesh(tmp_path / f"{k}.ply", *mesh)
     files = [tmp_path / f"{k}.ply" for k in range(3)]
     out = tmp_path / "group"
-    before = ism.shapes.template(files, target="ico:1", executor=here, out=out)
+    before = ism.shapes.template(files, target="ico:1", engine=here, out=out)
     maps = {path: path.stat().st_mtime_ns for path in (out / "work" / "map").iterdir()}
     (tmp_path / "3.ply").replace(files[2])
-    again = ism.shapes.template(files, target="ico:1", executor=here, out=out)
+    again = ism.shapes.template(files, target="ico:1", engine=here, out=out)
     assert [path.stem for path, time in maps.items() if path.stat().st_mtime_ns != time] == ["2"]
     assert not same(again, before)
-    assert same(again, ism.shapes.template(files, target="ico:1", executor=here))
+    assert same(again, ism.shapes.template(files, target="ico:1", engine=here))
 
 
 def test_another_column_of_the_same_files_is_read(tmp_path, here):
@@ -93,14 +94,14 @@ def test_another_column_of_the_same_files_is_read(tmp_path, here):
     files = [str(tmp_path / f"{k}.ply") for k in range(3)]
     for column, mean in (("thickness", 2), ("curv", 5)):
         features = [FeatureFiles((f"{tmp_path}/{k}.npz:{column}",)) for k in range(3)]
-        found = ism.shapes.template(files, features=features, target="ico:1", executor=here, out=tmp_path / "out")
+        found = ism.shapes.template(files, features=features, target="ico:1", engine=here, out=tmp_path / "out")
         assert np.allclose(found.feature_mean, mean)
 
 
 def test_units_of_length_change_no_digit(maps, three, here):
     unit = 2.0**150
     scaled = [ism.sphere_map(each.vertices * unit, each.faces, each.sphere) for each in maps[:3]]
-    found = ism.shapes.template(scaled, target="ico:2", executor=here)
+    found = ism.shapes.template(scaled, target="ico:2", engine=here)
     assert np.allclose(found.vertices / unit, three.vertices)
     assert np.allclose(found.variances / unit**2, three.variances)
     placed = found.place(scaled[1])
@@ -111,21 +112,21 @@ def test_units_of_length_change_no_digit(maps, three, here):
 @pytest.mark.parametrize("unit", [1e300, 1e-300])
 def test_units_whose_areas_are_no_float64_numbers_are_refused(maps, three, here, unit):
     scaled = [ism.sphere_map(each.vertices * unit, each.faces, each.sphere) for each in maps[:3]]
-    for call in (lambda: ism.shapes.template(scaled, target="ico:1", executor=here), lambda: ism.shapes.series(scaled),
+    for call in (lambda: ism.shapes.template(scaled, target="ico:1", engine=here), lambda: ism.shapes.series(scaled),
                  lambda: three.place(scaled[0])):
         with pytest.raises(ism.MeshError, match="choose units"):
             call()
 
 
 def test_mirrored_bodies_have_a_mirrored_template(three, maps, here):
-    mirrored = ism.shapes.template([reflected(each) for each in maps[:3]], target="ico:2", executor=here)
+    mirrored = ism.shapes.template([reflected(each) for each in maps[:3]], target="ico:2", engine=here)
     assert three.place(reflected(mirrored.map)).member.distance < 0.02 * radius(three)
     sizes = np.abs(mirrored.scores), np.abs(three.scores)  # either sign fits a mode of which few members are
     assert np.abs(sizes[0] - sizes[1]).max() < 0.1 * sizes[1][:, 0].std()
 
 
 def test_a_member_that_counts_twice_moves_the_mean_by_no_more_than_its_weight(three, maps, here):
-    twice = ism.shapes.template([*maps[:3], maps[1]], target="ico:2", executor=here)
+    twice = ism.shapes.template([*maps[:3], maps[1]], target="ico:2", engine=here)
     assert twice.place(three.map).member.distance < three.members[1].distance / 4 + 0.01 * radius(three)
     assert np.allclose(twice.scores[1], twice.scores[-1])
 
@@ -148,7 +149,7 @@ def test_what_does_not_fit_is_left_out_with_its_reason(maps, here, tmp_path):
     v, f = ism.samples.make("spheroid", n_vertices=200)
     ism.write_mesh(tmp_path / "open.ply", v, f[1:])
     sources = [*maps[:3], tmp_path / "open.ply", tmp_path / "none.ply", (v, f[1:]), (v * [1, 1, 6], f)]
-    found = ism.shapes.template(sources, target="ico:1", farthest=2, executor=here)
+    found = ism.shapes.template(sources, target="ico:1", farthest=2, engine=here)
     assert len(found.members) == 3
     assert {*found.left_out} == {str(tmp_path / "open.ply"), str(tmp_path / "none.ply"), "5", "6"}
     assert all("open surface" in found.left_out[name] for name in (str(tmp_path / "open.ply"), "5"))
@@ -158,7 +159,7 @@ def test_what_does_not_fit_is_left_out_with_its_reason(maps, here, tmp_path):
     with pytest.raises(ism.MeshError, match="a group needs 3 surfaces or more, not 2"):
         ism.shapes.template(maps[:2])
     with pytest.raises(ism.MeshError, match="a group needs 3"):
-        ism.shapes.template([*maps[:2], tmp_path / "none.ply"], target="ico:1", executor=here)
+        ism.shapes.template([*maps[:2], tmp_path / "none.ply"], target="ico:1", engine=here)
 
 
 @pytest.mark.parametrize(("options", "error", "words"), [

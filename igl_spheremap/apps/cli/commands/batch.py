@@ -10,7 +10,7 @@ import numpy as np
 
 from ....errors import without_name
 from ....io.replacing import check_writable
-from ....populations.executors import connect
+from ....populations.engine import Engine, connect
 from ....populations.manifest import began
 from ....populations.map_many import manifest_of, map_many, targets_of
 from ....populations.mapping import SphereMapping
@@ -56,8 +56,8 @@ def run_batch(args: Namespace) -> Exit:
     repairs = repair_options(args)
 
     def run(**options: Any) -> list[Row]:
-        return map_many(sources, pattern, method=method, balance=args.balance, repair=args.repair, force=args.force,
-                        manifest=manifest, **options, **repairs or {})
+        return map_many(sources, pattern, method=method, balance=args.balance, repair=repairs or False,
+                        force=args.force, manifest=manifest, **options)
 
     def sheet(rows: Sequence[Row]) -> Sheet:
         return map_sheet(rows, SphereMapping(method, args.balance, repairs, force=args.force, folder=os.getcwd()))
@@ -68,7 +68,7 @@ def run_batch(args: Namespace) -> Exit:
 def run_files(args: Namespace, name: str, total: int, manifest: str, run: Callable[..., list[Any]],
               sheet: Callable[[list[Any]], Sheet]) -> Exit:  # fmt: skip
     """Run a task on many files by the flags that all such commands have; print and write what came of it."""
-    executor = connect(args.scheduler) if args.scheduler is not None else None
+    engine = engine_of(args)
 
     def announce() -> None:
         if not args.quiet:
@@ -81,8 +81,7 @@ def run_files(args: Namespace, name: str, total: int, manifest: str, run: Callab
             count(row.status == "certified", row.resumed)
             interrupt(row)
 
-        rows = run(executor=executor, processes=args.jobs, resume=args.resume, retry_failed=args.retry_failed,
-                   timeout=args.timeout, memory=args.memory, retries=args.retries, listener=listen)
+        rows = run(engine=engine, listener=listen)
     if args.summary is not None:  # before the page, whose pictures take longer and can be interrupted
         write_table(args.summary, rows)
     page = None
@@ -95,6 +94,12 @@ def run_files(args: Namespace, name: str, total: int, manifest: str, run: Callab
         files = [paragraph(flag, str(path)) for flag, path in (("summary", args.summary), ("report", page)) if path]
         print(counts(rows, total), *files, sep="\n", flush=True)
     return interrupt.status if interrupt.asked else max(_STATUS[row.status] for row in rows)
+
+
+def engine_of(args: Namespace) -> Engine:
+    """Who runs the jobs, and when they end, by the flags of all commands for many files."""
+    return Engine(executor=None if args.scheduler is None else connect(args.scheduler), processes=args.jobs,
+                  resume=args.resume, retry_failed=args.retry_failed, timeout=args.timeout, retries=args.retries)
 
 
 def list_sources(args: Namespace) -> list[str]:

@@ -7,7 +7,6 @@ from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,6 @@ from ....io.replacing import REPLACE, make_folder
 from ....io.tables import read_cells, write_cells
 from ....io.written_map import write_map
 from ....maps.balanced import balanced_spherical_map
-from ....populations.executors import connect
 from ....populations.map_many import filled
 from ....populations.ratings import FAIL, read_ratings
 from ....shapes.groups.design import data_of, read_design, test_names, write_test
@@ -36,14 +34,14 @@ from ..arguments import refuse_flags
 from ..exits import Exit, UsageError
 from ..inputs import expand
 from ..output import LISTED, Findings
+from .batch import engine_of
 
 _PAGE, _FILM, _SERIES_FILM = "index.html", "mode_1.gif", "frames.gif"
 _COMMON = ("out", "json", "quiet")
 #: Uses of the command besides the one that makes a group, and the flags that each takes.
-_ENGINE = ("resume", "retry_failed", "timeout", "memory", "retries")
-_TAKEN = {"series": ("feature", "to", "balance", "exclude", "ratings", "force", "jobs", "scheduler",
-                     *(name.replace("_", "-") for name in _ENGINE)), "add": ("farthest",),
-          "design": ("of", "permutations", "augment")}
+_TAKEN = {"series": ("feature", "to", "balance", "exclude", "ratings", "force", "jobs", "scheduler", "resume",
+                     "retry-failed", "timeout", "retries"),
+          "add": ("farthest",), "design": ("of", "permutations", "augment")}
 
 
 def run_template(args: Namespace) -> Exit:
@@ -76,7 +74,7 @@ def _make(args: Namespace) -> Exit:
     kept, excluded, features = _given(args, ARCHIVE)
     out = make_folder(args.out)
     group = template(kept, features=features, modes=args.modes, target=args.to, balance=args.balance, rigid=args.rigid,
-                     farthest=args.farthest, out=out, **_engine(args))
+                     farthest=args.farthest, out=out, engine=engine_of(args))
     failed = Exit.FAILED if group.left_out else Exit.OK
     group = replace(group, left_out={**excluded, **group.left_out}, feature_names=_feature_names(args))
     args.progress.begin("writing")
@@ -88,17 +86,11 @@ def _make(args: Namespace) -> Exit:
     return failed
 
 
-def _engine(args: Namespace) -> dict[str, Any]:
-    """Who runs the jobs, and how."""
-    return {"executor": None if args.scheduler is None else connect(args.scheduler), "processes": args.jobs,
-            **{name: getattr(args, name) for name in _ENGINE}}
-
-
 def _follow(args: Namespace) -> Exit:
     """A series, in files."""
     kept, _, features = _given(args, SERIES)
     found = series(kept, features=features, target=args.to, balance=args.balance, out=make_folder(args.out),
-                   **_engine(args))
+                   engine=engine_of(args))
     args.progress.begin("writing")
     out, names = Path(args.out), _feature_names(args)
     mean = write_series(out, found, kept, names)

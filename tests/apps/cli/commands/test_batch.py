@@ -180,14 +180,6 @@ def test_a_folder_that_cannot_be_written_costs_its_rows(desk):
     assert (row.status, row.notes.partition(":")[0]) == ("file", "can't write /proc/300.obj")
 
 
-@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="memory is read from /proc")
-def test_a_job_that_takes_more_memory_is_ended(stand_in):
-    arguments = ["--out", "{stem}.obj", "--memory", "1", "--summary", "all.tsv", "-q", "--jobs", "1"]
-    assert main(["batch", "slow.ply", *arguments]) == Exit.FAILED
-    (row,) = read_table("all.tsv")
-    assert (row.status, row.notes) == ("failed", "it took more than 1 MB of memory, the limit")
-
-
 def test_inputs_are_files_globs_and_lists(stand_in, capsys):
     for name in ("b1.ply", "b2.ply", "[x].ply"):
         Path(name).touch()

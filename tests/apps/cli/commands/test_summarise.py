@@ -44,7 +44,7 @@ def test_a_manifest_is_summarised_as_the_table_of_its_run(tmp_path, monkeypatch,
     monkeypatch.chdir(tmp_path)
     for size in (200, 300):
         ism.write_mesh(f"{size}.ply", *ism.samples.make("spheroid", n_vertices=size))
-    write_table("all.tsv", ism.map_many(["200.ply", "300.ply"], "{stem}.obj", processes=1))
+    write_table("all.tsv", ism.map_many(["200.ply", "300.ply"], "{stem}.obj", engine=ism.Engine(processes=1)))
     texts = []
     for name in ("all.tsv", "stem.obj.manifest.jsonl"):
         assert main(["summarise", name]) == Exit.OK

@@ -1,0 +1,185 @@
+"""Who runs jobs: our own processes, a Dask cluster, or any executor of the caller's; and when jobs end."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+from collections import Counter, deque
+from collections.abc import Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from .._version import __version__
+from ..errors import WorkersUnavailable, check_number, check_whole, import_optional, one_line
+from .child import ProcessPool, WorkerDied
+from .job import Job, JobT, Task, failed, run_in_child, run_job
+from .manifest import JobResult
+
+_AHEAD = 2  # jobs in flight for each worker: one that runs, and one that waits to follow it
+_ANSWER = 6.0  # seconds for a scheduler to answer: many round trips of a slow network, and a person still waits
+
+
+@dataclass(frozen=True, kw_only=True)
+class Engine:
+    """Who runs the jobs of a call on many surfaces, which of them, and when they end.
+
+    Attributes
+    ----------
+    executor : concurrent.futures.Executor, optional
+        Who runs the jobs, such as that of a Dask client; by default processes of its own, with one thread each. It is
+        not shut down.
+    processes : int, optional
+        How many processes of its own; by default one for each processor.
+    resume : bool
+        Take a result from the manifest, as by default, if input, options and version are the same, and the target is
+        still what was written.
+    retry_failed : bool
+        Run again the jobs that the manifest records without a result.
+    timeout : float, optional
+        Seconds after which a job is ended.
+    retries : int
+        How often a job is run again whose worker died; once by default.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one of these is of the wrong kind or out of range, or a timeout is given for an executor that can't keep it:
+        one that is neither Dask's nor our own.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.Engine(processes=4, timeout=600).retries
+    1
+    """
+
+    executor: Executor | None = None
+    processes: int | None = None
+    resume: bool = True
+    retry_failed: bool = False
+    timeout: float | None = None
+    retries: int = 1
+
+    def __post_init__(self) -> None:
+        if self.executor is not None and not callable(getattr(self.executor, "submit", None)):
+            raise TypeError(f"executor is {self.executor!r}; give one of concurrent.futures, or that of a Dask client")
+        if self.processes is not None:
+            check_whole(self.processes, "processes", 1)
+        check_whole(self.retries, "retries")
+        if self.timeout is not None:
+            check_number(self.timeout, "timeout")
+            if not (self.executor is None or isinstance(self.executor, ProcessPool) or _is_dask(self.executor)):
+                raise ValueError("timeout limits jobs of the own pool and of Dask, not of other executors")
+
+
+#: Processes of its own, as many as processors.
+USUAL = Engine()
+
+
+@contextmanager
+def started(engine: Engine) -> Iterator[Engine]:
+    """An engine with an executor: processes of its own, which end with the context, if it has none."""
+    if engine.executor is not None:
+        yield engine
+        return
+    pool = ProcessPool(engine.processes)
+    try:
+        yield replace(engine, executor=pool)
+    finally:
+        pool.end()
+
+
+def results(engine: Engine, todo: deque[JobT], task: Task[JobT]) -> Iterator[tuple[JobT, JobResult]]:
+    """Results of an engine that is started, as they come, until `todo` is empty and nothing is in flight.
+
+    A job whose worker died is run again, up to `retries` times.
+    """
+    running: dict[Future[JobResult], JobT] = {}
+    deaths, mortal = Counter[JobT](), deaths_in(engine.executor)
+    while todo or running:
+        while todo and len(running) < _AHEAD * max(1, _count(engine.executor)):
+            job = todo.popleft()
+            running[_submit(engine, job, task)] = job
+        for future in wait(running, return_when=FIRST_COMPLETED).done:
+            job = running.pop(future)
+            error = future.exception() if not future.cancelled() else CancelledError()
+            if isinstance(error, CancelledError):
+                raise WorkersUnavailable("the executor dropped its jobs, perhaps its scheduler is gone; run it again "
+                                         "to continue")
+            if not isinstance(error, mortal):
+                yield job, future.result()
+                continue
+            deaths[job] += 1
+            if deaths[job] <= engine.retries:
+                todo.append(job)
+            else:
+                times = f" {deaths[job]} times" if engine.retries else ""
+                yield job, failed(job, task, f"its worker died{times}: {error}")
+
+
+def deaths_in(executor: Executor | None) -> tuple[type[BaseException], ...]:
+    """What an executor raises for a job whose worker died."""
+    if _is_dask(executor):
+        return BrokenExecutor, WorkerDied, import_optional("distributed", "a Dask executor", "batch").KilledWorker
+    return BrokenExecutor, WorkerDied
+
+
+def _is_dask(executor: Executor | None) -> bool:
+    return type(executor).__module__.partition(".")[0] == "distributed"
+
+
+def _count(executor: Executor | None) -> int:
+    """How many jobs run at a time: on a cluster, whose workers come and go, now."""
+    if _is_dask(executor):
+        client: Any = vars(executor)["_client"]
+        return sum(client.nthreads().values())
+    return getattr(executor, "_max_workers", os.cpu_count() or 1)
+
+
+def _submit(engine: Engine, job: Job, task: Task[Any]) -> Future[JobResult]:
+    assert engine.executor is not None
+    apart = isinstance(engine.executor, ProcessPool) or engine.timeout is not None
+    try:
+        return engine.executor.submit(partial(run_in_child, timeout=engine.timeout) if apart else run_job, job, task)
+    except BrokenExecutor as error:  # a pool that broke takes no more jobs
+        future: Future[JobResult] = Future()
+        future.set_exception(error)
+        return future
+
+
+def connect(scheduler: str, seconds: float = _ANSWER) -> Any:
+    """An executor on the Dask scheduler at an address, or of a scheduler file.
+
+    Raise WorkersUnavailable if it does not answer within some seconds, or if a worker has another version.
+    """
+    distributed = import_optional("distributed", "a Dask scheduler", "batch")
+    try:
+        address = json.loads(Path(scheduler).read_bytes())["address"] if os.path.isfile(scheduler) else scheduler
+        asyncio.run(asyncio.wait_for(_greet(address), seconds))  # a client without a scheduler hangs when it is dropped
+    except Exception as error:  # what listens there may be anything
+        known = str(error) and isinstance(error, OSError | ValueError)
+        reason = one_line(error) if known else f"no valid answer within {seconds:g} s"
+        raise WorkersUnavailable(f"no Dask scheduler answers at {scheduler} ({reason}); start one by "
+                                 "`dask scheduler`") from None
+    client = distributed.Client(address, set_as_default=False, timeout=seconds)
+    # An expression, since a worker of another version may lack the module of a function that is sent to it.
+    versions = client.run(eval, "__import__('igl_spheremap').__version__", on_error="return")
+    for worker, version in versions.items():
+        if version != __version__:
+            client.close()
+            raise WorkersUnavailable(f"worker {worker} has igl_spheremap {version}, this is {__version__}; install "
+                                     "the same version there")
+    return client.get_executor(pure=False)
+
+
+async def _greet(address: str) -> None:
+    """Ask who listens at an address; a ValueError unless it is a scheduler."""
+    async with import_optional("distributed", "a Dask scheduler", "batch").rpc(address) as listener:
+        kind = (await listener.identity())["type"]
+    if kind != "Scheduler":
+        raise ValueError(f"it is a {kind.lower()}")
