@@ -89,8 +89,8 @@ class MeshError(ValueError):
     fault : str
         What is wrong, where, and what is to be done.
     remedy : Remedy or None
-        The call that does it: ``repair_mesh(v, f, **error.remedy.options)``, of errors of disks ``repair_disk``. None,
-        the default, where none does.
+        The call that mends it: ``repair_mesh(v, f, **error.remedy.options)``, for disks ``repair_disk``. None, the
+        default, if no call does.
 
     Examples
     --------

@@ -52,11 +52,11 @@ def write_plane_map(
     force : bool
         Replace an existing file.
     rows : (n,) int64 array, optional
-        Rows of the whole surface that the vertices are, ``vertex_source`` of what `repair_disk` made, -1 in caps; by
-        default they are the whole. Patches and NPZ hold them; OBJ has vertices of one row once, and coordinates by
-        corner (``f v/vt``).
+        For each vertex its row in the whole surface: ``vertex_source`` of what `repair_disk` made, -1 in caps. By
+        default the surface is a whole one. Patches and NPZ hold them; OBJ has vertices of one row once, and coordinates
+        by corner (``f v/vt``).
     up : {"y", "z"}
-        For GLB: which way is up. Where it is z, the scene turns the surface, for there y is.
+        For GLB: which way is up in the surface's coordinates. GLB's own is y; for "z" the scene turns the surface.
 
     Returns
     -------
@@ -124,7 +124,7 @@ def read_plane_map(path: PathLike, *, surface: MeshLike | None = None) -> PlaneM
     path : str or path-like
         An OBJ or GLB file with texture coordinates, an NPZ file with arrays ``vertices``, ``faces`` and ``plane``, a
         patch, or any mesh file whose third coordinate is the same everywhere. Where texture coordinates have a seam,
-        the map is one of the surface that is cut there, a row for each of them.
+        the map is that of the surface cut along it, with a row for each of them.
     surface : mesh object or (v, f), optional
         What was mapped; of a patch the whole surface that it was cut from. By default the surface in the file: only
         OBJ, GLB and NPZ hold one.

@@ -40,7 +40,7 @@ def algorithm_1(
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The Gauss map by default.
     method : Lai2014
-        The options, by default its own; its `rounds` do not count.
+        The options, by default those of ``Lai2014()``; `rounds` has no effect.
     caps : (m,) array_like of bool, optional
         As of `check_mesh`.
     listener : callable, optional
@@ -95,7 +95,7 @@ def algorithm_2(
     v, f : (n, 3) and (m, 3) array_like
         The mesh, as of `check_mesh`.
     start, method, caps
-        As of `algorithm_1`; the `rounds` of the method count.
+        As of `algorithm_1`; here `rounds` of the method has an effect.
     listener : callable, optional
         Called with every `Iterate`, star maps included; may raise StopIteration to stop with the current map.
 

@@ -21,19 +21,20 @@ class Auto(Method):
     Parameters
     ----------
     tolerance : float, default 1e-3
-        Largest harmonic energy above the minimum at which the steps end, in units of the gap between energy and flat
-        image area, which is the mesh's own discretisation error.
+        The steps end when the harmonic energy is at most this far above its minimum, in units of the gap between energy
+        and flat image area, which is the mesh's own discretisation error.
     max_iterations : int, default 30
         Maximum number of iterations of the minimisation, here steps to the harmonic map.
     backend : str, default "auto"
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
     gauge : {"poles", "centred"}, default "poles"
-        How limbs are kept whose edges fall below float64's resolution in the centred gauge, which all other maps have.
-        "poles" takes the tips of the three deepest to ends of the coordinate axes by a Moebius map, where coordinates
-        are finer, if shortening would cost angles; "centred" shortens them and keeps the gauge.
+        What is done about limbs whose edges fall below float64's resolution in the centred gauge; maps without such
+        limbs are always centred. "poles" uses a Moebius map to take the tips of the three deepest limbs to ends of the
+        coordinate axes, where coordinates are finer, if shortening would cost angles. "centred" shortens the limbs and
+        keeps the gauge.
     polish : {"auto", "angles"} or None, default "auto"
-        Whether Newton steps lower the angle differences of a good map: where that is predicted to pay, on any map, for
-        2 to 20 times the time, or never: then it is the harmonic map.
+        Whether Newton steps lower the angle differences of a good map: "auto", where they are predicted to pay;
+        "angles", always, for 2 to 20 times the time; None, never, so that a good map stays the harmonic one.
     effort : Effort, default Effort()
         What steps that lower the angle differences may cost; a dict of the same names will do.
 
@@ -46,8 +47,8 @@ class Auto(Method):
 
     Notes
     -----
-    What is measured on the harmonic map decides what follows, the first row that applies; ``result.explain()`` says
-    which did. Mean is that of the sizes of all angle differences, in degrees.
+    Measurements of the harmonic map decide what follows: the first row of the table that applies. ``result.explain()``
+    says which one did. "Mean" is the mean size of all angle differences, in degrees.
 
     =  ==================================================  ========================================================
        measured                                            what follows
@@ -138,8 +139,8 @@ class GuYau(Method):
     max_iterations : int, default 20,000
         Maximum number of iterations of each minimisation, one for each of the two maps.
     plateau : float, default 5e-7
-        The harmonic descent ends, too, when its energy fell by less than this share over 100 iterations: the
-        rule of `Lai2014`, and in kind that of the authors, an energy difference.
+        The harmonic descent also ends when its energy fell by less than this share over 100 iterations: the rule of
+        `Lai2014`. The authors end by an energy difference, too.
 
     Raises
     ------
@@ -191,9 +192,9 @@ class Stereographic(Method):
         flow of the conformal factor to a flat metric (reference [12]), here the convex Newton iteration of
         Springborn, Schroeder and Pinkall.
     puncture : int, optional
-        Face that holds the pole. The flat metric has the pole at its first corner: next to a punctured face
-        of equal sides triangles would have angles of 180 degrees. By default a well-shaped face of middling
-        size; for the flat metric the best of four such.
+        Face that holds the pole. For the flat metric the pole is the face's first corner: if the whole face were taken
+        out and its sides made equal, triangles beside it would have angles of 180 degrees. By default a well-shaped
+        face of middling size; for the flat metric the best of four such.
     angle_tolerance : float, default 1e-8
         With "conformal-equivalence" only: largest angle defect in radians.
     max_iterations : int, default 100

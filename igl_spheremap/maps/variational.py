@@ -159,8 +159,8 @@ def fidelity_map(
 ) -> SphereMap:
     """Minimise the harmonic energy plus a fidelity term of your own by Algorithm 1.
 
-    The gradient of the sum is taken in a metric of smooth fields: in the L2 metric that of a term on single vertices or
-    on a curve sits on these vertices, which fold their neighbourhood at once.
+    The gradient of the sum is taken in a metric of smooth fields: in the L2 metric the gradient of a term on single
+    vertices, or on a curve, is zero elsewhere, and a step along it folds the faces around them at once.
 
     Parameters
     ----------
@@ -168,8 +168,8 @@ def fidelity_map(
         The mesh, as of `check_mesh`.
     fidelity : callable
         Takes a map, an (n, 3) float64 array of unit rows that it can't change, and returns the term's value, a number
-        beside a harmonic energy of about 4 pi, and the (n, 3) array of its derivatives by the coordinates; what of them
-        is normal to the sphere does not count. Where the value is infinite or NaN no step goes.
+        beside a harmonic energy of about 4 pi, and the (n, 3) array of its derivatives by the coordinates; their part
+        normal to the sphere does not count. No step leads to where the value is infinite or NaN.
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The conformal map by default.
     gauge : {"free", "centred"}

@@ -124,12 +124,12 @@ class Lai2014(Method):
         where the Gauss map has no foldings. The result is not turned or centred: the certificate is of the very numbers
         that the last iteration left.
 
-        What the paper leaves open is chosen so. The source has unit area, which sets the scale of gradients and steps.
-        The first step is 1, and the two quotients of eq. (12) take turns. Rounds end when no folding is left, or three
-        are done. Eigenfunctions, given up to an orthogonal matrix, are turned to agree with the map that weights them,
-        never inside out. Theorem 2's centre is the mean over dM, as printed; orthogonality to the constants in eq. (20)
-        would give the mean over e^{2u} dM, which is 0. Where a formula has no value, `docs/equations.md` says what
-        stands in, and the notes of a result say how often.
+        What the paper leaves open is chosen as follows. The source has unit area, which sets the scale of gradients and
+        steps. The first step is 1, and the two quotients of eq. (12) take turns. Rounds end when no folding is left, or
+        three are done. Eigenfunctions, given up to an orthogonal matrix, are turned to agree with the map that weights
+        them, never inside out. Theorem 2's centre is the mean over dM, as printed; orthogonality to the constants in
+        eq. (20) would give the mean over e^{2u} dM, which is 0. Where a formula has no value, `docs/equations.md` says
+        what stands in, and the notes of a result say how often.
 
         Parameters
         ----------

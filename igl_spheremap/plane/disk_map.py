@@ -62,8 +62,8 @@ def disk_conformal_map(
 ) -> DiskMap:
     """Map a surface with one boundary loop conformally to the unit disk, and certify the map.
 
-    Two copies of the surface, joined along the boundary, are mapped to the sphere, and the map is made symmetric: the
-    boundary is a great circle then. Where that folds faces, as it may on coarse meshes with slivers, the boundary
+    Two copies of the surface, joined along the boundary, are mapped to the sphere, and the map is made symmetric, so
+    that the boundary is a great circle. Where that folds faces, as it may on coarse meshes with slivers, the boundary
     slides along the circle instead, in Newton steps from Tutte's map with the boundary of a conformal map.
 
     Parameters

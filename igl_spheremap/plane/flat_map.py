@@ -76,13 +76,14 @@ def flatten(
 ) -> FlatMap:
     """Lay a surface with one boundary loop out in the plane with least distortion, and certify the map.
 
-    A surface that can be unrolled is laid out face by face, whatever `balance` is: lengths are kept to 1e-6, of flat
-    ones to 1e-9. On any other, and where that layout overlaps itself, Newton steps minimise the sum over faces of
-    nearly the squared logarithms of stretches: those of angles count 1 - `balance`, those of areas `balance`.
-    They start from the conformal disk, or from Tutte's map whose boundary keeps its lengths, whichever has the lower
-    sum. No step folds a face or lets the boundary cross itself, which exact arithmetic decides, so that the map is
-    injective. A note says where a layout would overlap; where lengths are off by a factor of 10 or more, and `balance`
-    is not 0, the status is ``SHORT``, and a note names the factor.
+    A surface that can be unrolled is laid out face by face, whatever `balance` is: lengths are kept to 1e-6, those of
+    flat surfaces to 1e-9. On any other, and where that layout overlaps itself, Newton steps minimise an energy that is
+    nearly the sum over faces of squared logarithms of stretches; `balance` is the weight of the part that changes
+    areas, 1 - `balance` of the part that changes angles. They start from the conformal disk, or from Tutte's map whose
+    boundary keeps its lengths, whichever has the lower sum. No step folds a face or lets the boundary cross itself,
+    which exact arithmetic decides, so that the map is injective. A note says where a layout would overlap; where
+    lengths are off by a factor of 10 or more, and `balance` is not 0, the status is ``SHORT``, and a note names the
+    factor.
 
     Parameters
     ----------

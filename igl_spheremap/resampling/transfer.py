@@ -101,7 +101,7 @@ def transfer(
 ) -> NDArray[Any]:
     """Carry data from one mesh to another through the sphere.
 
-    Both maps should be turned to agree, as those of aligned surfaces are by their gauge.
+    Both maps should be rotated to agree; if the surfaces are aligned, the gauge of their maps does that.
 
     Parameters
     ----------
@@ -161,9 +161,9 @@ def transfer_matrix(
     """Weights by which data go from one mesh to another, to be applied to several data, or elsewhere.
 
     "adaptive-area" is the method that HCP calls ADAP_BARY_AREA. Each target lies in a face of the source and takes that
-    face's corners. But where other vertices of the source lie in the faces around the target, it takes all that lie
-    there, each with its weight in its face. So no vertex is left out, whichever mesh is finer. Weights count by the
-    target's areas, and each vertex of the source divides its area among the targets that take it.
+    face's corners. But where other vertices of the source lie in the faces around the target, it takes all of these,
+    each with its barycentric weight in the face that holds it. So no vertex is left out, whichever mesh is finer.
+    Weights count by the target's areas, and each vertex of the source divides its area among the targets that take it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is known of several surfaces, or of one in a basis: matches, registrations, groups, harmonics."""
+"""Several surfaces in correspondence, and surfaces in spherical harmonics: matches, registrations, groups."""
 
 from ..lazy import attach
 

@@ -28,11 +28,11 @@ class Effort:
     Parameters
     ----------
     systems : int, default 20
-        Linear systems with two unknowns a vertex that are solved at most in a round of Newton steps, one for each
-        step that is tried. Only bodies with limbs of 60 nepers and more take 20.
+        At most this many linear systems, with two unknowns a vertex, are solved in a round of Newton steps, one for
+        each step that is tried. Only bodies with limbs of 60 nepers and more take 20.
     holes : int, default 5
-        Faces that are cut out in turn, where a map is poor, to lay the mesh out by angles that close. On large meshes
-        fewer layouts take steps (`layouts`).
+        At most this many faces are cut out in turn, if a map is poor, to lay the mesh out in the plane around each. On
+        large meshes fewer layouts take steps (`layouts`).
     least_gain : float, default 0.015
         Steps end when all further ones together would lower the mean angle difference by less than this share, on
         small meshes; on large ones, where a step costs more, by up to eight times as much (`price`).

@@ -32,10 +32,10 @@ class Certificate:
     flipped : int64 array
         Faces whose image is oriented inwards, in the plane clockwise: the foldings.
     degenerate : int64 array
-        Faces whose image is flat: its plane holds the origin; in the plane, it has no area.
+        Faces whose image is flat: on the sphere its plane holds the origin, in the plane it has no area.
     degree : int
-        How often the sphere is covered, in the plane what the boundary encloses, counted with sign; 1 for a bijection.
-        0 where it could not be counted.
+        How often the image covers the sphere, or in the plane what its boundary encloses, counted with sign; 1 for a
+        bijection. 0 where it could not be counted.
     not_finite : int64 array
         Vertices with a NaN or infinite coordinate.
     off_sphere : int64 array
@@ -43,7 +43,7 @@ class Certificate:
     boundary_loops : int
         0 for a map of a closed surface to the sphere, 1 for one of a disk to the plane.
     crossings : int64 array
-        In the plane, vertices from which an edge of the boundary starts that meets another one.
+        In the plane, the first vertices of boundary edges that meet another one.
     faces : int
         Number of faces.
 

@@ -84,14 +84,14 @@ def match(
         except in its last steps on each mesh.
     curves : iterable of (curve of the source, curve of the target), optional
         Curves that belong together, such as ridges and sulci: points as for landmarks, each next to the one before it,
-        two or more; the numbers may differ. Each point of the source's curve is a landmark, whose place on
-        the target's curve is at the same share of its length; between them the one curve lies as near to the other as
-        points are apart.
+        two or more; the numbers may differ. Each point of the source's curve is a landmark, whose place on the target's
+        curve is at the same share of its length; between these points the distance of the curves is at most about that
+        of neighbouring points.
     feature_weight : float
         Weight of the features' squared differences beside the strain, both summed over an area of 4 pi; .4 by default.
     position_weight : float
-        Weight of the squared distances between points of both after a similarity, likewise; 0 by default, 1 lowers them
-        a little.
+        Likewise, the weight of the squared distances between corresponding points after a similarity; 0 by default, and
+        1 lowers these distances a little.
     soft : bool
         Draw landmarks together instead of meeting them, where they may contradict each other.
     reflect : bool

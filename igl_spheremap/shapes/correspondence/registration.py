@@ -141,11 +141,11 @@ def register(
         see `depth_potential`. Data are smoothed on the surfaces, by .7 radians at first and by .05 in the end, and
         compared at unit variance.
     stages : sequence of str
-        Which of these, by default the first and the last: "rotation" (that correlates best; before "elastic", of
-        those that correlate nearly alike the one that leads to the least energy from surface to surface), "moebius"
-        (Gauss-Newton over Moebius maps) and "elastic" (Newton's method on the strain from one surface to the other and
-        on that of the source's sphere, with the features' difference, on up to 10,242 points of the sphere, which carry
-        the vertices).
+        One or more of three, by default the first and the last. "rotation" takes the rotation with the highest
+        correlation; if "elastic" follows, of those with nearly the highest it takes the one that leads to the least
+        energy from surface to surface. "moebius" takes Gauss-Newton steps over Moebius maps. "elastic" takes Newton
+        steps on the strain from one surface to the other, the strain of the source's sphere and the features'
+        difference, on up to 10,242 points of the sphere, which carry the vertices.
     stiffness : float, default 0.5
         Weight of the strains beside the mean squared difference of features of unit variance. Lower values raise the
         correlation and not the precision: features differ between bodies, too.
@@ -163,7 +163,7 @@ def register(
     Raises
     ------
     MeshError
-        If features are missing, not finite or constant, or a surface is a sphere, its own map.
+        If features are missing, not finite or constant, or a surface is a round sphere, which has no features.
     FoldingsRemain
         If a map is not certified folding-free.
     ValueError

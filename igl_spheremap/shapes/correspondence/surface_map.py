@@ -123,7 +123,7 @@ class SurfaceMap(OfMap):
     def unresolved(self) -> tuple[int, int]:
         """How many faces of the source on the target, and of the target on the source, are too small for float64.
 
-        What lies where in them is known roughly.
+        Locations inside such faces are known only roughly.
         """
         back = interpolate(self.map.vertices, self.map.faces, locator_of(self.map).locate(self.target.sphere))
         return _specks(self.positions, self.map.faces), _specks(back, self.target.faces)
@@ -184,7 +184,7 @@ class SurfaceMap(OfMap):
         Returns
         -------
         Overlay
-            Of the triangulations of both surfaces on the sphere, by exact signs; it is made once.
+            The overlay of both triangulations on the sphere, made by exact signs, at the first call only.
         """
         return self._overlay
 

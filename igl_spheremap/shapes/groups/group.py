@@ -95,9 +95,9 @@ class Group(Shown):
     rigid : bool
         Whether members kept their sizes.
     balance : float
-        Of the members' maps, where they were made for the group: 0 is conformal, 1 preserves areas.
+        Balance of the members' maps, if they were made for the group: 0 is conformal, 1 preserves areas.
     feature_names : tuple of str
-        Of the features; empty if they have none.
+        Names of the features; empty if they have none.
     notes : tuple of str
         Reasons to doubt the mean: that it did not settle, that the bodies are symmetric, or of two kinds.
     """
@@ -144,7 +144,7 @@ class Group(Shown):
 
     @property
     def map(self) -> SphereMap:
-        """The mean surface with its sphere, for all that takes a map."""
+        """The mean surface with its sphere, as a `SphereMap`."""
         return certified(check_mesh(self.vertices, self.faces), self.sphere)
 
     @property
@@ -173,7 +173,7 @@ class Group(Shown):
         Returns
         -------
         ModelFigures
-            By the number of modes. Correspondences stay as they are: only modes are computed anew.
+            One figure for each number of modes. Correspondences stay as they are: only modes are computed anew.
         """
         return model_figures(self.shapes, self.areas, len(self.modes), self.vertices)
 
@@ -184,8 +184,8 @@ class Group(Shown):
         Parameters
         ----------
         scores : (j,) array_like
-            Of the first j modes; the others have 0. ``2 * np.sqrt(group.variances[:1])`` is the first mode at two
-            standard deviations.
+            Scores of the first j modes; those of the others are 0. ``2 * np.sqrt(group.variances[:1])`` is the first
+            mode at two standard deviations.
 
         Returns
         -------
@@ -204,7 +204,7 @@ class Group(Shown):
 
     @own_errstate
     def place(self, source: SphereMap) -> PlacedMember:
-        """Where a new surface lies in the group, which stays as it is.
+        """Register a new surface to the group, and compute its scores; the group stays as it is.
 
         Parameters
         ----------

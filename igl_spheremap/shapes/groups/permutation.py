@@ -83,10 +83,10 @@ def permutation_test(
 ) -> PointTest:
     """Test at each point whether the members' shapes depend on a variable: a group, or a number.
 
-    Each point is compared with the largest statistic that a permutation has anywhere. Without covariates the test is
-    exact: where nothing is there, the chance of finding anything at all is at most `LEVEL`, whatever the distribution
-    of the data. With covariates their residuals are permuted (Freedman, Lane), and that chance is near `LEVEL`; it is
-    above it where members are few, data and covariates skewed or heavy-tailed.
+    The statistic at each point is compared with the largest one over all points in each permutation. Without covariates
+    the test is exact: if there is no effect, the chance of a finding anywhere is at most `LEVEL`, whatever the
+    distribution of the data. With covariates their residuals are permuted (Freedman, Lane), and that chance is near
+    `LEVEL`; it is above it where members are few, data and covariates skewed or heavy-tailed.
 
     Parameters
     ----------
@@ -95,17 +95,18 @@ def permutation_test(
     variable : (members,) array_like
         Numbers, or names of groups: two or more.
     covariates : (members,) or (members, k) array_like, optional
-        Numbers that may explain differences, too, such as age; what follows from the others changes nothing.
+        Other numbers that may explain differences, such as age; a covariate that follows from the others changes
+        nothing.
     data : (members, n) or (members, n, d) array_like, optional
         What is tested; the members' shapes by default.
     permutations : int, default 1000
-        How many; the smallest p is 1 / (permutations + 1).
+        Number of permutations; the smallest p is 1 / (permutations + 1).
     augment : bool, default False
         Compare each permutation with the data in a model that has the covariates both as they are and permuted (Guan).
         The chance of a finding is then at most twice `LEVEL` for any covariates and distributions, and was below
         `LEVEL` in all experiments; it takes more than 2 k + 2 members, and finds less where they are few.
     seed : int, default 0
-        Of the permutations.
+        Seed of the random permutations.
 
     Returns
     -------

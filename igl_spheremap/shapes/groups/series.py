@@ -105,8 +105,8 @@ def series(
 ) -> Series:
     """Follow points of one body through its frames.
 
-    Each frame is mapped to the sphere and registered to the one before it, from which it differs little. These are
-    jobs of their own, whose results are put together.
+    Each frame is mapped to the sphere and registered to the one before it, from which it differs little. Each pair of
+    neighbouring frames is a job of its own; their results are put together.
 
     Parameters
     ----------

@@ -48,7 +48,8 @@ def template(
 
     Each surface is mapped to the sphere and registered to a first template. The members' corresponding points are
     aligned by generalised Procrustes, and their mean is mapped to the sphere as each member is: that is the next
-    template. It ends where the mean stays. The same members give the same group bit for bit, in any order.
+    template. The rounds end when the mean no longer moves. The same members give the same group bit for bit, in any
+    order.
 
     Parameters
     ----------
@@ -64,13 +65,13 @@ def template(
     balance : float, default 1
         Of the maps: 0 is conformal, 1 preserves areas and is for bodies with limbs; .85 is better for cortices.
     rigid : bool, default False
-        Take place and pose of the members away, but keep their sizes.
+        Remove place and pose of the members, but keep their sizes.
     farthest : float, default 6
         Members are left out whose distance from the mean is larger than this many times the median of all.
     out : path-like, optional
-        A folder for what the work leaves: the members' maps in its folder ``members``, what is between in ``work``,
-        and a manifest, by which another call continues where this one ended. Without it a temporary folder is used,
-        and the members hold their maps.
+        A folder for results: the members' maps in its folder ``members``, intermediate results in ``work``, and a
+        manifest, by which another call continues where this one ended. Without it a temporary folder is used, and the
+        members hold their maps.
     engine : Engine
         As of `igl_spheremap.map_many`. Workers on other machines need to see `out`.
 

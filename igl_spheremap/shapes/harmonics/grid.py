@@ -45,11 +45,12 @@ def to_grid(
         "octahedral": a square with the north pole in the middle and the south pole in its corners; of positions,
         `mesh_from_grid` makes a mesh again.
     rows : int, optional
-        Rows of the grid, by default 180, of the octahedral one, which needs an odd number, 181; "equiangular" needs 2.
+        Number of rows: 180 by default, 181 on the octahedral grid, which needs an odd number; "equiangular" needs 2 or
+        more.
     labels : bool
         The values are labels: take the nearest corner's; linear by default.
     columns : int, optional
-        Columns of the grid, by default twice the rows; of the octahedral one as many as rows.
+        Number of columns: by default twice the rows, on the octahedral grid as many as rows.
 
     Returns
     -------
