@@ -121,7 +121,6 @@ def factorised_matrix(v: Array, f: Array) -> sp.csr_matrix:
 COMPETITORS: dict[str, Competitor] = {
     "ours, cvxopt": partial(ours, backend="cvxopt"),
     "ours, scipy": partial(ours, backend="scipy"),
-    "ours, multigrid": partial(ours, backend="multigrid"),
     "LaPy": lapy,
     "LaPy, no refusals": partial(lapy, guarded=False),
     "LaPy, cholespy": partial(lapy, guarded=False, use_cholmod=True),
@@ -130,7 +129,7 @@ COMPETITORS: dict[str, Competitor] = {
 }
 
 #: Ordering and factorisation alone: the least that a map can cost, by backend.
-FACTORS = {f"factor, {backend}": backend for backend in ("cvxopt", "scipy", "multigrid")}
+FACTORS = {f"factor, {backend}": backend for backend in ("cvxopt", "scipy")}
 
 #: Vertices beyond which a competitor is not tried.
 LARGEST = {"lai2014": 20_000, "mean curvature flow": 300_000, "LaPy": 300_000, "LaPy, cholespy": 300_000,

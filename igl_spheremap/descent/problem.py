@@ -16,8 +16,6 @@ from ..sphere.moebius import center
 from ..sphere.rows import along, inner, row_dots, tangent, weighted_moment, weighted_sum
 from .energies import Energy, PHarmonicEnergy
 
-#: Relative accuracy of P^-1 where the factor is only approximate: enough for a direction of descent.
-_ACCURACY = 0.1
 #: Smallest image area of a vertex, in units of the mean, that the H2 metric divides by: vertices of limbs have next to
 #: none.
 _LEAST_AREA = 1e-6
@@ -79,8 +77,8 @@ class SobolevH1(Metric):
     L: sp.csr_matrix
 
     def solve(self, covector: FloatArray) -> FloatArray:
-        """P^-1 times a covector, to a tenth where the factor is only approximate."""
-        return self.factor.solve(covector, _ACCURACY)
+        """P^-1 times a covector."""
+        return self.factor.solve(covector)
 
     def inner(self, a: FloatArray, b: FloatArray) -> float:
         """The sum of a . L b, which is that of a . P b to nine digits."""

@@ -189,7 +189,7 @@ def _lowest_eigenpairs(A: sp.csr_matrix, B: sp.csr_matrix) -> tuple[FloatArray, 
         return values[1:4], vectors[:, 1:4]
     P = (A - _SIGMA * B).tocsr()
     factor = factorize(P)
-    inverse = LinearOperator((n, n), matvec=lambda b: factor.solve(b, 1e-10), dtype=np.float64)
+    inverse = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
     start = np.ones(n) + np.sin(np.arange(n))  # fixed, so that every run gives the same numbers
     try:
         values, vectors = eigsh(A, k=4, M=B, sigma=_SIGMA, OPinv=inverse, v0=start)  # eq. (27)

@@ -41,11 +41,6 @@ _COARSE = 0.95
 _RELIABLE = 1e-10
 #: Starts, and maps after a step, are centred if their weighted mean is farther than this from the origin.
 OFF_CENTRE = 1e-4
-#: Accuracy of the solves for a start, and for a map that is final, where the factor is only approximate. Nearly all
-#: energy of a plane map is in the faces beside the puncture: with 1e-6 errors in the others cost one step more at 2.6
-#: million vertices.
-_ACCURACY = 1e-7
-_FINAL_ACCURACY = 1e-8
 #: The quadratic term is fitted on the ring INNER < |z| < OUTER, in units of the corners' distance: farther out higher
 #: terms matter, farther in the mesh's noise. Where the geometric mean of that distance and the body's size is less than
 #: INNER, the ring begins there.
@@ -123,7 +118,7 @@ def dipole_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
     gradients = 1j * opposite / (w[1].real * w[2].imag)  # of the hat functions: opposite edge, turned inwards
     load = np.zeros((len(mesh.v), 2))
     load[mesh.f[face]] = np.column_stack((gradients.real, -gradients.imag))
-    z = operators.factor.solve(load, _FINAL_ACCURACY)
+    z = operators.factor.solve(load)
     return np.asarray(z[:, 0] + 1j * z[:, 1])
 
 
@@ -137,7 +132,7 @@ def _placed_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
     loads = np.zeros((len(mesh.v), 2))
     loads[[b, c], [0, 1]] = 1
     loads[a] = -1
-    green = operators.factor.solve(loads, _ACCURACY)  # algorithm (3)
+    green = operators.factor.solve(loads)  # algorithm (3)
     target = np.conj(np.ravel(_in_their_planes(mesh, mesh.f[[face]])))
     if target[1].imag == 0:  # without area it is placed as an equilateral one: the affine correction finds its shape
         target = np.array([1, 0.5 - 0.75**0.5 * 1j])

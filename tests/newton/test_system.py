@@ -8,7 +8,7 @@ from igl_spheremap.errors import FactorisationFailed
 from igl_spheremap.newton.system import PAIRS, VertexSystem, gram_blocks
 from igl_spheremap.operators.factor.factorize import available_backends
 
-BACKENDS = [name for name in available_backends() if name != "multigrid"]
+BACKENDS = available_backends()
 
 
 @pytest.fixture(params=["sphere", "disk"])

@@ -38,40 +38,26 @@ _OPTIONS = threading.Lock()
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """A fixed operator that is the inverse of a symmetric positive definite matrix, exactly or approximately."""
+    """The inverse of a symmetric positive definite matrix."""
 
     backend: str
     n: int
     apply: Solver  # takes contiguous float64 (n,) or (n, k) arrays
-    nnz: int | None = None  # entries stored, where that is known without cost
-    #: Where `apply` is only approximate: solves (n, k) systems to an accuracy, preconditioned by it.
-    refined: Callable[[np.ndarray, float], np.ndarray] | None = None
     indices: np.ndarray | None = None  # columns of the matrix's entries, row by row, if `again` is there
     #: Factorises a matrix with the same pattern in less time, in place of this factor, which raises if used again.
     again: Callable[[sp.csr_matrix], Factor] | None = None
-
-    @property
-    def exact(self) -> bool:
-        """False for a multigrid cycle, which is symmetric positive definite, too."""
-        return self.refined is None
 
     def fits(self, P: sp.csr_matrix) -> bool:
         """Whether a matrix has the same pattern."""
         return self.indices is not None and np.array_equal(self.indices, P.indices)
 
     @phase("solves")
-    def solve(self, b: np.ndarray, accuracy: float = 1e-8) -> np.ndarray:
-        """``P^-1 b`` for right-hand sides in the columns of an (n,) or (n, k) array.
-
-        Where the operator is not exact it preconditions at most 200 steps of conjugate gradients, until the residual of
-        each column has fallen to `accuracy` times that of `b`, in the norm of P^-1.
-        """
+    def solve(self, b: np.ndarray) -> np.ndarray:
+        """``P^-1 b`` for right-hand sides in the columns of an (n,) or (n, k) array."""
         b = np.asarray(b, dtype=np.float64)
         if b.ndim not in (1, 2) or b.shape[0] != self.n:
             raise ValueError(f"right-hand side has shape {b.shape}; expected ({self.n},) or ({self.n}, k)")
-        if self.refined is None:
-            return self.apply(b)
-        return self.refined(b.reshape(self.n, -1), accuracy).reshape(b.shape)
+        return self.apply(b)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,20 +138,23 @@ class Analysis(ABC):
     def __init__(self, entries: Entries) -> None: ...
 
     @abstractmethod
-    def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver, int | None]:
-        """Order and solver of the reordered matrix with these entries, and the entries of its factor, if known."""
+    def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver]:
+        """Order and solver of the reordered matrix with these entries, whose i-th row is row ``order[i]`` of P."""
 
     def factorise(self, values: np.ndarray) -> Factor:
         """Factor of a matrix with these entries, in place of the one before. FactorisationFailed if not definite."""
         self._made += 1
-        order, solve, nnz = self._numeric(values)
-        return Factor(self.backend, len(order), reordered(order, partial(self._solved, self._made, solve)), nnz)
+        order, solve = self._numeric(values)
+        ordered = order, inverse_permutation(order)
+        return Factor(self.backend, len(order), partial(self._solved, self._made, *ordered, solve))
 
-    def _solved(self, made: int, solve: Solver, b: np.ndarray) -> np.ndarray:
+    def _solved(self, made: int, order: np.ndarray, rank: np.ndarray, solve: Solver, b: np.ndarray) -> np.ndarray:
         """Solve with one of the factors made; a RuntimeError unless it is the last."""
         if made != self._made:
             raise RuntimeError("another matrix was factorised in the place of this factor; solve with that factor")
-        return solve(b)
+        x = np.empty_like(b)
+        x.T[...] = solve(b.T.take(order, axis=-1).T).T.take(rank, axis=-1)
+        return x
 
 
 class Cholmod(Analysis):
@@ -212,7 +201,7 @@ class Cholmod(Analysis):
                 current.clear()
                 current.update(before)
 
-    def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver, int | None]:
+    def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver]:
         self._A.V = self._cvxopt.matrix(values.take(self._place))
         try:
             with self._options():
@@ -221,7 +210,7 @@ class Cholmod(Analysis):
             raise FactorisationFailed(f"CHOLMOD: not positive definite ({error})") from error
         except MemoryError as error:  # rows of a hundred thousand entries fill the factor
             raise FactorisationFailed("CHOLMOD: the factor does not fit into memory") from error
-        return self._order, self._solve, None
+        return self._order, self._solve
 
     def _solve(self, b: np.ndarray) -> np.ndarray:
         matrix, cholmod = self._cvxopt.matrix, self._cvxopt.cholmod
@@ -232,28 +221,6 @@ class Cholmod(Analysis):
             else:  # sparse right-hand sides go through the factor four at a time: a third of the time
                 x = matrix(cholmod.spsolve(self._symbolic, self._cvxopt.sparse(matrix(np.asfortranarray(b)))))
         return np.asarray(x).reshape(b.shape)
-
-
-class ScikitSparse(Analysis):
-    """CHOLMOD through scikit-sparse: supernodal Cholesky with approximate minimum degree."""
-
-    backend: ClassVar[str] = "scikit-sparse"
-
-    def __init__(self, entries: Entries) -> None:
-        from sksparse import cholmod
-
-        self._cholmod: Any = cholmod
-        self._order = entries.expanded(bandwidth_order(entries.graph))  # a mesh's own order misleads minimum degree
-        self._A, self._place = entries.full(self._order)
-        self._symbolic = cholmod.analyze(self._A, mode="supernodal", ordering_method="amd")
-
-    def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver, int | None]:
-        self._A.data = values.take(self._place)
-        try:
-            factor = self._symbolic.cholesky(self._A)
-        except self._cholmod.CholmodError as error:
-            raise FactorisationFailed(f"CHOLMOD: {error}") from error
-        return self._order, factor.solve_A, None
 
 
 class SuperLU(Analysis):
@@ -277,7 +244,7 @@ class SuperLU(Analysis):
         self._order = entries.expanded(vertices)
         self._A, self._place = entries.full(self._order)
 
-    def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver, int | None]:
+    def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver]:
         self._A.data = values.take(self._place)
         try:
             lu = self._splu(self._A, permc_spec=self._rule, diag_pivot_thresh=0.0,
@@ -288,43 +255,22 @@ class SuperLU(Analysis):
         if self._entries.repeated and self._rule != "NATURAL":  # minimum degree would be searched every time
             self._order, self._rule = self._order[np.argsort(lu.perm_c)], "NATURAL"
             self._A, self._place = self._entries.full(self._order)
-        return order, lu.solve, lu.nnz
+        return order, lu.solve
 
 
-def factorise_by(library: type[Analysis], P: sp.csr_matrix) -> Factor:
-    """Factorise a matrix of which both triangles are stored."""
-    return _factorised(library(Entries.of(P)), P)
-
-
-def _factorised(analysis: Analysis, P: sp.csr_matrix) -> Factor:
+def factorised(analysis: Analysis, P: sp.csr_matrix) -> Factor:
+    """Factor of a matrix of which both triangles are stored; it can factorise others of its pattern."""
     factor = analysis.factorise(P.data)
     if isinstance(analysis, SuperLU):
         _check_definite(P, factor.apply)
-    return replace(factor, indices=P.indices, again=partial(_factorised, analysis))
+    return replace(factor, indices=P.indices, again=partial(factorised, analysis))
 
 
 def _check_definite(P: sp.csr_matrix, solve: Solver) -> None:
     """SuperLU factorises indefinite matrices without an error: try the inverse on three right-hand sides."""
     i = np.arange(P.shape[0], dtype=np.float64)
-    b = np.stack([np.ones_like(i), np.cos(i), rough_vector(len(i))], axis=1)
+    b = np.stack([np.ones_like(i), np.cos(i), np.cos(i**2 % 1009.0)], axis=1)  # the last: all directions
     x = solve(b)
     backward_error = np.abs(P @ x - b).max() / (np.abs(P.data).max() * np.abs(x).max() + 1.0)
     if not ((b * x).sum(axis=0) > 0.0).all() or not backward_error < _LARGEST_BACKWARD_ERROR:
         raise FactorisationFailed("SuperLU: the matrix is not numerically positive definite")
-
-
-def rough_vector(n: int) -> np.ndarray:
-    """A vector of n entries with parts in all directions, the same each time: cosines of squares modulo a prime."""
-    return np.cos(np.arange(n, dtype=np.float64) ** 2 % 1009.0)
-
-
-def reordered(order: np.ndarray, solve: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
-    """A solver of P x = b, made from a solver of the reordered system, whose i-th row is row ``order[i]`` of P."""
-    rank = inverse_permutation(order)
-
-    def apply(b: np.ndarray, *options: float) -> np.ndarray:
-        x = np.empty_like(b)
-        x.T[...] = solve(b.T.take(order, axis=-1).T, *options).T.take(rank, axis=-1)
-        return x
-
-    return apply

@@ -11,16 +11,13 @@ import scipy.sparse as sp
 
 from ...errors import FactorisationFailed
 from ...mesh.timings import phase
-from .factor import Analysis, Cholmod, Entries, Factor, ScikitSparse, SuperLU, factorise_by
-from .multigrid import multigrid
+from .factor import Analysis, Cholmod, Entries, Factor, SuperLU, factorised
 
-#: The module that each exact solver needs, and its class. The fastest measured comes first.
-_EXACT: dict[str, tuple[str, type[Analysis]]] = {
+#: The module that each solver needs, and its class. The fastest measured comes first.
+_SOLVERS: dict[str, tuple[str, type[Analysis]]] = {
     "cvxopt": ("cvxopt.cholmod", Cholmod),
-    "scikit-sparse": ("sksparse.cholmod", ScikitSparse),
     "scipy": ("scipy.sparse.linalg", SuperLU),
 }
-_MULTIGRID = "multigrid"
 
 #: Memory of a factor and of making it: the most that was measured, of SuperLU with 240,000 vertices (`python -m
 #: benchmarks factors`).
@@ -28,16 +25,15 @@ _BYTES_PER_UNKNOWN = 3_000
 
 
 def available_backends() -> tuple[str, ...]:
-    """Names of the solvers that are installed, the fastest first; "scipy" and "multigrid" always are."""
-    return (*(name for name, (needs, _) in _EXACT.items() if _loads(needs)), _MULTIGRID)
+    """Names of the solvers that are installed, the fastest first; "scipy" always is."""
+    return tuple(name for name, (needs, _) in _SOLVERS.items() if _loads(needs))
 
 
 @phase("factorisation")
 def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None) -> Factor:
     """Factorise a symmetric positive definite matrix, of which both triangles are stored.
 
-    "auto" takes the fastest exact solver that is installed; where a factor would take more than half of the machine's
-    memory, "multigrid", which only approximates the inverse. The order and the memory of `reuse`, the factor of another
+    "auto" takes the fastest solver that is installed. The order and the memory of `reuse`, the factor of another
     matrix, are used again if that has the same pattern; then `reuse` raises a RuntimeError if it is used again.
 
     Raises ValueError for a backend that is unknown or not installed, and FactorisationFailed for a matrix that is
@@ -48,21 +44,19 @@ def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None
     ([0.5, 0.25], 'scipy')
     """
     P = P.T if P.format == "csc" else sp.csr_matrix(P)  # symmetric: its transpose will do
-    if backend == "auto" and not fits_memory(P.shape[0]):
-        backend = _MULTIGRID
     backend = _chosen(backend)
     _check_finite(P.data)
     if reuse is not None and reuse.backend == backend and reuse.again and reuse.fits(P):
         return reuse.again(P)
-    return multigrid(P) if backend == _MULTIGRID else factorise_by(_EXACT[backend][1], P)
+    return factorised(_SOLVERS[backend][1](Entries.of(P)), P)
 
 
 def analyse(entries: Entries, backend: str = "auto") -> Analysis:
-    """An exact solver for matrices of one pattern that are factorised again and again, by `refactorize`.
+    """A solver for matrices of one pattern that are factorised again and again, by `refactorize`.
 
     Raises ValueError for a backend that is unknown or not installed.
     """
-    return _EXACT[_chosen(backend)][1](entries)
+    return _SOLVERS[_chosen(backend)][1](entries)
 
 
 @phase("factorisation")
@@ -82,13 +76,13 @@ def fits_memory(n: int) -> bool:
 
 
 def _chosen(backend: str) -> str:
-    if backend == "auto":
-        return next(name for name, (needs, _) in _EXACT.items() if _loads(needs))
     available = available_backends()
-    if backend not in (*_EXACT, _MULTIGRID):
-        raise ValueError(f"unknown backend {backend!r}: choose 'auto' or one of {', '.join((*_EXACT, _MULTIGRID))}")
+    if backend == "auto":
+        return available[0]
+    if backend not in _SOLVERS:
+        raise ValueError(f"unknown backend {backend!r}: choose 'auto' or one of {', '.join(_SOLVERS)}")
     if backend not in available:
-        raise ValueError(f"backend {backend!r} needs {_EXACT[backend][0]}, which is not installed; install it, or "
+        raise ValueError(f"backend {backend!r} needs {_SOLVERS[backend][0]}, which is not installed; install it, or "
                          f"choose {' or '.join(map(repr, available))}")
     return backend
 
