@@ -57,12 +57,8 @@ def harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> float:
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Source positions; the energy does not depend on their scale.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
-    x : (n, 3) array_like
-        Images of the vertices.
+    v, f, x
+        As of `angle_differences`; the scale of `v` changes nothing.
 
     Returns
     -------
@@ -138,12 +134,9 @@ def p_harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike, p: float) -> flo
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Source positions; the source counts as having unit area, for the energy depends on its scale unless p is 2.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
-    x : (n, 3) array_like
-        Images of the vertices.
+    v, f, x
+        As of `angle_differences`; the source counts as having unit area, for the energy depends on its scale unless p
+        is 2.
     p : float
         Exponent, above 1.
 
@@ -155,13 +148,9 @@ def p_harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike, p: float) -> flo
     Raises
     ------
     MeshError
-        If `v, f` is not a closed genus-0 mesh or `x` has not one row per vertex.
+        As of `harmonic_energy`.
     ValueError
         If p is not above 1.
-
-    References
-    ----------
-    Lai et al., Remark 1 and eq. (8).
 
     Examples
     --------

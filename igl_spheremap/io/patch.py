@@ -136,7 +136,7 @@ def write_patch(path: PathLike, patch: Patch, *, force: bool = False) -> None:
     Raises
     ------
     FileError
-        If the file exists and `force` is not set, or it can't be written; nothing is left behind.
+        As by `write_plane_map`.
 
     Examples
     --------

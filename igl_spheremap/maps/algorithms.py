@@ -35,14 +35,12 @@ def algorithm_1(
 
     Parameters
     ----------
-    v, f : (n, 3) and (m, 3) array_like
-        The mesh, as of `check_mesh`.
+    v, f, caps
+        As of `check_mesh`.
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The Gauss map by default.
     method : Lai2014
         The options, by default those of ``Lai2014()``; `rounds` has no effect.
-    caps : (m,) array_like of bool, optional
-        As of `check_mesh`.
     listener : callable, optional
         Called with every `Iterate`; may raise StopIteration to stop with the current map.
 
@@ -92,9 +90,7 @@ def algorithm_2(
 
     Parameters
     ----------
-    v, f : (n, 3) and (m, 3) array_like
-        The mesh, as of `check_mesh`.
-    start, method, caps
+    v, f, start, method, caps
         As of `algorithm_1`; here `rounds` of the method has an effect.
     listener : callable, optional
         Called with every `Iterate`, star maps included; may raise StopIteration to stop with the current map.
@@ -107,7 +103,7 @@ def algorithm_2(
     Raises
     ------
     MeshError
-        If the mesh is invalid or `start` has not one finite, nonzero row per vertex.
+        As by `algorithm_1`.
 
     References
     ----------

@@ -93,16 +93,14 @@ def p_harmonic_map(
         maps; above, the energy itself keeps the map spread out.
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The conformal map by default.
-    may_fold : bool
-        Take steps that fold faces, too. By default a start without foldings is kept free of them.
+    may_fold, caps
+        As of `fidelity_map`.
     gradient_tolerance : float
         L2 norm of the tangential gradient at which the run ends, the source having unit area; 1e-3 by default.
     max_iterations : int
         Maximum number of iterations, 5000 by default.
     plateau : float
         The run ends, too, when the lowest energy fell by less than this share, 5e-7 by default, over 100 iterations.
-    caps : (m,) array_like of bool, optional
-        As of `check_mesh`.
     listener : callable, optional
         Called with every `Iterate`, whose energy is the p-harmonic one.
 

@@ -88,10 +88,8 @@ def repair_mesh(
 
     Parameters
     ----------
-    v : (n, 3) array_like
-        Vertex positions, any units.
-    f : (m, 3) array_like
-        Faces as 0-based vertex indices.
+    v, f : (n, 3) and (m, 3) array_like
+        Positions and faces as of `check_mesh`, whose faults are to be repaired.
     weld : float
         Vertices along open edges are welded up to this distance, a share of the diagonal of the bounding box, at most
         .01; the first of each group gives its place. By default only those at the same place are.

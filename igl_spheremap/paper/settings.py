@@ -174,17 +174,12 @@ class Lai2014(Method):
         Parameters
         ----------
         **options
-            Options that are to differ from these.
+            As of `as_printed`.
 
         Returns
         -------
         Lai2014
             The record.
-
-        Raises
-        ------
-        ValueError, TypeError
-            As of the record.
 
         Examples
         --------

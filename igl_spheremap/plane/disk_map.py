@@ -22,14 +22,10 @@ class DiskMap(PlaneMap):
 
     Attributes
     ----------
-    mesh : Disk
-        The source, checked.
+    mesh, certificate, run
+        As of `PlaneMap`.
     plane : (n, 2) float64 array
         Images of the vertices, in the input's order; boundary vertices have length 1 to rounding.
-    certificate : Certificate
-        Of ``plane`` and ``faces``, in exact arithmetic.
-    run : Run
-        How the map came about.
     conformal : DiskMap, optional
         The conformal map that a balanced one started from.
 
@@ -150,12 +146,10 @@ def balanced_disk_map(
 
     Examples
     --------
-    >>> import numpy as np
     >>> import igl_spheremap as ism
     >>> v, f = ism.samples.make("spheroid", n_vertices=1000)
-    >>> half = f[v[f, 2].mean(axis=1) > 0]
-    >>> rows, half = np.unique(half, return_inverse=True)
-    >>> disk = ism.balanced_disk_map(v[rows], half.reshape(-1, 3), balance=1)
+    >>> half = ism.repair_disk(v, f[v[f, 2].mean(axis=1) > 0])
+    >>> disk = ism.balanced_disk_map(half, balance=1)
     >>> disk.certificate.folding_free, bool(abs(disk.log_area_ratios()).mean() < 0.05)
     (True, True)
     """

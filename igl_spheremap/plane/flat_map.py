@@ -41,14 +41,10 @@ class FlatMap(PlaneMap):
 
     Attributes
     ----------
-    mesh : Disk
-        The source, checked.
+    mesh, certificate, run
+        As of `PlaneMap`.
     plane : (n, 2) float64 array
         Images of the vertices, in the input's order and units: the image has the area of the source.
-    certificate : Certificate
-        Of ``plane`` and ``faces``, in exact arithmetic.
-    run : Run
-        How the map came about.
     conformal : DiskMap, optional
         The map to the disk that it started from; none if it was unrolled.
 
@@ -100,18 +96,12 @@ def flatten(
 
     Raises
     ------
-    MeshError
-        If `v, f` is not such a mesh.
-    ValueError
-        If `balance` is not in [0, 1].
-    TypeError
-        If it is not a number.
-    FoldingsRemain
-        If the disk that it starts from can't be made.
+    MeshError, ValueError, TypeError, FoldingsRemain
+        As of `balanced_disk_map`.
 
     References
     ----------
-    The energy and its steps are in docs/balance.md; docs/disks.md compares the map with others.
+    docs/balance.md has the energy and its steps, docs/disks.md compares the map with others.
 
     Examples
     --------

@@ -110,8 +110,8 @@ def from_spec(spec: str) -> Arrays:
 
     Returns
     -------
-    v : (n, 3) float64 ndarray
-    f : (m, 3) int64 ndarray
+    v, f
+        As of `make`.
 
     Raises
     ------

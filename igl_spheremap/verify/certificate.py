@@ -100,8 +100,8 @@ class Certificate:
         ----------
         p : (n, 2) float64 array
             Images of the vertices.
-        f : (m, 3) int64 array
-            Faces, not checked again.
+        f
+            As of `of`.
         rim : (k,) int64 array
             Vertices of the boundary loop, in its direction.
 
