@@ -57,7 +57,7 @@ NOTES = ("Folds, degrees and crossings are exact. Figures are means over a mesh,
          "their median and largest over meshes. A mesh without a map counts as worse than any in a median. Seconds are "
          "as reported.")
 #: Files of positions without faces.
-_PLAIN = (".npy", ".csv", ".tsv", ".txt", ".1d", ".mat")
+_PLAIN = (".npy", ".csv", ".tsv", ".txt", ".1d")
 #: A note names radii that differ by more than this share, and distances from a target above this share of its diagonal.
 _OFF = {"sphere": UNIT_TOLERANCE, "map": 1e-3}
 _NOTE = 160  # letters of a note, which is a cell of the page

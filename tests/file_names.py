@@ -2,10 +2,10 @@
 
 import pytest
 
-EXACT = ("ball.obj", "ball.off", "ball.ply", "ball.npz", "ball.vtk", "ball.vtp")
+EXACT = ("ball.obj", "ball.off", "ball.ply", "ball.npz", "ball.vtk")
 ROUNDED = ("ball.glb", "ball.gltf", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere.conformal")
 #: Data by name, and by place.
-NAMED = ("data.csv", "data.tsv", "data.mat", "data.ply", "data.vtk", "data.vtp")
+NAMED = ("data.csv", "data.tsv", "data.ply", "data.vtk")
 PLACED = ("data.npy", "data.txt", "data.1D")
 ALL = (*EXACT, *ROUNDED, "ball.stl")
 

@@ -20,7 +20,6 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
-import scipy.io
 
 import igl_spheremap as ism
 from igl_spheremap.io.files import read_mesh, read_sphere, write_mesh
@@ -46,13 +45,13 @@ def read_polygons(path):
 READERS = {
     read_mesh: ("ball.obj", "ball.off", "ball.ply", "text.ply", "ball.stl", "text.stl", "ball.npz", "ball.glb",
                 "ball.gltf", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere.conformal", "ball.vtk", "text.vtk",
-                "new.vtk", "ball.vtp", "text.vtp", "raw.vtp", "mixed.ply"),
+                "new.vtk", "mixed.ply"),
     read_polygons: ("ball.obj", "ball.off", "ball.ply", "text.ply", "ball.vtk", "text.vtk", "mixed.ply"),
     read_sphere: ("map.npz",),
     read_map: ("map.npz",),
     read_mark: ("map.npz", "map.obj", "map.surf.gii.gz"),
-    read_scalars: ("data.npz", "data.shape.gii", "lh.data", "lh.data.annot", "point.vtk", "point.vtp", "packed.vtp",
-                   "data.npy", "data.csv", "data.tsv", "data.txt", "data.1D", "data.mat", "packed.mat", "data.ply"),
+    read_scalars: ("data.npz", "data.shape.gii", "lh.data", "lh.data.annot", "point.vtk", "data.npy", "data.csv",
+                   "data.tsv", "data.txt", "data.1D", "data.ply"),
     read_labels: ("lh.data.annot", "data.label.gii"),
     read_coefficients: ("ball.coef", "ball.coef.csv", "ball.npz.coef.npz"),
 }
@@ -72,8 +71,6 @@ def write_sound(folder, name):
     elif name.endswith(("annot", "label.gii")):
         table = tuple(Label(k, f"part {k}", (k / 5, 0.4, 0.2, 1.0)) for k in range(4))
         write_scalars(path, {"parts": np.arange(len(v)) % 4}, metadata={"labels": table})
-    elif name == "packed.mat":
-        scipy.io.savemat(path, {"height": v[:, :1], "more": [1, 2, "x"], "words": "a"}, do_compression=True)
     elif "data" in name:
         several = {} if name == "lh.data" else {"width": v[:, 0]}
         write_scalars(path, {"height": v[:, 2]} | several, surface=(v, f))
@@ -91,8 +88,6 @@ def write_sound(folder, name):
                          + struct.pack(">iB3iiB4i", 1, 3, 0, 1, 2, 1, 4, 0, 1, 2, 3))
     elif name in ("text.vtk", "new.vtk"):
         path.write_text(legacy_polygons(v, f, new=name == "new.vtk"))
-    elif name in ("text.vtp", "raw.vtp", "packed.vtp"):
-        path.write_bytes(xml_polygons(v, f, name))
     elif name.startswith("point"):
         write_mesh(path, v, f, metadata={"point_data": {"height": v[:, 2], "vector": v.astype("f4")}})
     elif name == "text.stl":
@@ -114,34 +109,9 @@ def legacy_polygons(v, f, new):
         cells = f"POLYGONS {len(f) + 1} {f.size}\nOFFSETS vtktypeint64\n{ends}\nCONNECTIVITY vtktypeint64\n"
         cells += lines("{} {} {}\n", f)
     return (f"# vtk DataFile Version {5.1 if new else 4.2}\ntitle\nASCII\nDATASET POLYDATA\nFIELD FieldData 1\n"
-            f"s 1 1 string\na%20b\nPOINTS {len(v)} float\n{points}{cells}METADATA\nINFORMATION 0\n\n"
+            f"s 1 1 int\n7\nPOINTS {len(v)} float\n{points}{cells}METADATA\nINFORMATION 0\n\n"
             f"POINT_DATA {len(v)}\nSCALARS s short 1\nLOOKUP_TABLE default\n{fives}\nVECTORS w double\n{points}"
-            f"FIELD FieldData 1\nb 1 {len(v)} bit\n{ones}\n")
-
-
-def xml_polygons(v, f, name):
-    """A .vtp file with its arrays as text, appended as they are, or packed."""
-    arrays, appended = {}, b""
-    contents = {"Points": v, "connectivity": f.ravel(), "offsets": np.arange(3, f.size + 1, 3), "h": v[:, 2]}
-    for key, values in contents.items():
-        kind, width = {"i": "Int64", "f": "Float64"}[values.dtype.kind], 3 if values.ndim == 2 else 1
-        head = f'<DataArray type="{kind}" Name="{key}" NumberOfComponents="{width}" format='
-        block = values.tobytes()
-        if name == "text.vtp":
-            arrays[key] = f'{head}"ascii">{" ".join(map(repr, values.ravel().tolist()))}</DataArray>'
-        elif name == "raw.vtp":
-            arrays[key] = f'{head}"appended" offset="{len(appended)}"/>'
-            appended += struct.pack("<I", len(block)) + block
-        else:
-            packed = zlib.compress(block)
-            sizes = base64.b64encode(struct.pack("<4I", 1, len(block), 0, len(packed)))
-            arrays[key] = f'{head}"binary">{(sizes + base64.b64encode(packed)).decode()}</DataArray>'
-    compressor = ' compressor="vtkZLibDataCompressor"' if name == "packed.vtp" else ""
-    tail = b'<AppendedData encoding="raw">\n_' + appended + b"\n</AppendedData>\n" if appended else b""
-    return (f'<?xml version="1.0"?>\n<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian"{compressor}>'
-            f'<PolyData><Piece NumberOfPoints="{len(v)}" NumberOfPolys="{len(f)}"><PointData>{arrays["h"]}</PointData>'
-            f'<Points>{arrays["Points"]}</Points><Polys>{arrays["connectivity"]}{arrays["offsets"]}</Polys></Piece>'
-            "</PolyData>").encode() + tail + b"</VTKFile>\n"
+            f"FIELD FieldData 1\nb 1 {len(v)} int\n{ones}\n")
 
 
 def mutant(data, rng):
@@ -158,10 +128,6 @@ def mutant(data, rng):
             for name, content in members.items():
                 archive.writestr(name, content)
         return packed.getvalue()
-    if data.startswith(b"MATLAB") and data[128] == 15:
-        size = int.from_bytes(data[132:136], "little")
-        inner = zlib.compress(damage(zlib.decompress(data[136 : 136 + size]), rng))
-        return data[:132] + len(inner).to_bytes(4, "little") + inner + data[136 + size :]
     if data.startswith(b"\x1f\x8b"):
         return gzip.compress(mutant(gzip.decompress(data), rng))
     if data.startswith(b"glTF"):
@@ -169,12 +135,6 @@ def mutant(data, rng):
         tree = damage(data[20 : 20 + size], rng)
         rest = data[20 + size :]
         return struct.pack("<4sIIII", b"glTF", 2, 20 + len(tree) + len(rest), len(tree), 0x4E4F534A) + tree + rest
-    blocks = list(re.finditer(rb'(?<="binary">)([\w+/=]+)(?=</DataArray>)', data))
-    if blocks:
-        block, compressed = blocks[rng.integers(len(blocks))], b"compressor" in data
-        sizes = 24 if compressed else 0  # characters of the sizes, which have an encoding of their own
-        inner = base64.b64encode(damage(base64.b64decode(block[1][sizes:]), rng))
-        return data[: block.start(1) + sizes] + inner + data[block.end(1) :]
     blocks = list(re.finditer(rb"<Data>([^<]+)</Data>", data))
     if blocks:
         block = blocks[rng.integers(len(blocks))]

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import MeshError, printable
 from ..mesh.arrays import FloatArray, IntArray
+from .freesurfer import only
 from .reading import check_complete
 from .records import Label, Metadata
 
@@ -81,7 +82,7 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
     table = metadata.get("labels")
     if not table:
         raise MeshError("an .annot file names labels, and the data have no table of them; write .label.gii or .npz")
-    (name, values), = maps.items()
+    name, values = only(maps)
     codes = {label.key: _code(label) for label in table}
     names: dict[int, str] = {}
     for label in table:

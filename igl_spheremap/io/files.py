@@ -14,7 +14,7 @@ from ..mesh.objects import MeshLike, vertices_and_faces
 from .formats import PathLike, format_of
 from .gifti import structure_of
 from .reading import reading
-from .records import LoadedMesh, Metadata
+from .records import LoadedMesh, Metadata, RawMesh
 from .replacing import replacing
 
 #: What names of samples begin with.
@@ -27,7 +27,7 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     Parameters
     ----------
     path : str or path-like
-        An OBJ, OFF, PLY, STL, VTK, VTP, glTF, GIFTI, FreeSurfer or NPZ file; or ``sample:NAME[:key=value,...]``, a
+        An OBJ, OFF, PLY, STL, VTK, glTF, GIFTI, FreeSurfer or NPZ file; or ``sample:NAME[:key=value,...]``, a
         shape of `igl_spheremap.samples`.
     triangulate : bool
         Cut polygons into triangles; by default they are refused.
@@ -90,7 +90,7 @@ def _read(path: PathLike, sphere: bool = False, triangulate: bool = False) -> Lo
         return LoadedMesh(*samples.from_spec(str(path).removeprefix(SAMPLE)))
     path = Path(path)
     with reading(path):
-        raw = format_of(path).read(path)
+        raw: RawMesh = format_of(path).functions.read(path)
         positions = raw.sphere if sphere and raw.sphere is not None else raw.v
         v, f = check_rows(positions, name="vertices"), raw.faces.triangles(triangulate)
         return LoadedMesh(v, f, structure_of(path) | dict(raw.metadata), int(np.count_nonzero(raw.faces.sizes > 3)))
@@ -102,7 +102,7 @@ def write_mesh(
 ) -> None:
     """Write a triangle mesh; the end of the file's name decides the format.
 
-    The file is written under a temporary name and renamed. OBJ, OFF, PLY, VTK, VTP and NPZ are exact; STL, glTF, GIFTI
+    The file is written under a temporary name and renamed. OBJ, OFF, PLY, VTK and NPZ are exact; STL, glTF, GIFTI
     and FreeSurfer files hold float32. STL files hold no vertices, but triangles: the order of the vertices is lost.
 
     Parameters
@@ -138,4 +138,4 @@ def write_mesh(
     x, faces = check_rows(rows, name="vertices"), check_triangles(triangles)
     kind = format_of(path)
     with replacing(path, force) as partial:
-        kind.write(partial, x, faces, structure_of(path) | dict(metadata or {}))
+        kind.functions.write(partial, x, faces, structure_of(path) | dict(metadata or {}))

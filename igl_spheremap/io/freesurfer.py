@@ -10,7 +10,7 @@ from typing import Any, BinaryIO
 
 from numpy.typing import NDArray
 
-from ..errors import MeshError, import_optional
+from ..errors import FileError, MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_complete
 from .records import Metadata, RawMesh, of_triangles
@@ -59,9 +59,16 @@ def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
 
 def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
     """Write one scalar map as FreeSurfer's curvature files are, in float32; no metadata can be kept."""
-    (values,) = maps.values()
+    _, values = only(maps)
     import_optional("nibabel.freesurfer", "FreeSurfer data", "io").write_morph_data(path, values)
     _check_whole(path, 15 + 4 * len(values))
+
+
+def only(maps: dict[str, FloatArray]) -> tuple[str, FloatArray]:
+    """Name and values of the one map that FreeSurfer's files hold."""
+    if len(maps) != 1:
+        raise FileError(f"FreeSurfer's files hold one map, not {len(maps)}: {', '.join(maps)}; choose one")
+    return next(iter(maps.items()))
 
 
 def _check_whole(path: Path, size: int) -> None:

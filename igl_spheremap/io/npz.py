@@ -99,6 +99,9 @@ def read_arrays(path: PathLike) -> dict[str, NDArray[Any]]:
         return {member.filename.removesuffix(".npy"): array_of(_content(archive, member)) for member in members}
 
 
+read_scalars = read_arrays
+
+
 def _content(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
     with archive.open(member) as file:
         return file.read(member.file_size)

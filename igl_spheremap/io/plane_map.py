@@ -103,7 +103,8 @@ def write_plane_map(
                        ("vt %r %r\n", square.uv), *groups)
     elif str(path).lower().endswith(".glb"):
         atlas = plane_atlas(square.uv, mesh.f, np.arange(len(mesh.v)), len(mesh.v))
-        write_textured(path, mesh.v, mesh.f, atlas, checker_image(), force=force, up=up, extras=known | mark)
+        write_textured(path, mesh.v, mesh.f, atlas, checker_image(), force=force,
+                       metadata={"up": up, "extras": known} | mark)
     elif format_of(path).name == "NPZ":
         arrays: dict[str, NDArray[Any]] = {"vertices": mesh.v, "faces": mesh.f, "plane": result.plane}
         arrays |= {} if rows is None else {"vertex_source": rows}

@@ -98,7 +98,7 @@ class LoadedMesh:
         0-based faces; whether they form a closed surface is not checked.
     metadata : dict
         What the writers of the format can keep: ``structure`` and ``coordinate_system`` (GIFTI), ``volume``
-        (FreeSurfer), ``point_data``, arrays by name with a row a vertex (VTK, VTP); and ``caps``, faces that only close
+        (FreeSurfer), ``point_data``, arrays by name with a row a vertex (VTK); and ``caps``, faces that only close
         holes and cuts (NPZ files of maps).
     triangulated : int
         Number of polygons of the file that were cut into triangles.

@@ -2,79 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError, printable
 from ..mesh.arrays import FloatArray, IntArray
-from . import annot, arrays, freesurfer, gifti, npz, ply
 from .files import write_mesh
-from .formats import HEMISPHERES, PathLike, format_of
+from .formats import PathLike, format_of
+from .npz import LABEL_TABLE
 from .reading import read_lines, reading
 from .records import Label, Metadata
 from .replacing import replacing
 
 #: Suffixes of lists of landmarks: vertices of a surface, without positions on a sphere.
 LANDMARK_LISTS = (".pinned", ".vts")
-
-_ReadMaps = Callable[[Path], dict[str, NDArray[Any]]]
-
-
-def _point_data(path: Path) -> dict[str, NDArray[Any]]:
-    """What a file of VTK holds over its points."""
-    data: dict[str, NDArray[Any]] = dict(format_of(path).read(path).metadata.get("point_data", {}))
-    return data
-
-
-@dataclass(frozen=True)
-class DataFormat:
-    """A format of maps over vertices: ends of names, what reads and writes them, and what reads tables of labels."""
-
-    suffixes: tuple[str, ...]
-    read: _ReadMaps
-    write: Callable[[Path, dict[str, FloatArray], Metadata], None] | None = None  # None: they go with a surface
-    table: Callable[[Path], tuple[Label, ...] | None] | None = None
-    several: bool = True  # maps in a file
-
-
-#: FreeSurfer's curvature files, whose names end in what they hold.
-_CURVATURE = DataFormat((), freesurfer.read_scalars, freesurfer.write_scalars, several=False)
-#: All other formats of data. A further one is a row here.
-DATA_FORMATS = (
-    DataFormat((".gii", ".gii.gz"), gifti.read_scalars, gifti.write_scalars, gifti.read_table),
-    DataFormat((".npz",), npz.read_arrays, npz.write_scalars, npz.read_table),
-    DataFormat((".annot",), annot.read_scalars, annot.write_scalars, annot.read_table, several=False),
-    DataFormat((".npy",), arrays.read_npy, arrays.write_npy),
-    DataFormat((".csv", ".tsv", ".txt", ".1D"), arrays.read_table, arrays.write_table),
-    DataFormat((".mat",), arrays.read_mat, arrays.write_mat),
-    DataFormat((".ply",), ply.read_scalars),
-    DataFormat((".vtk", ".vtp"), _point_data),
-)
-
-
-def data_format(path: PathLike, *, write: bool = False) -> DataFormat:
-    """The format of a file of data by its name, of FreeSurfer's curvature by how the file begins.
-
-    A FileError lists the known ones; to be written, FreeSurfer's files are named lh.NAME or rh.NAME.
-    """
-    path = Path(path)
-    for entry in DATA_FORMATS:
-        if path.name.lower().endswith(tuple(suffix.lower() for suffix in entry.suffixes)):
-            return entry
-    if write and path.name.startswith(HEMISPHERES):
-        return _CURVATURE
-    if not write:
-        with path.open("rb") as file:
-            if file.read(3) == freesurfer.CURVATURE:
-                return _CURVATURE
-    known = ", ".join(suffix for entry in DATA_FORMATS for suffix in entry.suffixes)
-    what = "lh.NAME and rh.NAME" if write else "FreeSurfer's curvature"
-    raise FileError(f"{path}: unknown format of data; the end of the name decides: {known}; {what}")
 
 
 def read_scalars(path: PathLike) -> dict[str, FloatArray]:
@@ -83,9 +26,9 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     Parameters
     ----------
     path : str or path-like
-        A .gii or .annot file; an .npz or .mat file with arrays of one dimension; an .npy file; a table (.csv, .tsv,
-        .txt, .1D), whose columns without a header are called 0, 1, ...; a .ply file with properties of vertices; a
-        .vtk or .vtp file with point data; or a curvature file of FreeSurfer, known by how it begins.
+        A .gii or .annot file; an .npz file with arrays of one dimension; an .npy file; a table (.csv, .tsv, .txt, .1D),
+        whose columns without a header are called 0, 1, ...; a .ply file with properties of vertices; a .vtk or .vtp
+        file with point data; or a curvature file of FreeSurfer, known by how it begins.
 
     Returns
     -------
@@ -101,7 +44,7 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     """
     source = Path(path)
     with reading(source):
-        found = data_format(source).read(source)
+        found = format_of(source, data=True).functions.read_scalars(source)
         maps = {printable(name): values.astype(np.float64) for name, values in found.items()
                 if values.ndim == 1 and values.dtype.kind in "fiub"}
         if not maps:
@@ -152,8 +95,9 @@ def read_labels(path: PathLike) -> tuple[Label, ...] | None:
     """
     source = Path(path)
     with reading(source):
-        table = data_format(source).table
-        return None if table is None else table(source)
+        functions = format_of(source, data=True).functions
+        table: tuple[Label, ...] | None = functions.read_table(source) if hasattr(functions, "read_table") else None
+        return table
 
 
 def write_scalars(
@@ -170,7 +114,7 @@ def write_scalars(
     ----------
     path : str or path-like
         The new file: .gii (one data array each, float32), .annot (one map of labels), .npz, .npy, .csv and .tsv (with a
-        header), .txt and .1D (without), .mat, .ply, .vtk or .vtp; or another name that starts with lh. or rh. (one
+        header), .txt and .1D (without), .ply, .vtk or .vtp; or another name that starts with lh. or rh. (one
         map, as FreeSurfer writes curvature, float32).
     maps : dict of (n,) arrays
         Values by name.
@@ -191,24 +135,22 @@ def write_scalars(
         If the format is another one, the file exists and `force` is not set, or writing fails.
     """
     known = metadata or {}
-    kind = data_format(path, write=True)
+    functions = format_of(path, data=True).functions
     for name in maps:
-        if not name or printable(name).strip() != name or ("labels" in known and name == npz.LABEL_TABLE):
+        if not name or printable(name).strip() != name or ("labels" in known and name == LABEL_TABLE):
             raise FileError(f"{path}: no map can be called {name!r}; give it a name of one line that nothing else has")
     if "labels" in known:
         for name, values in maps.items():
             if not (np.abs(values) < 2**31).all() or (values != np.floor(values)).any():
                 raise MeshError(f"{name} holds no labels; give whole numbers of at most 32 bits")
-    if not kind.several and len(maps) != 1:
-        raise FileError(f"{path}: FreeSurfer's files hold one map, not {len(maps)}: {', '.join(maps)}; choose one")
-    if kind.write is None:
+    if not hasattr(functions, "write_scalars"):
         if surface is None:
             raise FileError(f"{path}: such a file holds data with their surface; give it as `surface=(v, f)`")
         kept = {name: values.astype(np.int32) for name, values in maps.items()} if "labels" in known else dict(maps)
         write_mesh(path, *surface, force=force, metadata={**known, "vertex_properties": kept, "point_data": kept})
         return
     with replacing(path, force) as partial:
-        kind.write(partial, dict(maps), known)
+        functions.write_scalars(partial, dict(maps), known)
 
 
 def read_landmarks(path: PathLike) -> IntArray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,9 +18,10 @@ from ..mesh.arrays import FloatArray, check_triangles, own_unit
 from ..mesh.check import check_indices, check_positions
 from ..resampling.texture import Atlas
 from .formats import PathLike, format_of
-from .gltf import joined, parts, standing
+from .gltf import joined, parts, write_body
 from .obj import read, texture
 from .reading import check_regular, reading
+from .records import Metadata
 from .replacing import check_writable, replacing
 from .text import write_text
 
@@ -159,7 +159,7 @@ def _only(pictures: list[NDArray[np.uint8] | None]) -> NDArray[np.uint8]:
 
 def write_textured(
     path: PathLike, v: ArrayLike, f: ArrayLike, atlas: Atlas, image: NDArray[np.uint8], *, force: bool = False,
-    up: str = "y", extras: Mapping[str, Any] | None = None,
+    metadata: Metadata | None = None,
 ) -> None:
     """Write a surface with texture coordinates, vertex normals and a texture.
 
@@ -177,11 +177,9 @@ def write_textured(
         The texture, rows from above.
     force : bool
         Replace existing files.
-    up : {"y", "z"}
-        Which way is up. In .glb files y is, by the standard: where it is z, the scene turns the surface. In .obj files
-        no direction is up, and it changes nothing.
-    extras : dict, optional
-        What else a .glb file is to hold, as the extras of its mesh; in .obj files a comment.
+    metadata : dict, optional
+        Of a .glb file: ``up``, "y" or "z", which way is up (y by the standard: where it is z, the scene turns the
+        surface); ``mark``; and ``extras`` of the mesh, which in .obj files are a comment.
 
     Raises
     ------
@@ -194,16 +192,19 @@ def write_textured(
     check_indices(faces, len(vertices))
     normals = atlas.carry(igl.per_vertex_normals(own_unit(vertices)[0], faces))
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
-    target = Path(path)
-    writers = {".obj": _write_obj, ".glb": _write_glb}
-    if target.suffix.lower() not in writers:
+    target, known = Path(path), metadata or {}
+    if target.suffix.lower() == ".obj":
+        _write_obj(target, atlas.carry(vertices), normals, atlas, image, force, known)
+    elif target.suffix.lower() == ".glb":
+        body = _textured_body(atlas.carry(vertices), normals, atlas, image)
+        with replacing(target, force) as partial:
+            write_body(partial, body, known)
+    else:
         raise FileError(f"{path}: textures are written to .obj and .glb files")
-    writers[target.suffix.lower()](target, atlas.carry(vertices), normals, atlas, image, force, up, extras or {})
 
 
 def _write_obj(
-    path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool, up: str,
-    extras: Mapping[str, Any],
+    path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool, known: Metadata
 ) -> None:
     material, picture = path.with_suffix(".mtl"), path.with_suffix(".png")
     for each in (path, material, picture):
@@ -217,27 +218,15 @@ def _write_obj(
     parts = (("v %r %r %r\n", v[one]), ("vt %r %r\n", atlas.uv), ("vn %r %r %r\n", normals[one]),
              ("f %r/%r/%r %r/%r/%r %r/%r/%r\n", corners + 1))
     with replacing(path, force) as partial:
-        comment = f"# {json.dumps(extras)}\n" if extras else ""
+        comment = f"# {json.dumps(known['extras'])}\n" if "extras" in known else ""
         write_text(partial, f"{comment}mtllib {material.name}\nusemtl texture\n", {}, *parts)
 
 
-def _write_glb(
-    path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool, up: str,
-    extras: Mapping[str, Any],
-) -> None:
+def _textured_body(v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8]) -> Any:
+    """A mesh of trimesh's with a texture."""
     trimesh, pillow = import_optional("trimesh", "glTF", "io"), import_optional("PIL.Image", "writing a texture", "io")
     material = trimesh.visual.material.PBRMaterial(
         baseColorTexture=pillow.fromarray(image), metallicFactor=0.0, roughnessFactor=1.0
     )
     visual = trimesh.visual.TextureVisuals(uv=atlas.uv, material=material)
-    body = trimesh.Trimesh(v, atlas.f, vertex_normals=normals, visual=visual, process=False, validate=False)
-    scene = standing(body, up)
-
-    def marked(tree: dict[str, Any]) -> None:
-        known = dict(extras)
-        tree["asset"]["generator"] = known.pop("mark", tree["asset"]["generator"])
-        if known:
-            tree["meshes"][0]["extras"] = known
-
-    with replacing(path, force) as partial:
-        partial.write_bytes(trimesh.exchange.gltf.export_glb(scene, include_normals=True, tree_postprocessor=marked))
+    return trimesh.Trimesh(v, atlas.f, vertex_normals=normals, visual=visual, process=False, validate=False)

@@ -239,9 +239,9 @@ def write_sphere(
         positions, moved = rounded.positions.astype(np.float64), len(rounded.moved)
     with replacing(path, force) as partial:
         if surface is None:
-            kind.write(partial, positions, f, known)
+            kind.functions.write(partial, positions, f, known)
         else:
-            kind.write(partial, surface, f, known | {"sphere": positions})
+            kind.functions.write(partial, surface, f, known | {"sphere": positions})
         return replace(_check_written(partial, path), moved=moved)
 
 

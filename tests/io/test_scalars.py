@@ -6,7 +6,6 @@ import re
 
 import numpy as np
 import pytest
-import scipy.io
 from file_names import NAMED, PLACED, needs
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -40,7 +39,7 @@ def test_labels_and_single_maps_read_back(tmp_path, name):
 
 
 def test_arrays_of_other_programs(tmp_path):
-    """By NumPy, SciPy, and tables as spreadsheets, pandas and AFNI write them."""
+    """By NumPy, and tables as spreadsheets, pandas and AFNI write them."""
     np.save(tmp_path / "a.npy", VALUES.astype("f4")[:, None])
     assert np.array_equal(read_scalars(tmp_path / "a.npy")["0"], VALUES.astype("f4"))
     np.savetxt(tmp_path / "a.1D", np.column_stack([np.arange(42), VALUES]), header="node value", fmt="%.17g")
@@ -52,13 +51,6 @@ def test_arrays_of_other_programs(tmp_path):
     maps = read_scalars(tmp_path / "a.csv")
     assert list(maps) == ["0", "mean; depth"]
     assert np.array_equal(maps["mean; depth"], VALUES)
-    more = {"faces": np.ones((80, 3)), "rate": 2.5, "who": "me", "parts": {"a": VALUES}, "lame": VALUES > 0}
-    scipy.io.savemat(tmp_path / "a.mat", {"depth": VALUES, **more}, do_compression=True)
-    maps = read_scalars(tmp_path / "a.mat")
-    assert list(maps) == ["depth", "lame"]
-    assert np.array_equal(maps["depth"], VALUES)
-    write_scalars(tmp_path / "b.mat", {"mean depth": VALUES})
-    assert scipy.io.loadmat(tmp_path / "b.mat")["mean_depth"].shape == (42, 1)
     write_scalars(tmp_path / "b.npy", {"depth": VALUES})
     assert np.array_equal(np.load(tmp_path / "b.npy"), VALUES)
 
@@ -73,10 +65,9 @@ def test_arrays_of_other_programs(tmp_path):
         ("a.csv", b"area\n", "no scalar map"),
         ("a.txt", b"# nothing\n", "no numbers"),
         ("a.txt", b"1 2 3\n4 5 6\n", "2 lines of 3 fields; give one line a vertex"),
-        ("a.mat", b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\x02IM" + bytes(99), "save it by save"),
-        ("lh.sphere", b"\xff\xff\xfesurface", "unknown format of data"),
-        ("lh.depth", b"1 2 3", "unknown format of data"),
-        ("a.xlsx", b"PK", "decides: .gii, .gii.gz, .npz, .annot, .npy, .csv, .tsv, .txt, .1D, .mat"),
+        ("lh.sphere", b"\xff\xff\xfesurface", "no data over vertices"),
+        ("lh.depth", b"1 2 3", "no data over vertices"),
+        ("a.xlsx", b"PK", "unknown format of data; the end of the name decides: PLY (.ply), VTK (.vtk), GIFTI"),
     ],
 )
 def test_what_is_no_data_is_named_in_a_line(tmp_path, name, content, message):
@@ -85,12 +76,6 @@ def test_what_is_no_data_is_named_in_a_line(tmp_path, name, content, message):
         read_scalars(tmp_path / name)
     assert str(tmp_path / name) in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_a_packed_file_takes_no_more_memory_than_its_size_allows(tmp_path):
-    scipy.io.savemat(tmp_path / "a.mat", {"zero": np.zeros(3 << 20)}, do_compression=True)
-    with pytest.raises(MeshError, match="expand to far more"):
-        read_scalars(tmp_path / "a.mat")
 
 
 #: Words that a format could take for something else.
@@ -123,7 +108,7 @@ def test_a_name_comes_back_or_is_refused(tmp_path, name):
     check()
 
 
-OTHERS = ("data.mat", "data.ply")
+OTHERS = ("data.ply",)
 
 
 def test_a_header_is_no_formula(tmp_path):
@@ -134,8 +119,6 @@ def test_a_header_is_no_formula(tmp_path):
 def test_data_in_names_that_a_format_has_taken(tmp_path):
     with pytest.raises(FileError, match="can't hold data called x"):
         write_scalars(tmp_path / "a.ply", {"x": VALUES}, surface=sphere(42))
-    with pytest.raises(FileError, match="would have one name in MATLAB"):
-        write_scalars(tmp_path / "a.mat", {"a b": VALUES, "a c": VALUES, "a_b": VALUES})
     with pytest.raises(FileError, match="with their surface"):
         write_scalars(tmp_path / "a.vtk", {"a": VALUES})
     assert list(tmp_path.iterdir()) == []

@@ -191,7 +191,7 @@ OUTPUT = (
 )
 SILENT = switch("-q", "--quiet", help="print nothing")
 SCREENSHOT = argument("--screenshot", "OUT.png", "write one picture; needs no display")
-DATA_HELP = ("data over the vertices: .gii, .npz, .npy, .csv, .tsv, .txt, .1D, .mat, .ply, .vtk, .vtp, .annot, or "
+DATA_HELP = ("data over the vertices: .gii, .npz, .npy, .csv, .tsv, .txt, .1D, .ply, .vtk, .annot, or "
              "FreeSurfer's curvature; FILE:NAME takes one map of it, or one column, counted from 0 without a header")
 DATA = argument("--data", "FILE", f"{DATA_HELP}; default: the positions")
 FEATURE = argument("--feature", "NAME=SOURCE,TARGET", "files with what is compared, as for --data of other commands; "

@@ -139,7 +139,7 @@ COMMANDS = (
     )),
     Command("transfer", "transfer", (
         *shared.pair(),
-        *shared.target("the data at the vertices of --to, in a format of --data; .ply, .vtk and .vtp hold the mesh, "
+        *shared.target("the data at the vertices of --to, in a format of --data; .ply and .vtk hold the mesh, "
                        "too"),
         argument("--data", "FILE", shared.DATA_HELP, required=True),
         shared.TO,

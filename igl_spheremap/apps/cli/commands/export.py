@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ....draw.palette import colours
 from ....errors import MeshError, import_optional
 from ....io.files import write_mesh
-from ....io.scalars import data_format, write_scalars
+from ....io.formats import format_of
+from ....io.scalars import write_scalars
 from ....io.textured import TexturedMesh, read_picture, read_textured, write_textured
 from ....mesh.arrays import FloatArray, own_unit
 from ....mesh.check import check_mesh
@@ -55,7 +56,8 @@ def run_export(args: Namespace) -> None:
     if args.texture == "carried":
         texture = read_textured(args.source)
         atlas = _own_atlas(texture, source)
-        write_textured(target, pair.x, source.f, atlas, texture.image, force=args.force, up=up)
+        write_textured(target, pair.x, source.f, atlas, texture.image, force=args.force,
+                       metadata={"up": up})
         outcome = f"SOURCE's coordinates and picture on {pair.name}"
     elif args.texture or args.show in _TEXTURES or (args.show == "checkerboard" and target.lower().endswith(_TEXTURED)):
         outcome = _export_texture(args, pair, up, found)
@@ -77,7 +79,8 @@ def _export_texture(args: Namespace, pair: InputMap, up: str, found: Findings) -
     cut = bool(args.texture) or not (args.target.lower().endswith(".obj") and projection == "equirectangular")
     source = pair.source
     atlas = texture_atlas(pair.x, source.f, projection=projection, cut=cut)
-    write_textured(args.target, source.v, source.f, atlas, _image(args, source, atlas), force=args.force, up=up)
+    write_textured(args.target, source.v, source.f, atlas, _image(args, source, atlas), force=args.force,
+                   metadata={"up": up})
     vertices = len(atlas.uv) if args.target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
     found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
     return f"{vertices} vertices, {len(atlas.f)} faces, {'cut along the seam' if cut else 'the mesh as it is'}"
@@ -111,7 +114,7 @@ def _check_export(args: Namespace) -> None:
     if args.show == "checkerboard" and not target.lower().endswith((*_TEXTURED, ".ply")):
         raise UsageError(f"--show checkerboard writes .glb, .obj or .ply files, not {target}")
     if args.show in ("factor", "angles") and not target.lower().endswith(_COLOURED):
-        data_format(target, write=True)
+        format_of(target, data=True)
     if args.image is not None and (args.texture or args.show in ("factor", "angles")):
         raise UsageError(f"--image goes with --show {', '.join(_TEXTURES)} or checkerboard")
     pictures = (args.image, Path(args.source).with_suffix(".png") if args.texture else None)
@@ -173,8 +176,9 @@ def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
         rows = source.rows if len(v) < len(p) else np.arange(len(p))
         atlas = plane_atlas(square.uv, source.f, rows, len(v))
         image = _image(args, replace(source, v=v, f=f), atlas)
-    write_textured(args.target, v, f, atlas, image, force=args.force, up="z" if guess_up(source.name) in Z_UP else "y",
-                   extras={"factor": square.factor, "corner": square.corner.tolist()})
+    write_textured(args.target, v, f, atlas, image, force=args.force,
+                   metadata={"up": "z" if guess_up(source.name) in Z_UP else "y",
+                             "extras": {"factor": square.factor, "corner": square.corner.tolist()}})
     found = Findings(source=source.name, sphere=args.sphere, target=args.target, show=args.show, texture=args.texture)
     found.add("written", f"{args.target}: {args.texture or args.show}, {len(atlas.uv)} texture coordinates, "
               f"{len(atlas.f)} faces")

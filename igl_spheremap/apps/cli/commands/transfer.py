@@ -6,8 +6,9 @@ import numpy as np
 from scipy.sparse import csr_array, save_npz
 
 from ....io.files import write_mesh
+from ....io.formats import format_of
 from ....io.replacing import replacing
-from ....io.scalars import data_format, write_scalars
+from ....io.scalars import write_scalars
 from ....resampling.transfer import transfer, transfer_matrix
 from ....resampling.weights import apply_matrix, largest
 from ..exits import UsageError
@@ -47,7 +48,7 @@ def run_transfer(args: Namespace) -> None:
     check_outputs(args)
     if args.matrix is not None and not args.matrix.lower().endswith(".npz"):
         raise UsageError(f"--matrix {args.matrix}: SciPy keeps sparse matrices in .npz files")
-    data_format(args.target, write=True)
+    format_of(args.target, data=True)
     pair = load_pair(args, args.reflect)
     source = pair.source
     there = read_target_sphere(args.to, source)
