@@ -8,6 +8,7 @@ The folder is the corpus (docs/corpus.md); samples replace what it lacks.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, islice
@@ -29,12 +30,14 @@ from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.problem import Problem
 from igl_spheremap.draw.palette import GUIDE, LINES
 from igl_spheremap.errors import FactorisationFailed, FileError, MapError, MeshError
-from igl_spheremap.maps.options import Plane, Stereographic
+from igl_spheremap.maps.methods import in_gauge
+from igl_spheremap.maps.options import Stereographic
 from igl_spheremap.mesh.arrays import FloatArray
 from igl_spheremap.mesh.check import Mesh, check_mesh
 from igl_spheremap.mesh.measure import angle_defects, face_areas, vertex_areas, vertex_normals
 from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.paper.star_map import project, stiffness
+from igl_spheremap.result.run import Run, Status
 from igl_spheremap.sphere.moebius import best_rotation, moebius
 from igl_spheremap.sphere.rows import row_dots, tangent, unit_rows, weighted_moment
 from igl_spheremap.verify.distortion import mean_angle_difference
@@ -42,11 +45,11 @@ from igl_spheremap.verify.signs import folded_faces
 
 from .common import IMAGES, parser
 from .convergence import course
+from .flat_metric import through_flat_metric
 
 Rows = Iterable[Sequence[object]]
 
 PUNCTURES = 20  # faces of a surface that are cut out in turn
-PLANES: tuple[tuple[str, Plane], ...] = (("[11]", "laplace-beltrami"), ("[12]", "conformal-equivalence"))
 
 
 def planes(meshes: Path | None) -> Rows:
@@ -58,8 +61,8 @@ def planes(meshes: Path | None) -> Rows:
     yield "surface", "method", "energy", "mean angle", "99 percent below", "folded faces", "CPU s"
     for surface in surfaces(TABLE_1, meshes):
         faces = np.random.default_rng(0).choice(len(surface.f), PUNCTURES, replace=False)
-        for name, plane in PLANES:
-            tried = [made for k in faces if (made := attempt(surface, Stereographic(plane, int(k)))) is not None]
+        for name, way in (("[11]", by_one_solve), ("[12]", by_flat_metric)):
+            tried = [made for k in faces if (made := attempt(way, surface, int(k))) is not None]
             tried.sort(key=lambda one: mean_angle_difference(one.result.mesh, one.result.sphere))
             failed = f", no map for {len(faces) - len(tried)}" if len(tried) < len(faces) else ""
             for which, one in (("best", tried[0]), ("worst", tried[-1])):
@@ -68,10 +71,23 @@ def planes(meshes: Path | None) -> Rows:
             yield compared(surface, name, run(surface, METHODS[name]))
 
 
-def attempt(surface: PaperSurface, method: Stereographic) -> PaperRun | None:
+def by_one_solve(surface: PaperSurface, face: int) -> PaperRun:
+    """The map by the Laplace-Beltrami operator, a face being punctured."""
+    return run(surface, Stereographic(puncture=face))
+
+
+def by_flat_metric(surface: PaperSurface, face: int) -> PaperRun:
+    """The map by a flat metric, the first corner of a face being at infinity."""
+    began, mesh = time.process_time(), check_mesh(surface.v, surface.f)
+    x = through_flat_metric(mesh, face)
+    result = in_gauge(mesh, x, Run(Status.CONVERGED, HarmonicEnergy.of(mesh).evaluate(x)[0]))
+    return PaperRun(result, time.process_time() - began, x[None], x[None])
+
+
+def attempt(way: Callable[[PaperSurface, int], PaperRun], surface: PaperSurface, face: int) -> PaperRun | None:
     """A run, or None if there is no map."""
     try:
-        return run(surface, method)
+        return way(surface, face)
     except (MapError, FactorisationFailed):
         return None
 

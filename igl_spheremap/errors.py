@@ -146,10 +146,6 @@ class MapError(RuntimeError):
         self.result = result
 
 
-class NotConverged(MapError):
-    """The iteration ended before its stopping rule was met."""
-
-
 class FoldingsRemain(MapError):
     """The map is not certified folding-free.
 

@@ -8,7 +8,7 @@ from triangulations import icosphere
 
 import igl_spheremap as ism
 from igl_spheremap.apps.reproduce.surfaces import COUNTERPARTS, Counterpart, PaperSurface
-from igl_spheremap.errors import NotConverged
+from igl_spheremap.errors import MapError
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.sphere.rows import tangent, unit_rows
 
@@ -45,7 +45,7 @@ def test_a_puncture_without_a_map_is_counted(small, monkeypatch):
     def fails(surface, method):
         calls.append(method)
         if isinstance(method, ism.Stereographic) and len(calls) % 3 == 1:
-            raise NotConverged("no way")
+            raise MapError("no way")
         return real(surface, method)
 
     monkeypatch.setattr(claims, "run", fails)

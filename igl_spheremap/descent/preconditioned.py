@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from itertools import chain, count
+from dataclasses import replace
+from itertools import count
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Status
 from ..sphere.cayley import cayley_step
 from ..sphere.rows import along, column_crosses, inner, row_dots, weighted_moment, weighted_sum
-from ..start.punctured import OFF_CENTRE, is_coarse, punctured_start
+from ..start.punctured import OFF_CENTRE, Start, is_coarse, punctured_start
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .energies import HarmonicEnergy
@@ -40,9 +40,10 @@ _LEAST_GAP = 1e-9
 _FAR_LESS = 0.5
 
 
-@dataclass(frozen=True)
-class PreconditionedCayley:
-    """Cayley steps along P^-1 H: near a conformal map, of any surface, they are almost Newton's.
+def preconditioned_cayley(problem: Problem, start: Start) -> Iterator[Iterate]:
+    """Yield a centred start and every iterate after it; end where no step lowers the energy.
+
+    The steps are Cayley steps along P^-1 H: near a conformal map, of any surface, they are almost Newton's.
 
     Near a conformal map a tangent field is a sum of gradients of spherical harmonics and of such gradients turned by a
     right angle. The energy has the Hessian l (l + 1) - 2 on those of degree l; those of degree 1 are the Moebius maps,
@@ -52,47 +53,37 @@ class PreconditionedCayley:
     third of a field of degree 2. The ten fields of degree 2 are divided by their own Hessian instead. Then a step
     leaves a sixth of degree 3, and less of all others. The search of Algorithm 1 shortens a step only where bad
     triangles make the energy rise.
+
+    An iterate's residual is an estimate of what is left of the energy above its minimum, in units of the gap between
+    energy and flat image area, which is the mesh's own discretisation error; infinite for the start.
     """
-
-    def iterates(
-        self, problem: Problem, x: FloatArray, evaluated: tuple[float, FloatArray] | None = None
-    ) -> Iterator[Iterate]:
-        """Yield the start and every iterate after it; end where no step lowers the energy.
-
-        An iterate's residual is an estimate of what is left of the energy above its minimum, in units of the gap
-        between energy and flat image area, which is the mesh's own discretisation error; infinite for the start.
-        `evaluated` are the energy and its derivatives at a start that is centred already, where they are known.
-        """
-        if evaluated is None:
-            x = problem.centred(x, OFF_CENTRE)
-            evaluated = problem.energy.evaluate(x)
-        energy, H = evaluated
-        yield Iterate("sobolev", 0, 0, x, energy, np.inf)
-        for k in count(1):
-            density = row_dots(x, H)  # lambda of eq. (9), algorithm (10): twice the image area around each vertex
-            e = _boost(x, H, density)
-            g = H - (density * (1 - along(x, e)))[:, None] * x  # eq. (9), less the boost: algorithm (12)
-            g -= (e[:, None] * density).T
-            D = problem.metric.solve(g)  # algorithm (13)
-            quadrupoles = _correct_quadrupoles(D, x, g)
-            D -= weighted_sum(problem.A, D)
-            # Of the square of a step, at most a fifth is left after it, and a twentieth of the part of degree 2 if that
-            # part's Hessian is within a sixth of the round sphere's.
-            square = 0.5 * float(np.einsum("i,i->", density, row_dots(D, D)))
-            left = (abs(square - quadrupoles) + quadrupoles / 4) / 5  # algorithm (16)
-            slope = -inner(g, D)
-            search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5, trials=_HALVINGS)
-            for tau in search.steps(1.0):  # Algorithm 1, step 3
-                y = problem.centred(cayley_step(x, D, tau), OFF_CENTRE)  # Theorem 1, with D for H: algorithm (15)
-                energy, derivative = problem.energy.evaluate(y)
-                if search.accepts(energy, tau, slope):
-                    break
-            else:
-                return
-            x, H = y, derivative
-            area = surface_area(x, problem.f)
-            residual = left / max(energy - area, _LEAST_GAP)  # algorithm (17)
-            yield Iterate("sobolev", 0, k, x, energy, residual, tau, {"area": area})
+    x, energy, H = start
+    yield Iterate("sobolev", 0, 0, x, energy, np.inf)
+    for k in count(1):
+        density = row_dots(x, H)  # lambda of eq. (9), algorithm (10): twice the image area around each vertex
+        e = _boost(x, H, density)
+        g = H - (density * (1 - along(x, e)))[:, None] * x  # eq. (9), less the boost: algorithm (12)
+        g -= (e[:, None] * density).T
+        D = problem.metric.solve(g)  # algorithm (13)
+        quadrupoles = _correct_quadrupoles(D, x, g)
+        D -= weighted_sum(problem.A, D)
+        # Of the square of a step, at most a fifth is left after it, and a twentieth of the part of degree 2 if that
+        # part's Hessian is within a sixth of the round sphere's.
+        square = 0.5 * float(np.einsum("i,i->", density, row_dots(D, D)))
+        left = (abs(square - quadrupoles) + quadrupoles / 4) / 5  # algorithm (16)
+        slope = -inner(g, D)
+        search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5, trials=_HALVINGS)
+        for tau in search.steps(1.0):  # Algorithm 1, step 3
+            y = problem.centred(cayley_step(x, D, tau), OFF_CENTRE)  # Theorem 1, with D for H: algorithm (15)
+            energy, derivative = problem.energy.evaluate(y)
+            if search.accepts(energy, tau, slope):
+                break
+        else:
+            return
+        x, H = y, derivative
+        area = surface_area(x, problem.f)
+        residual = left / max(energy - area, _LEAST_GAP)  # algorithm (17)
+        yield Iterate("sobolev", 0, k, x, energy, residual, tau, {"area": area})
 
 
 def _boost(x: FloatArray, H: FloatArray, density: FloatArray) -> FloatArray:
@@ -135,18 +126,15 @@ def harmonic_map(
     start is returned in place of the last iterate if it keeps angles better.
     """
     problem = Problem.of(mesh, HarmonicEnergy(operators.L), SobolevH1(operators.factor, operators.L))
-    solver = PreconditionedCayley()
-    if x is None:
-        start = punctured_start(mesh, operators)
-        iterates = solver.iterates(problem, start.x, start[1:])
-    else:
-        iterates = solver.iterates(problem, x)
-    first = next(iterates)
-    minimum = minimize(chain([first], iterates), tolerance=tolerance, max_iterations=max_iterations, listener=listener)
+    start = punctured_start(mesh, operators) if x is None else Start.of(problem.centred(x, OFF_CENTRE), operators)
+    minimum = minimize(preconditioned_cayley(problem, start), tolerance=tolerance, max_iterations=max_iterations,
+                       listener=listener)
     last = minimum.last
     if minimum.status is Status.STOPPED or last.details is None or not is_coarse(last.details["area"]):
         return minimum
-    return replace(minimum, last=first) if _start_is_better(mesh, first.x, last.x) else minimum
+    if _start_is_better(mesh, start.x, last.x):
+        return replace(minimum, last=Iterate("sobolev", 0, 0, start.x, start.energy, np.inf))
+    return minimum
 
 
 def _start_is_better(mesh: Mesh, start: FloatArray, end: FloatArray) -> bool:

@@ -15,7 +15,7 @@ from ..descent.minimize import Minimum, minimize
 from ..descent.preconditioned import harmonic_map
 from ..descent.problem import Problem, step_metric
 from ..errors import MapError, Remedy
-from ..mesh.arrays import ComplexArray, FloatArray, check_directions
+from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
 from ..operators.laplacian import Operators, build_operators, laplacian
@@ -25,7 +25,6 @@ from ..paper.setup import Setup
 from ..result.run import Iterate, Listener, Round, Run, Status
 from ..sphere.moebius import center, fix_gauge
 from ..sphere.rows import unit_rows
-from ..start.flat_metric import FlatMetric, flat_metric, lay_out
 from ..start.punctured import candidate_faces, dipole_map, to_sphere
 from ..untangle.embedding import fix_orientation
 from ..untangle.local_repair import is_off_centre, repair_locally
@@ -125,50 +124,23 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
 
 
 def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> SphereMap:
-    """The punctured-plane baselines: a conformal map to the plane, then inverse stereographic projection.
+    """The punctured-plane baseline: a conformal map to the plane, then inverse stereographic projection.
 
-    The notes name the face, and the Newton steps.
+    A note names the face.
     """
-    faces = candidate_faces(mesh) if options.puncture is None else iter([_checked_face(mesh, options.puncture)])
+    face = next(candidate_faces(mesh)) if options.puncture is None else _checked_face(mesh, options.puncture)
     operators = build_operators(mesh, options.backend)
-    if options.plane == "laplace-beltrami":
-        face = next(faces)
-        z, notes = dipole_map(mesh, operators, face), [f"face {face} is punctured"]
-    else:
-        z, notes = _flattened(mesh, operators, faces, options)
-    x = _lifted(z, mesh.A)
+    z = dipole_map(mesh, operators, face)
+    if not np.isfinite(z).all():
+        raise MapError("the plane map is not finite; puncture another face")
+    x, status = center(to_sphere(z, mesh.A), mesh.A), Status.DONE
     energy = HarmonicEnergy(operators.L).evaluate(x)[0]
-    status = Status.DONE if options.plane == "laplace-beltrami" else Status.CONVERGED
     try:
         listener(Iterate("stereographic", 0, 1, x, energy))
     except StopIteration:
         status = Status.STOPPED
-    run = Run(status, energy, backend=operators.factor.backend, notes=(*operators.notes, *notes))
-    return in_gauge(mesh, x, run)
-
-
-def _flattened(
-    mesh: Mesh, operators: Operators, faces: Iterator[int], options: Stereographic
-) -> tuple[ComplexArray, list[str]]:
-    """The conformally equivalent plane map that breaks the fewest faces, and notes on it."""
-    best: tuple[int, FlatMetric] | None = None
-    for face in faces:
-        first = to_sphere(dipole_map(mesh, operators, face), mesh.A)
-        flat = flat_metric(mesh, int(mesh.f[face, 0]), first, tolerance=options.angle_tolerance,
-                           max_iterations=options.max_iterations)
-        if best is None or len(flat.broken) < len(best[1].broken):
-            best = face, flat
-        if not len(flat.broken):
-            break
-    assert best is not None
-    face, flat = best
-    notes = [f"face {face} is punctured, {flat.iterations} Newton steps to a flat metric"]
-    if len(flat.broken):
-        notes.append(
-            f"no flat metric at {len(flat.broken)} faces, whose sides break the triangle inequality, e.g. "
-            f"{', '.join(map(str, flat.broken[:3].tolist()))}"
-        )
-    return lay_out(flat), notes
+    notes = (*operators.notes, f"face {face} is punctured")
+    return in_gauge(mesh, x, Run(status, energy, backend=operators.factor.backend, notes=notes))
 
 
 def _checked_face(mesh: Mesh, face: int) -> int:
@@ -176,16 +148,6 @@ def _checked_face(mesh: Mesh, face: int) -> int:
     if face not in range(len(mesh.f)):
         raise ValueError(f"there is no face {face} to puncture; give one of the faces 0 to {len(mesh.f) - 1}")
     return int(face)
-
-
-def _lifted(z: ComplexArray, A: FloatArray) -> FloatArray:
-    """The sphere map of a plane map of which one vertex may lie at infinity, centred."""
-    near = np.isfinite(z)
-    if near.sum() < len(z) - 1:
-        raise MapError("the plane map is not finite; puncture another face")
-    x = np.tile([0.0, 0.0, -1.0], (len(z), 1))
-    x[near] = to_sphere(z[near], A[near])
-    return center(x, A)
 
 
 #: The function that maps a mesh by a method, by the class of the method's options.

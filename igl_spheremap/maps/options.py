@@ -11,7 +11,6 @@ from ..result.method import Method
 from ..untangle.effort import Effort
 
 Gauge = Literal["poles", "centred"]
-Plane = Literal["laplace-beltrami", "conformal-equivalence"]
 Polish = Literal["auto", "angles"]
 
 @dataclass(frozen=True, repr=False)
@@ -185,40 +184,27 @@ class GuYau(Method):
 class Stereographic(Method):
     """The method "stereographic": a conformal map to the plane, then inverse stereographic projection.
 
+    The punctured surface is flattened by one linear solve, reference [11] of Lai et al.
+
     Parameters
     ----------
-    plane : {"laplace-beltrami", "conformal-equivalence"}, default "laplace-beltrami"
-        How the punctured surface is flattened: by one linear solve (reference [11] of Lai et al.), or by a
-        flow of the conformal factor to a flat metric (reference [12]), here the convex Newton iteration of
-        Springborn, Schroeder and Pinkall.
     puncture : int, optional
-        Face that holds the pole. For the flat metric the pole is the face's first corner: if the whole face were taken
-        out and its sides made equal, triangles beside it would have angles of 180 degrees. By default a well-shaped
-        face of middling size; for the flat metric the best of four such.
-    angle_tolerance : float, default 1e-8
-        With "conformal-equivalence" only: largest angle defect in radians.
-    max_iterations : int, default 100
-        With "conformal-equivalence" only: maximum number of iterations of each minimisation, one for each puncture that
-        is tried.
+        Face that holds the pole; by default a well-shaped one of middling size.
     backend : str, default "auto"
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
 
     Raises
     ------
     ValueError
-        If `plane` is unknown, a number negative or NaN, or an option of the other plane map given; at the run, if there
-        is no such face or backend.
+        If `puncture` is negative; at the run, if there is no such face or backend.
     TypeError
-        If a value is not a number, or a count not whole.
+        If `puncture` is not whole.
     MapError
         At the run, if the plane map is not finite.
-    NotConverged
-        At the run, if the Newton iteration for the flat metric did not end.
 
     References
     ----------
-    Angenent, Haker, Tannenbaum, Kikinis 1999; Springborn, Schroeder, Pinkall 2008, *Conformal Equivalence of
-    Triangle Meshes*.
+    Angenent, Haker, Tannenbaum, Kikinis 1999, *On the Laplace-Beltrami operator and brain surface flattening*.
 
     Examples
     --------
@@ -229,19 +215,8 @@ class Stereographic(Method):
     """
 
     name: ClassVar[str] = "stereographic"
-    plane: Plane = "laplace-beltrami"
     puncture: int | None = None
-    angle_tolerance: float = 1e-8
-    max_iterations: int = 100
     backend: str = "auto"
-
-    def __post_init__(self) -> None:
-        """Refuse options of the flat metric where none is made, too."""
-        super().__post_init__()
-        unused = {"angle_tolerance", "max_iterations"} & set(self.settings())
-        if unused and self.plane == "laplace-beltrami":
-            raise ValueError(f"{' and '.join(sorted(unused))} would have no effect: only plane='conformal-equivalence' "
-                             "iterates; give that plane, too")
 
 
 #: The class of a method's options, by the name that users give.

@@ -74,8 +74,8 @@ def spherical_conformal_map(
         If options of "auto" come with another method, the method is neither a name nor a record, a value is not a
         number, or the listener can't be called.
     MapError
-        From "stereographic": if the plane map is not finite, or (NotConverged) the metric not flat. From `Lai2014` with
-        the paper's weights: if a face has no area.
+        From "stereographic": if the plane map is not finite. From `Lai2014` with the paper's weights: if a face has no
+        area.
 
     References
     ----------

@@ -57,6 +57,12 @@ class Start(NamedTuple):
     energy: float
     derivative: FloatArray
 
+    @classmethod
+    def of(cls, x: FloatArray, operators: Operators) -> Start:
+        """A map, evaluated."""
+        derivative = apply_laplacian(operators.L, x)
+        return cls(x, 0.5 * inner(x, derivative), derivative)  # eq. (6)
+
 
 @phase("start")
 def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | None = None) -> Start:
@@ -73,20 +79,15 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
         x = center(to_sphere(z, mesh.A), mesh.A, OFF_CENTRE) if np.isfinite(z).all() else None
         if x is None or not np.isfinite(x).all():
             continue
-        tried.append(_evaluated(x, operators))
+        tried.append(Start.of(x, operators))
         coarse = is_coarse(surface_area(x, mesh.f))
         if abs(nu) < _LARGEST_NU and tried[-1].energy < _LARGEST_ENERGY and not coarse:
             break
     if not tried:
-        return _evaluated(center(vertex_normals(mesh.unit, mesh.f), mesh.A), operators)
+        return Start.of(center(vertex_normals(mesh.unit, mesh.f), mesh.A), operators)
     if coarse:  # large chords have so little energy that it can't rank maps
         return min(tried, key=lambda start: mean_angle_difference(mesh, start.x))
     return min(tried, key=lambda start: start.energy)
-
-
-def _evaluated(x: FloatArray, operators: Operators) -> Start:
-    derivative = apply_laplacian(operators.L, x)
-    return Start(x, 0.5 * inner(x, derivative), derivative)  # eq. (6)
 
 
 def is_coarse(area: float) -> bool:

@@ -136,7 +136,6 @@ def test_methods_agree_up_to_the_mesh(method):
         ("lai2014", 5e-3),
         ("gu-yau", 5e-3),
         (ism.Stereographic(), 0.1),
-        (ism.Stereographic("conformal-equivalence"), 0.02),
     ],
 )
 def test_all_methods_find_the_same_map_but_for_the_mesh(method, worst):

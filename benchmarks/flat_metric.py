@@ -1,4 +1,7 @@
-"""A flat metric on a punctured mesh, discretely conformally equivalent to its own, by convex Newton steps."""
+"""A map through a flat metric that is discretely conformally equivalent to the mesh's, reference [12] of Lai et al.
+
+For the curvature flow of the paper's reference stands a convex Newton iteration (Springborn, Schroeder, Pinkall 2008).
+"""
 
 from __future__ import annotations
 
@@ -8,12 +11,14 @@ from itertools import count
 import numpy as np
 import scipy.sparse as sp
 
-from ..errors import FactorisationFailed, MapError, NotConverged
-from ..mesh.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from ..mesh.check import Mesh
-from ..mesh.measure import angle_defects
-from ..operators.factor.factorize import factorize
-from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
+from igl_spheremap.errors import FactorisationFailed, MapError
+from igl_spheremap.mesh.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from igl_spheremap.mesh.check import Mesh
+from igl_spheremap.mesh.measure import angle_defects
+from igl_spheremap.operators.factor.factorize import factorize
+from igl_spheremap.operators.laplacian import build_operators, mollified_edge_lengths, summed_laplacian
+from igl_spheremap.sphere.moebius import center
+from igl_spheremap.start.punctured import dipole_map, to_sphere
 
 #: Halvings of a Newton step at most: to 1e-12 of it.
 _HALVINGS = 40
@@ -43,13 +48,26 @@ class FlatMetric:
     iterations: int
 
 
+def through_flat_metric(mesh: Mesh, face: int) -> FloatArray:
+    """The centred sphere map of the flat metric with the first corner of a face at infinity."""
+    vertex = int(mesh.f[face, 0])
+    first = to_sphere(dipole_map(mesh, build_operators(mesh), face), mesh.A)
+    z = lay_out(flat_metric(mesh, vertex, first))
+    x = np.tile([0.0, 0.0, -1.0], (len(z), 1))
+    near = np.arange(len(z)) != vertex
+    if not np.isfinite(z[near]).all():
+        raise MapError("the plane map is not finite; puncture another face")
+    x[near] = to_sphere(z[near], mesh.A[near])
+    return center(x, mesh.A)
+
+
 def flat_metric(
     mesh: Mesh, vertex: int, x: FloatArray, *, tolerance: float = 1e-8, max_iterations: int = 100
 ) -> FlatMetric:
     """Flatten a mesh with one vertex at infinity; edges to it get length 1, which makes the metric unique.
 
     `x`, a nearly conformal map to the unit sphere, gives the first guess. The tolerance is the largest deviation of an
-    inner vertex's angle sum from 2 pi, in radians; NotConverged if more is left after `max_iterations` Newton steps.
+    inner vertex's angle sum from 2 pi, in radians; a MapError if more is left after `max_iterations` Newton steps.
 
     Springborn, Schroeder, Pinkall 2008, *Conformal Equivalence of Triangle Meshes*: the angle defects are the gradient
     of a convex energy of u, whose Hessian is the cotangent Laplacian of the current metric; where the triangle
@@ -66,7 +84,7 @@ def flat_metric(
     free = np.setdiff1d(np.arange(len(u)), [*link, vertex])
     u, angles, worst, k = _newton(u, f, log_l[rest], free, tolerance, max_iterations)
     if worst > tolerance:
-        raise NotConverged(f"angle defects of up to {worst:.1e} are left after {k} Newton steps; allow more")
+        raise MapError(f"angle defects of up to {worst:.1e} are left after {k} Newton steps; allow more")
     broken = np.flatnonzero(rest)[_broken(angles)]
     return FlatMetric(vertex, u, f, angles, log_l[rest] + edge_log_scale(u, f), broken, k)
 
