@@ -12,7 +12,6 @@ from .maps.balanced import balanced_spherical_map
 from .maps.sphere_map import SphereMap
 from .maps.spherical_conformal_map import spherical_conformal_map
 from .result.method import Method
-from .verify.certificate import Certificate, certify
 
 #: Data that a map adds at the points and at the cells of its sphere.
 FACTOR, ANGLES, AREAS = "conformal factor", "angle differences", "log area ratios"
@@ -34,7 +33,7 @@ class SphereMapAccessor:
     >>> import igl_spheremap.pyvista
     >>> mesh = pv.PolyData.from_regular_faces(*ism.samples.make("spheroid", n_vertices=500))
     >>> sphere = mesh.spheremap.map()
-    >>> sphere.spheremap.certify().folding_free, sphere.n_points == mesh.n_points
+    >>> ism.certify(sphere).folding_free, sphere.n_points == mesh.n_points
     (True, True)
     """
 
@@ -87,59 +86,6 @@ class SphereMapAccessor:
             If the mesh is not a closed triangle mesh of genus 0.
         """
         return self._sphere(balanced_spherical_map(self._mesh, balance=balance, method=method))
-
-    def certify(self, source: pv.PolyData | None = None) -> Certificate:
-        """Certify this mesh as a map to the unit sphere, from whatever program it comes.
-
-        Parameters
-        ----------
-        source : pyvista.PolyData, optional
-            The surface that was mapped, whose faces are taken; by default the sphere's own.
-
-        Returns
-        -------
-        Certificate
-            Of the points as they are, in exact arithmetic.
-
-        Raises
-        ------
-        MeshError
-            If the faces are not a closed triangle mesh of genus 0.
-        """
-        return certify(self._mesh, source)
-
-    def plot(self, sphere: pv.PolyData | None = None, scalars: str = ANGLES, **options: Any) -> Any:
-        """Show the surface beside its sphere, in the same colours.
-
-        Parameters
-        ----------
-        sphere : pyvista.PolyData, optional
-            Its image; by default what `map` returns.
-        scalars : str
-            Data of the sphere that gives the colours.
-        **options
-            Of ``pyvista.Plotter.show``, such as ``screenshot="map.png"``.
-
-        Returns
-        -------
-        Any
-            What ``pyvista.Plotter.show`` returns.
-
-        Raises
-        ------
-        MeshError
-            If the mesh is not a closed triangle mesh of genus 0.
-        """
-        if sphere is None:
-            sphere = self.map()
-        surface = sphere.copy()
-        surface.points = self._mesh.points
-        plotter = pv.Plotter(shape=(1, 2), off_screen=options.pop("off_screen", None))
-        for k, (shown, title) in enumerate(((surface, "surface"), (sphere, "sphere"))):
-            plotter.subplot(0, k)
-            plotter.add_mesh(shown, scalars=scalars, show_scalar_bar=k == 0)
-            plotter.add_text(title, font_size=10)
-        return plotter.show(**options)
 
     def _sphere(self, result: SphereMap) -> pv.PolyData:
         sphere = self._mesh.copy()

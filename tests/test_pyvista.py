@@ -4,7 +4,6 @@ import doctest
 
 import numpy as np
 import pytest
-from drawing import drive, needs_drawing
 
 import igl_spheremap as ism
 
@@ -47,9 +46,9 @@ def test_balance_goes_from_angles_to_areas(mesh):
 
 def test_a_planted_fold_is_found(mesh):
     sphere = mesh.spheremap.map()
-    assert sphere.spheremap.certify().folding_free
+    assert ism.certify(sphere).folding_free
     sphere.points[sphere.regular_faces[7]] *= -1
-    found = sphere.spheremap.certify(source=mesh)
+    found = ism.certify(sphere, mesh)
     assert 7 in found.flipped
     assert str(found) == str(ism.certify(*arrays(sphere)))
 
@@ -67,20 +66,3 @@ def test_single_precision_and_the_order_of_points_are_kept(mesh):
 def test_what_is_no_closed_genus_0_mesh_is_refused(make, words):
     with pytest.raises(ism.MeshError, match=words):
         make().spheremap.map()
-
-
-@needs_drawing
-def test_the_plot_shows_surface_and_sphere(tmp_path):
-    """In a process of its own: VTK and polyscope drive OpenGL each in its way."""
-    figures = drive(f"""
-import pyvista as pv
-import igl_spheremap.pyvista
-from PIL import Image
-mesh = pv.PolyData.from_regular_faces(*ism.samples.make("pear", n_vertices=900))
-mesh.spheremap.plot(off_screen=True, window_size=(400, 200), screenshot={str(tmp_path / "plot.png")!r})
-image = np.asarray(Image.open({str(tmp_path / "plot.png")!r}).convert("RGB"))
-halves = [image[30:, :195], image[30:, 205:]]
-figures = dict(shape=image.shape, drawn=[drawn(half) for half in halves])
-""")
-    assert figures["shape"] == [200, 400, 3]
-    assert min(figures["drawn"]) > 0.05

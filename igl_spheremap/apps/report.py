@@ -21,12 +21,13 @@ from ..draw.palette import ANGLES, AREAS, FOLDED, fitting
 from ..draw.plot import fit, pose
 from ..errors import DisplayError, import_optional
 from ..io.replacing import make_folder, replacing
-from ..maps.sphere_map import ROUNDS, SphereMap, result_rows, round_rows
+from ..maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
-from ..plane.plane_map import PlaneMap, plane_rows
+from ..plane.plane_map import PlaneMap, plane_findings
 from ..result.recording import Recording, plot_run
+from ..result.result import result_rows
 from ..result.run import title_of
 from ..verify.certificate import Certificate
 from .viewer.app import present
@@ -69,7 +70,7 @@ def write_report(
     """
     mesh = result.mesh
     return _write_page(place, f"{source} on the sphere", result.certificate, command, [
-        table(result_rows(result)[1:]),
+        table(result_rows(result, map_findings(result))[1:]),
         "<h2>Rounds</h2>" + table(round_rows(result), ROUNDS) if result.rounds else "",
         "<h2>Before and after</h2>",
         _scene(mesh, result.sphere, up),
@@ -86,7 +87,7 @@ def write_plane_report(
     """`write_report` of a map to the plane."""
     disk = result.mesh
     return _write_page(place, f"{source} in the plane", result.certificate, command, [
-        table(plane_rows(result)[1:]),
+        table(result_rows(result, plane_findings(result))[1:]),
         "<h2>Before and after</h2>",
         _plane_scene(result, up),
         "<h2>Pictures</h2>",

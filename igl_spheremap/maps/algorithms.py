@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
 from ..errors import own_errstate
+from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..paper.algorithm_1 import algorithm_1 as paper_algorithm_1
 from ..paper.algorithm_2 import algorithm_2 as paper_algorithm_2
 from ..paper.settings import Lai2014
-from ..result.run import History, Listener, Run
-from .methods import in_gauge, paper_setup
+from ..paper.setup import Setup
+from ..result.run import History, Iterate, Listener, Run
+from .methods import lai2014
 from .options import method_of
 from .sphere_map import SphereMap
 
@@ -65,13 +68,7 @@ def algorithm_1(
     >>> ism.algorithm_1(v, f).certificate.folding_free
     True
     """
-    method_of(method, Lai2014)
-    history = History(listener)
-    setup, first = paper_setup(check_mesh(v, f, caps=caps), method, history, start)
-    minimum, record = paper_algorithm_1(setup, first)
-    run = Run(record.status, minimum.last.energy, rounds=(record,), notes=setup.notes)
-    found = in_gauge(setup.mesh, minimum.last.x, run, method.gauge)
-    return replace(found, run=history.complete(found.run, method.name, method.settings()))
+    return _by(_alone, v, f, start, method, caps, listener)
 
 
 @takes_mesh
@@ -116,8 +113,19 @@ def algorithm_2(
     >>> [(r.start, r.foldings_after) for r in ism.algorithm_2(v, f).rounds]
     [('gauss map', 0)]
     """
+    return _by(paper_algorithm_2, v, f, start, method, caps, listener)
+
+
+def _alone(setup: Setup, first: Iterate) -> tuple[FloatArray, Run]:
+    """Algorithm 1 without star maps."""
+    minimum, record = paper_algorithm_1(setup, first)
+    return minimum.last.x, Run(record.status, minimum.last.energy, rounds=(record,), notes=setup.notes)
+
+
+def _by(algorithm: Callable[[Setup, Iterate], tuple[FloatArray, Run]], v: ArrayLike, f: ArrayLike,
+        start: ArrayLike | None, method: Lai2014, caps: ArrayLike | None, listener: Listener | None) -> SphereMap:
+    """The map of an algorithm of the paper, in its gauge, with the record of the run."""
     method_of(method, Lai2014)
     history = History(listener)
-    setup, first = paper_setup(check_mesh(v, f, caps=caps), method, history, start)
-    found = in_gauge(setup.mesh, *paper_algorithm_2(setup, first), method.gauge)
+    found = lai2014(check_mesh(v, f, caps=caps), method, history, start, algorithm)
     return replace(found, run=history.complete(found.run, method.name, method.settings()))

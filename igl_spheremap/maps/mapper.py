@@ -1,4 +1,4 @@
-"""Maps of one surface from any start, with any vertex weights, by one factorisation of its Laplacian."""
+"""Maps of one list of faces at one set of positions after the other."""
 
 from __future__ import annotations
 
@@ -8,23 +8,21 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, own_errstate
-from ..mesh.arrays import FloatArray, count, examples, plain_array
+from ..errors import own_errstate
 from ..mesh.check import check_mesh, move_mesh
 from ..mesh.objects import MeshLike
 from ..mesh.timings import timed
 from ..operators.laplacian import build_operators
 from ..result.run import History, Listener
-from .methods import auto, check_start
+from .methods import auto
 from .options import Auto, method_of
 from .sphere_map import SphereMap
 
 
 class SphereMapper:
-    """Map one surface repeatedly: its check and its factorisation are kept between calls.
+    """Map one surface in many poses: what depends on its faces alone is computed once.
 
     It serves one call at a time: give each thread a mapper of its own.
 
@@ -128,56 +126,22 @@ class SphereMapper:
 
     @own_errstate
     @timed()
-    def map(
-        self,
-        *,
-        start: ArrayLike | None = None,
-        vertex_weights: ArrayLike | None = None,
-        listener: Listener | None = None,
-    ) -> SphereMap:
+    def map(self, *, listener: Listener | None = None) -> SphereMap:
         """Map the surface conformally to the unit sphere, and certify the map.
 
         Parameters
         ----------
-        start : (n, 3) array_like, optional
-            Map to start from; rows are scaled to unit length. The punctured harmonic map by default.
-        vertex_weights : (n,) array_like, optional
-            Non-negative weights of the vertices that are balanced on the sphere: their barycentre is at its
-            centre, and the rotation agrees best with the Gauss map in them. The source's vertex areas by default.
-            More weight gives a region more room.
         listener : callable, optional
             Called with every `Iterate`; may raise StopIteration to stop with the current map.
 
         Returns
         -------
         SphereMap
-            That of ``spherical_conformal_map(v, f, method=method)``, bit for bit, unless a start or vertex weights are
-            given. Its ``seconds`` are those of this call, without the factorisation.
-
-        Raises
-        ------
-        MeshError
-            If `start` has not one finite, nonzero row per vertex, or `vertex_weights` can't be balanced.
+            That of ``spherical_conformal_map(v, f, method=method)``, bit for bit. Its ``seconds`` are those of this
+            call, without the factorisation.
         """
         with self._alone():
-            history, n = History(listener), len(self.mesh.v)
-            x = None if start is None else check_start(start, n)
-            mesh = self.mesh if vertex_weights is None else replace(self.mesh, A=_shares(vertex_weights, n))
-            found = auto(mesh, self.method, history, self.operators, x)
+            history = History(listener)
+            found = auto(self.mesh, self.method, history, self.operators)
             run = history.complete(found.run, self.method.name, self.method.settings())
-            return replace(found, mesh=self.mesh, run=run)
-
-
-def _shares(weights: ArrayLike, n: int) -> FloatArray:
-    """Weights of sum 1; a MeshError where no Moebius map balances them."""
-    w = plain_array(weights, "weights").astype(np.float64)
-    if w.shape != (n,):
-        raise MeshError(f"weights have shape {w.shape} but the mesh has {n} vertices; give one number each")
-    bad = np.flatnonzero(~np.isfinite(w) | (w < 0))
-    if len(bad):
-        raise MeshError(f"weights are negative or not finite at {count(bad, 'vertex', 'vertices')}, {examples(bad)}; "
-                        "give finite weights of at least 0")
-    if not 2 * w.max() < w.sum():
-        raise MeshError(f"vertex {w.argmax()} has half of all weight or more, so that nothing balances it; "
-                        "spread the weights")
-    return w / w.sum()
+            return replace(found, run=run)

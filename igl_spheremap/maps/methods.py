@@ -36,14 +36,14 @@ from .sphere_map import SphereMap
 
 
 def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators: Operators | None = None,
-         start: FloatArray | None = None, large: Large = "embedded") -> SphereMap:
+         large: Large = "embedded") -> SphereMap:
     """The default: one factorisation, a start by two solves, one or two steps, and repair where the map folds.
 
     The map is certified free of foldings, unless a listener stopped it, or `large` leaves foldings in place.
     """
     if operators is None:
         operators = build_operators(mesh, options.backend)
-    minimum = harmonic_map(mesh, operators, start, tolerance=options.tolerance, max_iterations=options.max_iterations,
+    minimum = harmonic_map(mesh, operators, tolerance=options.tolerance, max_iterations=options.max_iterations,
                            listener=listener)
     x = fix_gauge(mesh, minimum.last.x)
     certificate = Certificate.of(x, mesh.f)
@@ -77,20 +77,12 @@ def _remarks(mesh: Mesh, x: FloatArray, run: Run) -> Iterator[str]:
         yield f"limbs too deep for float64 are mapped as if up to {run.stretch:.3g} times shorter"
 
 
-def lai2014(mesh: Mesh, options: Lai2014, listener: Listener) -> SphereMap:
-    """The paper: Algorithm 2 around Algorithm 1, from the Gauss map."""
-    setup, first = paper_setup(mesh, options, listener)
-    return in_gauge(mesh, *algorithm_2(setup, first), options.gauge)
-
-
-def paper_setup(
-    mesh: Mesh, options: Lai2014, listener: Listener, start: ArrayLike | None = None
-) -> tuple[Setup, Iterate]:
-    """What the paper's algorithms take: their setup, and the Gauss map or another start."""
+def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, start: ArrayLike | None = None,
+            algorithm: Callable[[Setup, Iterate], tuple[FloatArray, Run]] = algorithm_2) -> SphereMap:
+    """The paper: Algorithm 2 around Algorithm 1, or another, from the Gauss map or another start."""
     setup = Setup.of(mesh, options, listener)
-    if start is None:
-        return setup, setup.gauss_map()
-    return setup, setup.start("given map", check_start(start, len(mesh.v)))
+    first = setup.gauss_map() if start is None else setup.start("given map", check_start(start, len(mesh.v)))
+    return in_gauge(mesh, *algorithm(setup, first), options.gauge)
 
 
 def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:

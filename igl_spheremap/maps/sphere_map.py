@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from ..draw.markup import table
 from ..draw.shown import Drawing, area_drawing
@@ -14,7 +12,7 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..result.findings import Finding, angles, areas, energy, verdict
 from ..result.recording import plot_run
-from ..result.result import Result
+from ..result.result import Result, result_rows
 from ..result.run import History, Listener, Run, Status
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_differences, conformal_factor, log_area_ratios
@@ -95,29 +93,6 @@ class SphereMap(Result):
         """
         return log_area_ratios(self.vertices, self.faces[self.mesh.surface], self.sphere)
 
-    def drop_caps(self) -> OpenMap:
-        """The open surface and its image, without the caps that close its holes and cuts.
-
-        Faces and vertices keep their order; what is certified of the whole map holds of a part: it is injective.
-
-        Returns
-        -------
-        OpenMap
-            The surface, the positions of its vertices on the sphere, and where they stand in this map.
-
-        Examples
-        --------
-        >>> import igl_spheremap as ism
-        >>> v, f = ism.samples.make("spheroid", n_vertices=500)
-        >>> mesh = ism.repair_mesh(v, f[2:], holes="fill")
-        >>> part = ism.spherical_conformal_map(mesh.v, mesh.f, caps=mesh.face_source < 0).drop_caps()
-        >>> bool((part.vertices == v).all()), bool((part.faces == f[2:]).all()), part.sphere.shape == v.shape
-        (True, True, True)
-        """
-        kept = self.faces[self.mesh.surface]
-        rows = np.unique(kept)
-        return OpenMap(self.vertices[rows], np.searchsorted(rows, kept), self.sphere[rows], rows)
-
     def plot(self) -> Any:
         """Plot the course of the energy, and histograms of angle differences and of logarithms of area ratios.
 
@@ -154,64 +129,18 @@ class SphereMap(Result):
         return area_drawing(self.mesh, self.sphere, self.log_area_ratios(), self.certificate, "on the sphere")
 
     def _figures(self) -> str:
-        return table(result_rows(self))
-
-
-class OpenMap(NamedTuple):
-    """A surface without the caps of a map, and its image, see `SphereMap.drop_caps`.
-
-    Attributes
-    ----------
-    vertices : (k, 3) float64 array
-        The vertices of faces that are no caps.
-    faces : (l, 3) int64 array
-        These faces, indices of these vertices.
-    sphere : (k, 3) float64 array
-        Images of the vertices, unit rows.
-    vertex_source : (k,) int64 array
-        Row of each vertex in the map.
-    """
-
-    vertices: FloatArray
-    faces: IntArray
-    sphere: FloatArray
-    vertex_source: IntArray
-
-
-def run_findings(result: SphereMap) -> list[Finding]:
-    """How a map was made: the method's line, and the notes."""
-    options = ", ".join(f"{key} = {value}" for key, value in result.settings.items() if key != "balance")
-    made = "".join((result.method, f" ({options})" if options else "", f", {result.backend}" if result.backend else ""))
-    plural = "s" * (result.iterations != 1)
-    text = f"{made}: {result.iterations} iteration{plural}, {result.seconds:.2f} s; {result.status.value}"
-    run = {
-        "method": result.method, "settings": result.settings, "backend": result.backend, "timings": result.timings,
-        "iterations": result.iterations, "seconds": result.seconds, "status": result.status.name,
-        "rounds": [entry.__dict__ | {"status": entry.status.name} for entry in result.rounds],
-    }  # fmt: skip
-    notes = [Finding("note", note, {}) for note in result.notes]
-    return [Finding("method", text, run), *notes]
+        return table(result_rows(self, map_findings(self)))
 
 
 def map_findings(result: SphereMap) -> list[Finding]:
     """What is known of a map; the verdict comes last."""
     found = [energy(result.energy), angles(result.angle_differences()), areas(result.log_area_ratios())]
-    if result.balance:
-        text = f"{result.balance:g} on the way from conformal (0) to area-preserving (1)"
-        found.append(Finding("balance", text, {}))
     if result.stretch != 1:
         without = Remedy(options={"gauge": "centred"})
         advice = "" if result.gauge == "poles" else f"; without {without} they may keep their angles"
         text = f"limbs too deep for float64 are mapped as if {result.stretch:.3g} times shorter{advice}"
         found.append(Finding("stretch", text, {}))
     return [*found, verdict(result.certificate, result.mesh.caps)]
-
-
-def result_rows(result: SphereMap) -> list[tuple[str, str]]:
-    """All findings as labels and texts, the verdict first."""
-    *known, certificate = map_findings(result)
-    size = Finding("mesh", f"{len(result.vertices):,} vertices, {len(result.faces):,} faces", {})
-    return [(found.label, found.text) for found in (certificate, size, *known, *run_findings(result))]
 
 
 #: Header of `round_rows`.

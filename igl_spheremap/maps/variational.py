@@ -13,7 +13,7 @@ from ..descent.energies import Energy, HarmonicEnergy, LandmarkEnergy, OwnEnergy
 from ..descent.minimize import minimize
 from ..descent.problem import Problem, SobolevH2, p_harmonic_problem
 from ..errors import MeshError, own_errstate
-from ..mesh.arrays import FloatArray, check_rows, plain_array
+from ..mesh.arrays import FloatArray, check_directions, plain_array
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
@@ -346,13 +346,7 @@ def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: Ar
     bad = np.flatnonzero((index < 0) | (index >= n))
     if len(bad):
         raise MeshError(f"landmark {bad[0]} is vertex {index[bad[0]]}; give one from 0 to {n - 1}")
-    y = check_rows(targets, name="landmark targets")
-    if len(y) != len(index):
-        raise MeshError(f"{len(index)} landmarks have {len(y)} targets; give one row each")
-    length = np.linalg.norm(y, axis=1)
-    bad = np.flatnonzero(~np.isfinite(length) | (length == 0))
-    if len(bad):
-        raise MeshError(f"the target of landmark {bad[0]} is zero or not finite; give a direction")
+    y = check_directions(targets, len(index), "landmark targets")
     w = plain_array(weights, "weights").astype(np.float64)
     if w.shape not in ((), index.shape):
         raise MeshError(f"weights have shape {w.shape}; give one number, or one for each of {len(index)} landmarks")

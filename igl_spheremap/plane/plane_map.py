@@ -14,7 +14,7 @@ from ..errors import own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.disk import Disk
 from ..result.findings import Finding, angles, areas, edges, verdict
-from ..result.result import Result
+from ..result.result import Result, result_rows
 from ..result.run import Run, Status
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
@@ -136,10 +136,10 @@ class PlaneMap(Result):
         return area_drawing(self.mesh, self._scaled, self.log_area_ratios(), self.certificate, "in the plane")
 
     def _figures(self) -> str:
-        return table(plane_rows(self))
+        return table(result_rows(self, plane_findings(self)))
 
     def _size(self) -> str:
-        return f"{super()._size()}, {len(self.rim)} on the rim"
+        return f"{super()._size()}, {len(self.rim):,} on the rim"
 
 
 def given_map(mesh: Disk, p: FloatArray) -> PlaneMap:
@@ -183,17 +183,6 @@ def plane_findings(result: PlaneMap) -> list[Finding]:
     """What is known of a map to the plane; the verdict comes last."""
     return [angles(result.angle_differences()), areas(result.log_area_ratios()), edges(result.log_length_ratios()),
             verdict(result.certificate, result.mesh.caps)]
-
-
-def plane_rows(result: PlaneMap) -> list[tuple[str, str]]:
-    """All findings as labels and texts, the verdict first."""
-    *known, certificate = plane_findings(result)
-    mesh, run = result.mesh, result.run
-    size = f"{len(mesh.v):,} vertices, {len(mesh.f):,} faces, {len(mesh.rim):,} vertices on the rim"
-    made = (f"{run.method}, balance {run.balance:g}: {run.iterations} iterations, {run.seconds:.2f} s; "
-            f"{run.status.value}")
-    rows = [(found.label, found.text) for found in (certificate, Finding("mesh", size, {}), *known)]
-    return [*rows, ("method", made), *(("note", note) for note in run.notes)]
 
 
 def upright(p: FloatArray, disk: Disk) -> FloatArray:

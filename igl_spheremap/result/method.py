@@ -37,16 +37,14 @@ class Method(ABC):
 
     def settings(self) -> dict[str, Any]:
         """The options that are not at their defaults."""
-        values = ((option.name, getattr(self, option.name), option.default) for option in fields(self))
-        return {name: _spelt(value) for name, value, default in values if value != default}
+        return _changed(self)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in self.settings().items())})"
 
 
-def _spelt(value: Any) -> Any:
-    """A record within a record as a dict of what is not at its default; anything else as it is."""
-    if not is_dataclass(value):
-        return value
-    values = ((each.name, getattr(value, each.name), each.default) for each in fields(value))
-    return {name: n for name, n, default in values if n != default}
+def _changed(record: Any) -> dict[str, Any]:
+    """The fields of a record that are not at their defaults, those of records within it likewise."""
+    values = ((each.name, getattr(record, each.name), each.default) for each in fields(record))
+    return {name: _changed(value) if is_dataclass(value) else value for name, value, default in values
+            if value != default}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,27 +13,15 @@ from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.timings import timed
 from ..verify.certificate import Certificate
+from .findings import Finding
 from .run import Listener, Round, Run, Status, Step
 
 R = TypeVar("R", bound="Result")
-T = TypeVar("T")
 
 
-class _OfRun(Generic[T]):
+def _of_run(name: str, doc: str) -> Any:
     """An attribute of a result that its run has."""
-
-    def __init__(self, doc: str) -> None:
-        self.__doc__ = doc
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    @overload
-    def __get__(self, result: None, owner: type) -> _OfRun[T]: ...
-    @overload
-    def __get__(self, result: Result, owner: type) -> T: ...
-    def __get__(self, result: Result | None, owner: type) -> _OfRun[T] | T:
-        return self if result is None else getattr(result.run, self._name)
+    return property(attrgetter(f"run.{name}"), doc=doc)
 
 
 class Result(Shown):
@@ -62,20 +51,20 @@ class Result(Shown):
         @property
         def _images(self) -> FloatArray: ...
 
-    energy = _OfRun[float]("Harmonic energy, eq. (6): 4 pi for a smooth conformal map; in the plane what was lowered.")
-    status = _OfRun[Status]("How the last minimisation ended.")
-    iterations = _OfRun[int]("Iterations of all stages together.")
-    seconds = _OfRun[float]("Wall seconds from arrays to result.")
-    timings = _OfRun[dict[str, float]]("Wall seconds by phase.")
-    method = _OfRun[str]("The method's name.")
-    settings = _OfRun[dict[str, Any]]("The method's options that are not at their defaults.")
-    history = _OfRun[tuple[Step, ...]]("Every iterate of every stage.")
-    rounds = _OfRun[tuple[Round, ...]]("Foldings before and after each round of folding removal.")
-    backend = _OfRun[str]("The factorisation that was used; empty where none was.")
-    notes = _OfRun[tuple[str, ...]]("Remarks on the run, and reasons to doubt the result.")
-    gauge = _OfRun[str]("Where the map lies among its Moebius images: centred, turned, poles, given or free, see Run.")
-    stretch = _OfRun[float]("Factor by which limbs too deep for float64 are shortened; 1 if there is none.")
-    balance = _OfRun[float]("0 for a conformal map, 1 for an area-preserving one.")
+    energy: float = _of_run("energy", "Harmonic energy, eq. (6), about 4 pi; in the plane what was lowered.")
+    status: Status = _of_run("status", "How the last minimisation ended.")
+    iterations: int = _of_run("iterations", "Iterations of all stages together.")
+    seconds: float = _of_run("seconds", "Wall seconds from arrays to result.")
+    timings: dict[str, float] = _of_run("timings", "Wall seconds by phase.")
+    method: str = _of_run("method", "The method's name.")
+    settings: dict[str, Any] = _of_run("settings", "The method's options that are not at their defaults.")
+    history: tuple[Step, ...] = _of_run("history", "Every iterate of every stage.")
+    rounds: tuple[Round, ...] = _of_run("rounds", "Foldings before and after each round of folding removal.")
+    backend: str = _of_run("backend", "The factorisation that was used; empty where none was.")
+    notes: tuple[str, ...] = _of_run("notes", "Remarks on the run, and reasons to doubt the result.")
+    gauge: str = _of_run("gauge", "Where the map lies among its Moebius images: see `Run`.")
+    stretch: float = _of_run("stretch", "Factor by which limbs too deep for float64 are shortened; 1 if there is none.")
+    balance: float = _of_run("balance", "0 for a conformal map, 1 for an area-preserving one.")
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         """The images of the vertices, which numpy takes a map for."""
@@ -147,10 +136,32 @@ class Result(Shown):
 
     def _size(self) -> str:
         """How large the source is, in words."""
-        return f"{len(self.vertices)} vertices, {len(self.faces)} faces"
+        return f"{len(self.vertices):,} vertices, {len(self.faces):,} faces"
 
     def __repr__(self) -> str:
         outcome = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"
         balance = f", balance={self.balance:g}" if self.balance else ""
         return (f"{type(self).__name__}({self._size()}, method={self.method!r}{balance}, {outcome}, "
                 f"energy={self.energy:.6f}, {self.status.name}, {self.iterations} iterations, {self.seconds:.2f} s)")
+
+
+def run_findings(result: Result) -> list[Finding]:
+    """How a map was made: the method's line, and the notes."""
+    options = ", ".join(f"{key} = {value}" for key, value in result.settings.items())
+    made = "".join((result.method, f" ({options})" if options else "", f", {result.backend}" if result.backend else ""))
+    plural = "s" * (result.iterations != 1)
+    text = f"{made}: {result.iterations} iteration{plural}, {result.seconds:.2f} s; {result.status.value}"
+    run = {
+        "method": result.method, "settings": result.settings, "backend": result.backend, "timings": result.timings,
+        "iterations": result.iterations, "seconds": result.seconds, "status": result.status.name,
+        "rounds": [entry.__dict__ | {"status": entry.status.name} for entry in result.rounds],
+    }  # fmt: skip
+    notes = [Finding("note", note, {}) for note in result.notes]
+    return [Finding("method", text, run), *notes]
+
+
+def result_rows(result: Result, known: list[Finding]) -> list[tuple[str, str]]:
+    """What is known of a map, its size and how it was made as labels and texts, the verdict first."""
+    *figures, certificate = known
+    size = Finding("mesh", result._size(), {})
+    return [(found.label, found.text) for found in (certificate, size, *figures, *run_findings(result))]

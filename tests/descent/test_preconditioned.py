@@ -11,6 +11,7 @@ from igl_spheremap.descent.preconditioned import harmonic_map
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import face_areas
 from igl_spheremap.operators.laplacian import build_operators
+from igl_spheremap.sphere.moebius import fix_gauge
 from igl_spheremap.sphere.rows import tangent, unit_rows
 from igl_spheremap.start.punctured import is_coarse, punctured_start
 from igl_spheremap.verify.distortion import mean_angle_difference
@@ -31,6 +32,14 @@ def test_a_start_that_faces_cut_deep_through_is_kept_where_the_energy_misleads()
     mean = mean_angle_difference(mesh, last)
     assert mean == min(mean_angle_difference(mesh, x) for x in (seen[0], seen[-1]))
     assert np.abs(seen[0] - start).max() < 1e-9
+
+
+def test_all_starts_lead_to_one_map():
+    mesh = check_mesh(*ism.samples.make("spheroid", n_vertices=1500))
+    operators = build_operators(mesh)
+    starts = None, ism.gauss_map(mesh.v, mesh.f)
+    plain, other = (fix_gauge(mesh, harmonic_map(mesh, operators, x, tolerance=1e-12).last.x) for x in starts)
+    assert np.abs(plain - other).max() < 1e-6
 
 
 @pytest.mark.parametrize("turned", [False, True])

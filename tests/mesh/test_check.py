@@ -188,7 +188,6 @@ def test_results_share_no_memory_with_what_was_given():
     lambda masked: ism.texture_atlas(V, F).carry(masked),
     lambda masked: ism.texture_atlas(masked, F),
     lambda masked: ism.shapes.from_grid(masked[:4, :2], V),
-    lambda masked: ism.SphereMapper(V, F).map(vertex_weights=masked[:, 0] + 3),
     lambda masked: ism.shapes.spherical_harmonics(ism.sphere_map(V, F, V), masked),
 ])
 def test_masked_arrays_are_refused_wherever_arrays_are_taken(use):

@@ -7,8 +7,9 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.maps.sphere_map import map_findings, result_rows, round_rows
+from igl_spheremap.maps.sphere_map import map_findings, round_rows
 from igl_spheremap.result.findings import angles, areas, certificate_numbers, verdict
+from igl_spheremap.result.result import result_rows
 
 BALL = "sample:spheroid:n_vertices=300"
 
@@ -19,10 +20,10 @@ def test_shell_and_notebook_say_the_same(balance, tmp_path, capsys):
     assert main(["map", BALL, target, "--balance", str(balance)]) == 0
     shown = " ".join(capsys.readouterr().out.split())
     result = ism.read_map(target)
-    for label, text in result_rows(result):
+    for label, text in result_rows(result, map_findings(result)):
         if label not in ("mesh", "method"):
             assert f"{label} {text}" in shown
-    assert ("balance 0.75" in shown) == bool(balance)
+    assert ("balance = 0.75" in shown) == bool(balance)
     assert main(["map", BALL, target, "--balance", str(balance), "--json", "-", "-f"]) == 0
     figures = json.loads(capsys.readouterr().out)
     for finding in map_findings(result):

@@ -11,7 +11,7 @@ V, F = ism.samples.make("spheroid", n_vertices=500)
 ROWS, HALF = np.unique(F[V[F, 2].mean(axis=1) > 0], return_inverse=True)
 PART = V[ROWS], HALF.reshape(-1, 3)
 #: What only maps to the sphere and only maps to the plane have.
-OWN = {"SphereMap": {"mesh", "sphere", "drop_caps", "conformal_factor"},
+OWN = {"SphereMap": {"mesh", "sphere", "conformal_factor"},
        "PlaneMap": {"mesh", "plane", "rim", "image", "log_length_ratios"}}
 OWN |= {"DiskMap": OWN["PlaneMap"], "FlatMap": OWN["PlaneMap"]}
 

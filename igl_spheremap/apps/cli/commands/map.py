@@ -9,11 +9,12 @@ import numpy as np
 
 from ....io.written_map import SphereCheck, write_map
 from ....maps.balanced import balanced_spherical_map
-from ....maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows, run_findings
+from ....maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows
 from ....maps.variational import landmark_map, p_harmonic_map
 from ....mesh.arrays import FloatArray, IntArray
 from ....result.findings import certificate_numbers
 from ....result.recording import Recording, plot_run
+from ....result.result import run_findings
 from ....result.run import Iterate, title_of
 from ....sphere.rows import unit_rows
 from ....verify.certificate import Certificate

@@ -17,8 +17,9 @@ from ....mesh.disk import check_disk
 from ....mesh.opening import repair_disk
 from ....plane.disk_map import balanced_disk_map
 from ....plane.flat_map import flatten
-from ....plane.plane_map import PlaneMap, given_map, plane_findings, plane_rows
+from ....plane.plane_map import PlaneMap, given_map, plane_findings
 from ....result import findings
+from ....result.result import run_findings
 from ....result.run import Iterate, Listener
 from ....verify.certificate import Certificate
 from ...report import write_plane_report
@@ -82,10 +83,8 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
 def _findings(source: InputMesh, args: Namespace, result: PlaneMap, written: Certificate) -> Findings:
     found = Findings(target=args.target, source=source.name, repairs=source.repairs, vertices=len(source.v),
                      faces=len(source.f), rim=len(result.rim), balance=result.balance, status=result.status.name)
-    labels = {"mesh", "method", "note"}
-    for label, text in plane_rows(result):
-        if label in labels:
-            found.add(label, text)
+    found.add("mesh", f"{len(source.v):,} vertices, {len(source.f):,} faces, {len(result.rim):,} on the rim")
+    found.extend(run_findings(result))
     found.extend(plane_findings(result))
     as_written = "certified as written"
     if not written.folding_free:

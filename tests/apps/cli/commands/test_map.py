@@ -327,7 +327,7 @@ def test_bad_lists_of_vertices_are_one_line(own, other, status, message, tmp_pat
         ("0 0 0 1\nx 0 0 1\n", 74, "line 2"),
         ("9999 0 0 1\n", 2, "vertex 9999"),
         ("0.5 0 0 1\n", 74, "line 1"),
-        ("0 0 0 0\n", 2, "target of landmark 0"),
+        ("0 0 0 0\n", 2, "landmark targets are zero or not finite in 1 row, e.g. 0"),
     ],
 )
 def test_bad_landmark_files_are_one_line(tmp_path, capsys, text, status, words):
