@@ -47,7 +47,7 @@ class Level:
 
     @classmethod
     def of(cls, result: SphereMap, name: str, landmarks: IntArray | None = None) -> Level:
-        """Take a surface with its own mesh; a MeshError names it if it is a sphere, its own map."""
+        """Take a surface with its own mesh; a MeshError names it if it is a round sphere."""
         length = row_lengths(result.vertices)
         if np.ptp(length) < UNIT_TOLERANCE * length.mean() and np.allclose(
                 result.vertices / length[:, None], result.sphere, rtol=0, atol=UNIT_TOLERANCE):

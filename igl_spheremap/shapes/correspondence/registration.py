@@ -46,7 +46,7 @@ _LOSS = 0.01  # of correlation in a stage is reported; less than that is due to 
 
 
 class Turn(NamedTuple):
-    """A rotation of a surface's sphere, and the distance in space that it leaves to another one, of unit area both."""
+    """A rotation of a surface's sphere, and how far apart it leaves the two surfaces in space, both of unit area."""
 
     rotation: FloatArray
     distance: float
@@ -254,7 +254,7 @@ class DepthRegistration:
         return level.carried(y, self._source)
 
     def continued(self, y: FloatArray) -> FloatArray:
-        """Where a registration goes on from if the target moved a little: the last level, on the surfaces' meshes."""
+        """Register again, from `y`, after the target moved a little: only the last level's steps are taken."""
         return self._descent.lowered(self._source, self._target, unfolded(self._own[0].map.mesh, y), [self._last])[1]
 
     def distance(self, y: FloatArray) -> float:
@@ -262,7 +262,7 @@ class DepthRegistration:
         return distance_between(*self._own, y)
 
     def correlation(self, y: FloatArray) -> float:
-        """Of the potentials, over the source's area."""
+        """Correlation of the potentials over the source's area."""
         return float(self._pair.correlation(y).mean())
 
 

@@ -26,11 +26,11 @@ from .overlay import Overlay, overlay
 from .result import OfMap
 from .stretch import Distortion
 
-#: Places in a face of this share of the size have some four digits.
+#: Faces smaller than this share of the surface are not resolved: places in one have less than some four digits.
 _SPECK = 1e-12
-#: Points may be this many sizes of a surface away from it that libigl's squares of distances don't overflow.
+#: Points may be this many sizes of a surface away from it, no more: squared distances must not overflow in libigl.
 _FAR = 1e100
-#: Barycentric weights may sum to 1 up to this: float32 holds seven digits.
+#: The sum of barycentric weights may differ from 1 by this: float32 holds seven digits.
 _TOTAL = 1e-6
 
 

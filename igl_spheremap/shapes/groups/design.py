@@ -26,7 +26,7 @@ from .group import Group
 from .permutation import LEVEL, PointTest, is_missing
 
 _SIZE = 480  # pixels of a view: two fill half the width of a screen
-_FEWEST = 3  # members of whom a variable can explain a part
+_FEWEST = 3  # members, at least, for a variable to explain a part
 _LONGEST = 40  # letters of a name, of up to 4 bytes each: a name of a file has 255
 _PALE = 0.25  # share of colour that is left where chance explains an effect: enough to see the surface's shape
 
@@ -41,7 +41,7 @@ def data_of(group: Group, name: str) -> FloatArray:
 
 
 class Design(NamedTuple):
-    """Variables by name, numbers or names, of the members that have them all; of the others, what they lack."""
+    """Variables by name, as numbers or words, of the members that have all; of each other member, what is missing."""
 
     columns: dict[str, NDArray[np.generic]]
     members: list[int]
@@ -73,7 +73,7 @@ def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> Design:
 
 
 def _rows_of(members: Sequence[str], header: Sequence[str], rows: Sequence[list[str]]) -> Iterator[list[str]]:
-    """The row of each member; a MeshError where there is not one whole row, for it alone."""
+    """The row of each member; a MeshError unless exactly one row without gaps fits it, and fits no other."""
     by_name: dict[str, list[list[str]]] = {}
     for row in rows:
         by_name.setdefault(row[0], []).append(row)

@@ -1,4 +1,4 @@
-"""What there is to doubt of a group: members that may lie wrong, and means that are of no one body."""
+"""Reasons to doubt a group: members that may be registered wrongly, and means that may mix kinds of bodies."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from ...errors import Remedy
 from ...mesh.arrays import HALF_DIGITS, FloatArray
 from .laying import Laid
 
-#: A turn that leads to this many times the energy and distance, or less, fits nearly as well: of octopuses whose arms
-#: were exchanged the right one had 1/1.3, of members that lie right the next one has 4 or more, or never comes near.
+#: Another rotation fits nearly as well if it leads to at most this many times the energy times distance. Where arms of
+#: an octopus had been exchanged, the right rotation led to 1/1.3 times that; for members that lie right the next one
+#: leads to 4 times that or more, or nowhere near.
 _RIVAL = 1.5
-#: A mirror image that lies at this share of the distance is named: of a hippocampus among those of the other side it
-#: has .4, of bodies that are nearly their own mirror images .9.
+#: A member's mirror image is named if its distance is at most this share of the member's own: for a hippocampus among
+#: those of the other side it is .4, for bodies that are nearly their own mirror images .9.
 _MIRRORED = 2 / 3
-#: Beyond so many deviations, of the logarithms of positive figures, from their median: of 1,000 groups of 6 to 40
-#: members of log-normal figures one has such a member, 30 if they differ by 30 percent.
+#: A figure is far off if its logarithm is more than this many standard deviations from the median: of 1,000 groups of 6
+#: to 40 members with log-normal figures one has such a member; 30 do if the figures differ by 30 percent.
 _BEYOND = 4.0
 _USUAL = 0.15  # deviation at least: that of planted groups' distances
 _MOVED = 0.03  # share of the radius: more than points spread in planted groups, which end with 0 to .027
@@ -27,7 +28,7 @@ _FEWEST = 3  # members of a kind
 
 def member_doubts(laid: Laid, distance: float, distances: FloatArray, correlations: FloatArray,
                   alike: bool = False) -> tuple[str, ...]:
-    """What is to be doubted of a member, in sentences, beside the figures of all; `alike` if most lie in two ways."""
+    """Sentences on what to doubt of a member, given the figures of all; `alike` if most members fit in two ways."""
     said = []
     if laid.mirrored < _MIRRORED:
         said.append(f"its mirror image lies at {laid.mirrored:.2f} times its distance from the mean: if it is of the "
@@ -45,12 +46,12 @@ def member_doubts(laid: Laid, distance: float, distances: FloatArray, correlatio
 
 
 def symmetric(laid: Sequence[Laid]) -> bool:
-    """Whether half of the members or more lie nearly as near to the mean after a turn."""
+    """Whether at least half of the members fit the mean nearly as well after another rotation."""
     return float(np.mean([each.rival < _RIVAL for each in laid])) >= 0.5
 
 
 def _unlike(correlations: float | FloatArray) -> FloatArray:
-    """Fisher's transform of correlations, whose deviation does not depend on them, the least alike the largest."""
+    """Minus Fisher's transform of correlations, whose standard deviation is the same for all of them."""
     return -np.arctanh(np.clip(correlations, -1 + HALF_DIGITS, 1 - HALF_DIGITS))
 
 
@@ -62,7 +63,7 @@ def _beyond(value: float | FloatArray, values: FloatArray) -> bool:
 
 
 def group_doubts(changes: Sequence[float], settled: bool, laid: Sequence[Laid], scores: FloatArray) -> Iterator[str]:
-    """What is to be doubted of the mean, in sentences; of one that settled not how far it moved."""
+    """Sentences on what to doubt of the mean; its last move counts only if it has not settled."""
     if changes[-1] > _MOVED and not settled:
         yield (f"the mean still moved by {100 * changes[-1]:.2g} percent of its radius in round {len(changes)}, the "
                "last: points still slide; look at the farthest members, or give a finer mesh")
@@ -76,7 +77,7 @@ def group_doubts(changes: Sequence[float], settled: bool, laid: Sequence[Laid], 
 
 
 def drift_doubts(laid: Laid) -> Iterator[str]:
-    """What is to be doubted of a series' drift, in a sentence, by how its last frame is laid on the first one."""
+    """A sentence on what to doubt of a series' drift, by how its last frame is registered to the first one."""
     if laid.rival < _RIVAL:
         yield (f"the last frame fits the first one nearly as well when it is turned by {laid.angle:.0f} degrees: shape "
                "does not tell how points moved along the surface, and drift counts that turn, too")

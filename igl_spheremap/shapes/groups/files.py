@@ -158,7 +158,7 @@ def file_names(names: Sequence[str]) -> list[str]:
 
 
 def distinct(stems: Sequence[str]) -> list[str]:
-    """Names that differ, also on disks that know no capitals: numbers follow those that agree."""
+    """Names that differ even on disks that ignore case: equal ones are numbered."""
     several, taken = Counter(stem.lower() for stem in stems), set[str]()  # of which a disk may make no difference
     found = []
     for stem in stems:

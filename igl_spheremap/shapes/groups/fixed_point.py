@@ -80,8 +80,9 @@ def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x
                 balance: float, rigid: bool, farthest: float) -> FixedPoint:
     """Register members to a first template (n, 3), on the mesh x, f of the sphere, and to their mean until it stays.
 
-    All turn with the first template. Other rotations are tried where the mean stays, or will not, until nobody turns.
-    Members that lie too far off are left out, and it goes on with the others.
+    The mean keeps the rotation of the first template's sphere. Once it stays, or if it will not for some rounds, other
+    rotations of the members are tried, until none of them fits better. Members that lie too far off are left out, and
+    rounds go on with the others.
     """
     finest = 1 - float(row_lengths(x[f].mean(axis=1)).min())  # how far the mesh's faces are from the sphere
     before, target = first, certified(check_mesh(first, f), x)

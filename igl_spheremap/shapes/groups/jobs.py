@@ -111,7 +111,7 @@ class MapMember(MemberTask):
 class RegisterMember(MemberTask):
     """Register a member's points to a template: from where they were in the round before, if there was one.
 
-    If `search` is set, turns of that are tried, too.
+    If `search` is set, other rotations are tried as well.
     """
 
     search: bool = False

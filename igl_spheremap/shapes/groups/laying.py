@@ -1,4 +1,4 @@
-"""A member laid on a template: the rotation of its sphere that leads to least, and what the next one leads to."""
+"""A member registered to a template, by the rotation of its sphere that leads to the least energy times distance."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Laid(NamedTuple):
 
 
 def laid_first(source: SphereMap, target: SphereMap) -> Laid:
-    """The registration from a rotation: of those that bring the surfaces near in space, the one that leads to least."""
+    """Register from a rotation: of those that bring the surfaces near in space, the one that leads to least."""
     problem = DepthRegistration(source, target)
     starts = [problem.turned(turn.rotation) for turn in _near(problem.turns())]
     best = int(np.argmin([problem.outlook(start) for start in starts])) if starts[1:] else 0
@@ -64,14 +64,14 @@ def _near(turns: list[Turn]) -> list[Turn]:
 
 
 def followed(source: SphereMap, target: SphereMap, before: FloatArray) -> Laid:
-    """The registration that goes on from the one before."""
+    """Register from where the registration before ended."""
     problem = DepthRegistration(source, target)
     y = problem.continued(before)
     return Laid(y, problem.correlation(y))
 
 
 def searched(source: SphereMap, target: SphereMap, before: FloatArray) -> Laid:
-    """The registration that goes on from the one before, or that from a turn of it which leads to less."""
+    """Register from where the registration before ended, or from a rotation of that if it leads to less."""
     registered = certified(source.mesh, unfolded(source.mesh, before))
     lying, problem = DepthRegistration(registered, target), DepthRegistration(source, target)
     as_it_is = Turn(np.eye(3), lying.apart(np.eye(3)))

@@ -199,7 +199,7 @@ def _augmented(Qz: FloatArray, orders: IntArray) -> FloatArray:
 
 
 def _beside(z: FloatArray, x: FloatArray) -> FloatArray:
-    """Orthonormal columns that span what columns x have beside orthonormal z; zero where they have nothing."""
+    """Orthonormal columns that span the part of columns x that is orthogonal to z; zero where there is none."""
     free = x - z @ (np.swapaxes(z, 1, 2) @ x)
     U, sizes, _ = np.linalg.svd(free, full_matrices=False)
     return np.asarray(U * (sizes > _RANK)[:, None])

@@ -1,4 +1,4 @@
-"""A source mapped, at the points of a group's sphere, which are registered in its place, and carried by them."""
+"""A source is mapped and sampled at the points of a group's sphere; these are registered, and carry its map along."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def at_points(result: SphereMap, x: FloatArray, f: IntArray) -> SphereMap:
 
 
 def carried(result: SphereMap, coarse: SphereMap, y: FloatArray) -> SphereMap:
-    """A map moved as its coarse one is that goes to y: free of foldings."""
+    """A map moved as the registration moves its coarse version, to y; it is free of foldings."""
     location = locator_of(coarse).locate(result.sphere)
     moved = unit_rows(interpolate(y, coarse.faces, location))
     return certified(result.mesh, unfolded(result.mesh, moved))

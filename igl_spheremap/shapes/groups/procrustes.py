@@ -11,7 +11,7 @@ from ...mesh.arrays import FloatArray
 from ...sphere.moebius import best_rotation
 from ...sphere.rows import weighted_moment, weighted_sum
 
-_STEPS, _TOLERANCE = 100, 1e-12  # rotations to the mean of the last step; each lowers the squared distances
+_STEPS, _TOLERANCE = 100, 1e-12  # at most, and the move of the mean that ends them
 _BLOCK = 1 << 21  # numbers that are in memory at a time: 16 MB, of which a step needs a few
 
 

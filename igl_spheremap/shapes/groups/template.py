@@ -1,4 +1,4 @@
-"""The template of a group of surfaces: the mean to which all its members are registered, and which no one decides."""
+"""The template of a group of surfaces: the mean to which all are registered; no single member decides it."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ class _People:
     def mapped(self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float) -> FloatArray:
         """Map all, and return the points of the one whose shape is nearest to the mean.
 
-        That is by powers of harmonics, which neither pose nor mirroring changes.
+        Shapes are compared by the powers of their harmonics, which neither pose nor mirroring changes.
         """
         found = {member.number: (member, read_arrays(self._files.of(member, "points")))
                  for member in self._enough(mapped_all(self._files, self._crew, sources, features, balance))}

@@ -134,7 +134,7 @@ def analysis(values: FloatArray, z: FloatArray, w: FloatArray, degree: int) -> F
 def expand(locator: SphereLocator, values: FloatArray, degree: int, oversampling: float) -> FloatArray:
     """Coefficients ((L + 1)^2, k) of the piecewise linear function with these values (n, k) at the vertices.
 
-    Vertex sums and least squares lose by orders where vertices crowd: see docs/shapes.md.
+    Sums over vertices, or least squares, are off by orders of magnitude more where vertices crowd: see docs/shapes.md.
     """
     n = math.ceil(oversampling * degree) + 2
     z, w = gauss_rows(n)

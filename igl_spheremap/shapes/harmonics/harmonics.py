@@ -26,8 +26,8 @@ from .bases import Basis, in_basis
 from .basis import blocks, degree_of, expand, power, synthesis, terms
 from .rotation import first_order_frames, rotate, skewness
 
-#: Mean of source area over image area, above which a note names the map: lengths are halved where areas are a quarter,
-#: and with them the degrees that are resolved.
+#: A note names the map if the mean of source area over image area is above this: where areas are a quarter, lengths are
+#: half as long, and half of the degrees are resolved.
 _CROWDED = 4.0
 
 
