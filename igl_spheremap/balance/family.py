@@ -36,8 +36,8 @@ POWER = 0.9
 #: The squares of logarithms are minimised first (stage "opening") where the energy is this many times theirs: up to 4
 #: times balanced maps take 1.2 of the time (benchmarks/tried.md).
 _FAR = 1.05
-#: In the opening areas count no more than angles, and a rough minimum is enough: a twentieth takes 1.04 of the time,
-#: three tenths up to 1.9; weights of .3 and .4 1.2 of it at balance .5 (benchmarks/tried.md).
+#: In the opening areas count no more than angles, and a rough minimum is enough: with a tolerance of .05 maps take 1.04
+#: of the time, with .3 up to 1.9; at balance .5 weights of .3 and .4 take 1.2 of it (benchmarks/tried.md).
 _OPENING_WEIGHT, _OPENING_TOLERANCE = 0.5, 0.1
 #: Share of the energy that the last step may gain at the end.
 TOLERANCE = 0.005

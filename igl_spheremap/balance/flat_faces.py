@@ -56,7 +56,7 @@ class FlatFaces:
     def images(self, x: FloatArray, spanned: bool = False) -> FaceImages:
         """Images of all faces, each in its own plane if `spanned`.
 
-        Those of the last map are known, so that an array that was a map must not change.
+        The images of the last map are kept, so an array that was given as a map must not be changed.
         """
         for y, way, images in self._known:
             if y is x and way == spanned:

@@ -24,10 +24,11 @@ _TOLERANCE = 1e-5
 def double_map(disk: Disk, listener: Listener | None, symmetric: bool = True) -> tuple[FloatArray, SphereMap]:
     """Images (n, 2) of a disk's vertices in the unit disk, the boundary on the circle, and the map of the double.
 
-    The map of the double nearly commutes with the exchange of the copies; it is made to, and the plane of its
-    reflection cuts the sphere in the image of the boundary. Faces may fold where the map was far from symmetric, or
-    where only an embedding would unfold it, which is not done if it is to be `symmetric`. If most of the vertices lie
-    on the boundary, it is not repaired by layouts either: these distort angles at the boundary, and the map is slid.
+    On the map of the double the exchange of the copies is nearly a reflection of the sphere. The map is changed so that
+    it is exactly one; its plane cuts the sphere in the image of the boundary. Faces may fold where the map was far from
+    symmetric, or where only an embedding would unfold it, which is not done if it is to be `symmetric`. If most of the
+    vertices lie on the boundary, it is not repaired by layouts either: these distort angles at the boundary, and the
+    map is slid.
     """
     v, f = without_chords(disk.unit, disk.f, disk.rim)
     n, on_rim = len(v), marked(disk.rim, len(v))

@@ -162,7 +162,7 @@ def _spread(disk: Disk, conformal: FloatArray, balance: float, listener: Listene
 
 
 def _turned(disk: Disk, p: FloatArray) -> FloatArray:
-    """An isometry turned upright, unless that changes lengths: those across a thin strip, whose axis it turns."""
+    """An isometry turned upright, unless rounding then changes lengths, such as those across a thin strip."""
     q = upright(p, disk)
     # Half, so that what is turned counts as flat even after it is moved and scaled.
     return min((q, p), key=lambda each: max(stretch(disk, each), FLAT / 2))

@@ -24,7 +24,7 @@ class CircleProblem(FaceProblem):
         self._rim[disk.rim] = True
 
     def axes(self, x: FloatArray) -> FloatArray:
-        """The two coordinates; at the boundary the circle's tangent, and nothing."""
+        """The two coordinate axes; at the boundary the circle's tangent, and a zero vector."""
         axes = _coordinates(len(x))
         axes[0][:, self._rim] = np.stack((-x[self._rim, 1], x[self._rim, 0])) / RADIUS
         axes[1][:, self._rim] = 0

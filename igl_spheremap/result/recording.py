@@ -91,7 +91,8 @@ class Recording(History):
         super().__init__()
         self._f = f
         self._budget = check_number(budget, "budget")
-        #: Two iterates of this many are kept: first where the number of foldings stays, then where it changes.
+        #: Of so many iterates two are kept; the first number is for where the count of foldings stays, the second for
+        #: where it changes.
         self._strides = [2, 2]
         self._lock = threading.Lock()
         self._frames: list[Frame] = []

@@ -20,7 +20,7 @@ R = TypeVar("R", bound="Result")
 
 
 def _of_run(name: str, doc: str) -> Any:
-    """An attribute of a result that its run has."""
+    """A property of results that reads the attribute of this name from the run."""
     return property(attrgetter(f"run.{name}"), doc=doc)
 
 
@@ -67,7 +67,7 @@ class Result(Shown):
     balance: float = _of_run("balance", "0 for a conformal map, 1 for an area-preserving one.")
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
-        """The images of the vertices, which numpy takes a map for."""
+        """The images of the vertices: what numpy makes of a map."""
         return np.array(self._images, dtype=dtype, copy=copy)  # None: if needed
 
     def explain(self) -> str:

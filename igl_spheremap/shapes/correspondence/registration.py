@@ -232,7 +232,7 @@ class DepthRegistration:
         self._descent = Descent(self._source, self._target, plan, self._pair, np.empty((0, 3)))
 
     def turns(self) -> list[Turn]:
-        """Rotations for which the potentials agree better than for those around them, the nearest in space first."""
+        """Rotations at which the potentials agree best locally, in the order of the surfaces' distance in space."""
         found = [Turn(each.rotation, self.apart(each.rotation)) for each in self._pair.rotations(_WIDEST, _TURNS)]
         return sorted(found, key=lambda turn: turn.distance)
 
