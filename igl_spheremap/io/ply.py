@@ -7,8 +7,6 @@ A surface with its map has six coordinates a vertex: ``x y z``, and ``px py pz``
 from __future__ import annotations
 
 import re
-from array import array
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -179,58 +177,40 @@ def _rows(
 
     All rows at once where lists are as long as in the first row, else row by row.
     """
-    first = [length for _, _, length in _places(body, at, element, min(element.size, 1))]
-    lengths = first or [0] * len(element.properties)
-    row = np.dtype([part for k, (each, length) in enumerate(zip(element.properties, lengths, strict=True))
-                    for part in ([] if each.count is None else [(f"count{k}", each.count)])
-                    + [(f"{k}", each.type, (length,))]])
+    columns = element.properties
+    first, _ = _walk(body, at, element, 1) if element.size else ([[b""]] * len(columns), at)
+    lengths = [len(part[0]) // each.type.itemsize for part, each in zip(first, columns, strict=True)]
+    lists = [k for k, each in enumerate(columns) if each.count is not None]
+    row = np.dtype([part for k, (each, length) in enumerate(zip(columns, lengths, strict=True))
+                    for part in ((f"count{k}", each.count), (f"{k}", each.type, (length,))) if part[1] is not None])
     end = at + element.size * row.itemsize
-    lists = [k for k, each in enumerate(element.properties) if each.count is not None]
     if end <= len(body):
         table = np.frombuffer(body, row, element.size, at)
         if all((table[f"count{k}"] == lengths[k]).all() for k in lists):
             counts = np.full(element.size, lengths[wanted[-1]] if wanted else 0, dtype=np.int64)
             return [table[str(k)].ravel() for k in wanted], counts, end
-    if not lists:
-        raise MeshError(f"damaged: the file ends among the rows of {element.name}; it seems cut off, write it anew")
-    return _walk(body, at, element, wanted)
+    check_complete(bool(lists), f"{len(body) - at} bytes", f"{element.size} rows of {element.name}")
+    parts, end = _walk(body, at, element, element.size)
+    counts = np.array([len(part) // columns[wanted[-1]].type.itemsize for part in parts[wanted[-1]]] if wanted else [])
+    return [np.frombuffer(b"".join(parts[k]), columns[k].type) for k in wanted], counts, end
 
 
-def _places(body: bytes, at: int, element: PlyElement, rows: int) -> Iterator[tuple[int, int, int]]:
-    """Yield column, first byte and number of values, for each column of each row."""
+def _walk(body: bytes, at: int, element: PlyElement, rows: int) -> tuple[list[list[bytes]], int]:
+    """The bytes of each column's value or list in each row, and the end of the rows that begin at a byte."""
+    parts: list[list[bytes]] = [[] for _ in element.properties]
     for _ in range(rows):
-        for k, column in enumerate(element.properties):
-            length = 1
+        for part, column in zip(parts, element.properties, strict=True):
+            size = column.type.itemsize
             if column.count is not None:
-                number = body[at : at + column.count.itemsize]
-                order = "big" if column.count.byteorder == ">" else "little"
-                length = int.from_bytes(number, order, signed=column.count.kind == "i")  # type: ignore[arg-type]
-                at += column.count.itemsize
-            size = length * column.type.itemsize
-            if length < 0 or at + size > len(body):
-                raise MeshError(f"damaged: {length} values of {column.name} in a row of {element.name}, where the file "
+                number = body[at : at + column.count.itemsize].ljust(column.count.itemsize, b"\0")
+                size *= int(np.frombuffer(number, column.count)[0])
+                at += len(number)
+            if size < 0 or at + size > len(body):
+                raise MeshError(f"damaged: {size} bytes of {column.name} in a row of {element.name}, where the file "
                                 "holds fewer; it seems cut off, write it anew")
-            yield k, at, length
+            part.append(body[at : at + size])
             at += size
-
-
-def _walk(
-    body: bytes, at: int, element: PlyElement, wanted: list[int]
-) -> tuple[list[NDArray[Any]], IntArray, int]:
-    """Do the work of `_rows` row by row, where lists differ in length."""
-    places = {k: (array("q"), array("q")) for k in wanted}  # where the values of each row begin, and how many there are
-    for k, begin, length in _places(body, at, element, element.size):
-        if k in places:
-            places[k][0].append(begin)
-            places[k][1].append(length)
-        at = begin + length * element.properties[k].type.itemsize
-    values, counts, flat = [], np.empty(0, dtype=np.int64), np.frombuffer(body, np.uint8)
-    for k in wanted:
-        dtype, (begins, counts) = element.properties[k].type, map(np.array, places[k])
-        within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-        first = np.repeat(begins, counts) + within * dtype.itemsize
-        values.append(flat[first[:, None] + np.arange(dtype.itemsize)].reshape(-1).view(dtype))
-    return values, counts, at
+    return parts, at
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:

@@ -145,7 +145,7 @@ def test_digits_beyond_the_announced_type_are_kept_in_text(tmp_path):
         (TEXT.replace("vertex 3", "vertex 999999999999"), "cut off"),
         (TEXT.replace("vertex 3", "vertex 5"), "cut off"),
         (BINARY.replace(b"vertex 3", b"vertex 999999999999"), "cut off"),
-        (BINARY.replace(b"face 1", b"face 3"), "values of vertex_indices in a row of face"),
+        (BINARY.replace(b"face 1", b"face 3"), "bytes of vertex_indices in a row of face"),
         (BINARY.replace(b"face 1", b"face 40"), "where the file holds fewer"),
         (BINARY.replace(b"face 1", b"face -1"), "-1 rows of face"),
         (TEXT.replace("face 1", "face -1"), "-1 rows of face"),

@@ -20,7 +20,7 @@ from ...io.hemispheres import other_side
 from ...io.reading import read_lines
 from ...io.records import Label, LoadedMesh
 from ...io.scalars import LANDMARK_LISTS, read_labels, read_landmarks, read_named
-from ...io.templates import TEMPLATES, template_sphere
+from ...io.templates import TEMPLATES, template_files
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import BoolArray, FloatArray, IntArray, check_directions
@@ -204,7 +204,7 @@ def read_any(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> 
 def read_target_sphere(to: str, source: InputMesh | None = None) -> tuple[FloatArray, IntArray]:
     """Vertices and faces of the sphere mesh that --to names, of a template on the side of `source`."""
     if to in TEMPLATES and not Path(to).exists():
-        x, f = template_sphere(to, source.metadata.get("structure") if source else None)
+        _, f, x = template_files(to, source.metadata.get("structure") if source else None, None).read()
         return x, check_faces(f, len(x))
     if not to.startswith("ico:"):
         x, f = read_sphere(to)
