@@ -10,19 +10,19 @@ from igl_spheremap.maps.options import Auto, Lai2014
 from igl_spheremap.populations.job import Job, key_of
 from igl_spheremap.populations.mapping import SphereMapping
 from igl_spheremap.shapes.cortices.task import SphereRegistration
-from igl_spheremap.shapes.groups.jobs import MapJob, MapMember, PlaceMember, RegisterMember
+from igl_spheremap.shapes.groups.jobs import MapMember, MemberJob, PlaceMember, RegisterMember
 from igl_spheremap.shapes.harmonics.spharm_pdm import ShapeExpansion
 
 HERE = {"force": False, "folder": "/here", "say": as_call}
 MAPPING = SphereMapping(Auto(), 0.5, None, **HERE)
 TASKS = [MAPPING, ShapeExpansion(MAPPING, 15, 10, **HERE), SphereRegistration(reflect=False, **HERE),
          MapMember(icosphere="ico:4", balance=1.0, **HERE), RegisterMember(icosphere="ico:4", **HERE),
-         PlaceMember(icosphere="ico:4", **HERE)]
+         PlaceMember(icosphere="ico:4", turn=[[1.0]], **HERE)]
 #: Another value of each field.
 OTHER = {"force": True, "folder": "/there", "say": Shell({}), "version": "0", "method": Lai2014(), "balance": 0.25,
          "repair": {"weld": 1e-9}, "mapping": replace(MAPPING, balance=0.75), "degree": 16, "subdivision": 11,
-         "reflect": True, "icosphere": "ico:5", "search": True}
-JOB = MapJob("a.npz", "b.npz", features=("c.npz:thickness",))
+         "reflect": True, "icosphere": "ico:5", "turn": [[-1.0]]}
+JOB = MemberJob("a.npz", "b.npz", features=("c.npz:thickness",))
 
 
 def test_every_option_of_every_task_is_in_the_key():
@@ -40,8 +40,9 @@ def test_the_key_of_a_method_holds_its_options():
 
 
 @pytest.mark.parametrize(("change", "same"), [
-    ({"is_map": True}, False), ({"features": ("c.npz:curv",)}, False), ({"target": "d.npz"}, False),
-    ({"features": ("elsewhere/c.npz:thickness",)}, True), ({"source": "elsewhere/a.npz"}, True),
+    ({"is_map": True}, False), ({"search": True}, False), ({"features": ("c.npz:curv",)}, False),
+    ({"target": "d.npz"}, False), ({"features": ("elsewhere/c.npz:thickness",)}, True),
+    ({"source": "elsewhere/a.npz"}, True),
 ])
 def test_what_is_taken_of_a_members_files_is_in_the_key(change, same):
     task = TASKS[3]

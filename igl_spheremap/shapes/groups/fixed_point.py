@@ -20,7 +20,7 @@ from ...sphere.moebius import best_rotation
 from ...sphere.rows import row_lengths, weighted_sum
 from ...untangle.local_repair import unfolded
 from .doubts import too_far
-from .procrustes import Alignment, blocks, generalised_procrustes, placed
+from .procrustes import generalised_procrustes, placed
 
 _ROUNDS = 10  # at most: 3 to 5 are usual, each of which moves the mean by a quarter of what the one before did
 _PATIENCE = 5  # rounds after which other rotations are tried, also if the mean does not settle
@@ -35,7 +35,7 @@ class Registered(NamedTuple):
     members : list of int
         Their numbers.
     shapes : (k, n, 3) float64 array
-        The points, where each member lies; perhaps in a file.
+        The points, where each member lies.
     areas : (n,) float64 array
         The members' own area around each point, on average.
     turned : int
@@ -99,7 +99,7 @@ def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x
             began = step if found.turned else began
         settled = changes[-1] < finest
         if searched and (settled or step - began >= _ROUNDS):
-            far = _far(found, aligned, farthest)
+            far = _far(found.members, aligned.distances, farthest)
             if not far:
                 return FixedPoint(found.members, aligned.mean, tuple(changes), settled, left_out)
             left_out |= far
@@ -113,11 +113,10 @@ def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x
     raise AssertionError  # the rounds are counted without end
 
 
-def _far(found: Registered, aligned: Alignment, farthest: float) -> dict[int, str]:
+def _far(members: Sequence[int], distances: FloatArray, farthest: float) -> dict[int, str]:
     """Members that lie too far from the mean, and why."""
-    away = distances(found.shapes, found.areas, aligned)
-    return {k: why for k, distance in zip(found.members, away, strict=True)
-            if (why := too_far(distance, away, farthest))}
+    return {k: why for k, distance in zip(members, distances, strict=True)
+            if (why := too_far(distance, distances, farthest))}
 
 
 def _change(before: FloatArray, mean: FloatArray, areas: FloatArray) -> float:
@@ -125,9 +124,3 @@ def _change(before: FloatArray, mean: FloatArray, areas: FloatArray) -> float:
     moved = placed(before, mean, areas)[0] - mean
     offset = mean - weighted_sum(areas / areas.sum(), mean)
     return float(np.sqrt((areas @ moved**2).sum() / (areas @ offset**2).sum()))
-
-
-def distances(shapes: FloatArray, areas: FloatArray, aligned: Alignment) -> FloatArray:
-    """Root mean square distance of each shape from the mean."""
-    return np.concatenate([np.sqrt(((aligned.laid(shapes, part) - aligned.mean) ** 2).sum(axis=2)
-                                   @ (areas / areas.sum())) for part in blocks(shapes)])

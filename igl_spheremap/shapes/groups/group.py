@@ -19,7 +19,7 @@ from ...mesh.arrays import FloatArray, IntArray, own_unit
 from ...mesh.check import check_mesh
 from ...resampling.transfer import check_map, resample
 from .doubts import member_doubts
-from .laying import laid_first, searched
+from .laying import laid
 from .modes import ModelFigures, model_figures
 from .placing import at_points, carried, check_member
 from .procrustes import placed
@@ -175,7 +175,7 @@ class Group(Shown):
         ModelFigures
             One figure for each number of modes. Correspondences stay as they are: only modes are computed anew.
         """
-        return model_figures(self.shapes, self.areas, len(self.modes), self.vertices)
+        return model_figures(self.shapes - self.vertices, self.areas, len(self.modes))
 
     @own_errstate
     def shape(self, scores: ArrayLike) -> FloatArray:
@@ -225,16 +225,16 @@ class Group(Shown):
         """
         check_member(check_map(source, "source"))
         coarse = at_points(source, self.sphere, self.faces)
-        laid = searched(coarse, self.map, laid_first(coarse, self.map).sphere)
-        onto = carried(source, coarse, laid.sphere)
+        found = laid(coarse, self.map, search=True)
+        onto = carried(source, coarse, found.sphere)
         points = resample(onto, (self.sphere, self.faces)).v
         shape, size = placed(points, self.vertices, self.areas, 1.0 if self.rigid else None)
         away = shape - self.vertices
         scores = np.einsum("n,nd,knd->k", self._weights, away, self.modes)
         distance = float(np.sqrt(self._weights @ (away**2).sum(axis=1)))
         distances, correlations = np.array([[each.distance, each.correlation] for each in self.members]).T
-        said = member_doubts(laid, distance, distances, correlations)
-        return PlacedMember(Member("", onto, laid.correlation, size, distance, said), shape, scores)
+        said = member_doubts(found, distance, distances, correlations)
+        return PlacedMember(Member("", onto, found.correlation, size, distance, said), shape, scores)
 
 
 @dataclass(frozen=True, eq=False)

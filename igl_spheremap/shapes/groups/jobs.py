@@ -24,7 +24,7 @@ from ...resampling.transfer import resample, sphere_mesh, transfer
 from ..harmonics.basis import power
 from ..harmonics.harmonics import spherical_harmonics
 from .features import FeatureFiles, file_of
-from .laying import followed, laid_first, searched
+from .laying import laid
 from .placing import at_points, carried, mapped, own_areas
 
 _DEGREE = 8  # of the harmonics whose powers tell which member is nearest to the mean: limbs and lobes, no details
@@ -32,34 +32,28 @@ _DEGREE = 8  # of the harmonics whose powers tell which member is nearest to the
 
 @dataclass(frozen=True)
 class MemberJob(Job):
-    """A member's files: those that are read beside the source, those that are written beside the target."""
+    """A member's files: those that are read beside the source, its features among them, and written beside the target.
+
+    `is_map` says that the source is a map, which is taken as it is; `search` that turns of the member are tried.
+    """
 
     beside: tuple[str, ...] = ()
     more: tuple[str, ...] = ()
+    features: tuple[str, ...] = ()
+    is_map: bool = False
+    search: bool = False
 
     @property
     def sources(self) -> tuple[str, ...]:
-        return (self.source, *self.beside)
+        return (self.source, *self.beside, *map(file_of, self.features))
 
     @property
     def targets(self) -> tuple[str, ...]:
         return (self.target, *self.more)
 
-
-@dataclass(frozen=True)
-class MapJob(MemberJob):
-    """A member as it was given: whether its file holds its map, and where its features are."""
-
-    is_map: bool = False
-    features: tuple[str, ...] = ()
-
-    @property
-    def sources(self) -> tuple[str, ...]:
-        return (self.source, *map(file_of, self.features))
-
     @property
     def chosen(self) -> tuple[object, ...]:
-        return self.is_map, *(path.removeprefix(file_of(path)) for path in self.features)
+        return self.is_map, self.search, *(path.removeprefix(file_of(path)) for path in self.features)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +83,6 @@ class MapMember(MemberTask):
     balance: float
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
-        assert isinstance(job, MapJob)
         source = self.place(job.source)
         result = mapped(read_map(source) if job.is_map else source, self.balance)
         n = len(result.sphere)
@@ -109,19 +102,13 @@ class MapMember(MemberTask):
 
 @dataclass(frozen=True, kw_only=True)
 class RegisterMember(MemberTask):
-    """Register a member's points to a template: from where they were in the round before, if there was one.
-
-    If `search` is set, other rotations are tried as well.
-    """
-
-    search: bool = False
+    """Register a member's points to a template: from where they were in the round before, if there was one."""
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         coarse, target = self.surface(job.source), self.surface(job.beside[0])
         before = [read_arrays(self.place(path))["sphere"] for path in job.beside[1:]]
         check()
-        lay = laid_first if not before else searched if self.search else followed
-        registered = lay(coarse, target, *before)
+        registered = laid(coarse, target, *before, search=job.search)
         points, f = resample(certified(coarse.mesh, registered.sphere), (coarse.sphere, coarse.faces))
         self.write(job.target, registered._asdict() | {"points": points, "areas": vertex_areas(points, f)})
         return replace(self.empty(job), vertices=len(points))
@@ -129,14 +116,16 @@ class RegisterMember(MemberTask):
 
 @dataclass(frozen=True, kw_only=True)
 class PlaceMember(MemberTask):
-    """Carry a registration, turned into the frame of the group, to the member's own mesh, and sample it there."""
+    """Carry a registration, turned by the rows of a matrix, to the member's own mesh, and sample it there."""
+
+    turn: list[list[float]]
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         arrays = read_arrays(self.place(job.source))
-        points, registered, frame = (self.place(path) for path in job.beside)
-        coarse, y, turn = self.surface(points), read_arrays(registered)["sphere"], read_arrays(frame)["turn"]
+        points, registered = map(self.place, job.beside)
+        coarse, y = self.surface(points), read_arrays(registered)["sphere"]
         check()
-        onto = carried(npz.map_of(arrays), coarse, y @ turn)
+        onto = carried(npz.map_of(arrays), coarse, y @ np.array(self.turn))
         there = coarse.sphere, coarse.faces
         write_map(self.place(job.target), onto, force=True)
         self.write(job.more[0], {"points": resample(onto, there).v, "areas": own_areas(onto, *there),
@@ -148,12 +137,3 @@ def write_arrays(path: str, arrays: dict[str, Any]) -> None:
     """Write an archive in the place of what is there: the same bytes for the same arrays."""
     with replacing(path, force=True) as partial:
         npz.write_arrays(partial, arrays)
-
-
-def columns_of(values: Any, path: str) -> tuple[str, ...]:
-    """Write features into a file, and say where its columns are."""
-    rows = np.asarray(values, dtype=np.float64)
-    rows = rows.reshape(len(rows), -1)
-    with replacing(path, force=True) as partial:
-        np.save(partial, rows)
-    return tuple(f"{path}:{k}" for k in range(rows.shape[1]))

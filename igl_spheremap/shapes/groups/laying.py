@@ -48,13 +48,23 @@ class Laid(NamedTuple):
     mirrored: float = np.nan
 
 
-def laid_first(source: SphereMap, target: SphereMap) -> Laid:
-    """Register from a rotation: of those that bring the surfaces near in space, the one that leads to least."""
+def laid(source: SphereMap, target: SphereMap, before: FloatArray | None = None, *, search: bool = False) -> Laid:
+    """Register from where the registration before ended, or from the rotation that leads to least.
+
+    With `search` other rotations of that are tried as well.
+    """
     problem = DepthRegistration(source, target)
+    if before is None:
+        before = problem.run(_best_start(problem))
+    elif not search:
+        before = problem.continued(before)
+    return _searched(source, target, before) if search else Laid(before, problem.correlation(before))
+
+
+def _best_start(problem: DepthRegistration) -> FloatArray:
+    """Of the rotations that bring the surfaces near in space, the one that leads to least."""
     starts = [problem.turned(turn.rotation) for turn in _near(problem.turns())]
-    best = int(np.argmin([problem.outlook(start) for start in starts])) if starts[1:] else 0
-    y = problem.run(starts[best])
-    return Laid(y, problem.correlation(y))
+    return min(starts, key=problem.outlook) if starts[1:] else starts[0]
 
 
 def _near(turns: list[Turn]) -> list[Turn]:
@@ -63,14 +73,7 @@ def _near(turns: list[Turn]) -> list[Turn]:
     return [turn for turn in turns if turn.distance <= _TRY * least][: 1 + _TRIED]
 
 
-def followed(source: SphereMap, target: SphereMap, before: FloatArray) -> Laid:
-    """Register from where the registration before ended."""
-    problem = DepthRegistration(source, target)
-    y = problem.continued(before)
-    return Laid(y, problem.correlation(y))
-
-
-def searched(source: SphereMap, target: SphereMap, before: FloatArray) -> Laid:
+def _searched(source: SphereMap, target: SphereMap, before: FloatArray) -> Laid:
     """Register from where the registration before ended, or from a rotation of that if it leads to less."""
     registered = certified(source.mesh, unfolded(source.mesh, before))
     lying, problem = DepthRegistration(registered, target), DepthRegistration(source, target)

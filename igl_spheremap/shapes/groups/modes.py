@@ -8,7 +8,6 @@ import numpy as np
 from scipy.linalg import eigh
 
 from ...mesh.arrays import FloatArray
-from .procrustes import blocks
 
 _RANK = 1e-12  # share of the largest variance that is rounding
 _FOLDS = 10  # of cross-validation above _EACH members, which are left out one by one below
@@ -34,48 +33,30 @@ class Modes(NamedTuple):
     scores: FloatArray
 
 
-def principal_modes(shapes: FloatArray, weights: FloatArray, count: int, mean: FloatArray | float = 0.0) -> Modes:
-    """Modes of shapes (members, n, 3), which may lie in a file, about their mean, by the areas of the points.
+def principal_modes(away: FloatArray, weights: FloatArray, count: int) -> Modes:
+    """Modes of shapes, by their deviations (members, n, 3) from their mean and the areas of the points.
 
     Of a mode's two signs the one is taken for which the cubes of the scores have a positive sum.
     """
-    variances, scores = _principal(shapes, weights, count, mean)
+    variances, scores = _principal(away, weights, count)
     scores = scores * np.where((scores**3).sum(axis=0) < 0, -1.0, 1.0)
-    dual = scores / (variances * max(len(shapes) - 1, 1))
-    modes = np.zeros((len(variances), *shapes.shape[1:]))
-    for part in blocks(shapes):
-        modes += np.tensordot(dual[part].T, shapes[part] - mean, 1)
-    return Modes(modes, variances, scores)
+    dual = scores / (variances * max(len(away) - 1, 1))
+    return Modes(np.tensordot(dual.T, away, 1), variances, scores)
 
 
-def _principal(shapes: FloatArray, weights: FloatArray, count: int, mean: FloatArray | float) -> tuple[
-        FloatArray, FloatArray]:
+def _principal(away: FloatArray, weights: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
     """Variances (k,) and scores (members, k) of at most `count` modes, by the smaller one of two matrices of products.
 
     These are those of members with each other, or of coordinates with each other.
     """
-    root, members, columns = np.sqrt(weights / weights.sum())[:, None], len(shapes), shapes[0].size
-
-    def rows(part: slice) -> FloatArray:
-        return ((shapes[part] - mean) * root).reshape(-1, columns)
-
-    if members <= columns:
-        products = np.empty((members, members))
-        for part in blocks(shapes):
-            left = rows(part)
-            for other in blocks(shapes):
-                if other.start <= part.start:
-                    products[part, other] = left @ rows(other).T
-                    products[other, part] = products[part, other].T
-    else:
-        products = sum((rows(part).T @ rows(part) for part in blocks(shapes)), np.zeros((columns, columns)))
-    first = max(len(products) - count, 0)
-    values, vectors = eigh(products, subset_by_index=(first, len(products) - 1))
+    rows = (away * np.sqrt(weights / weights.sum())[:, None]).reshape(len(away), -1)
+    members, columns = rows.shape
+    products = rows @ rows.T if members <= columns else rows.T @ rows
+    values, vectors = eigh(products, subset_by_index=(max(len(products) - count, 0), len(products) - 1))
     values, vectors = values[::-1], vectors[:, ::-1]
     found = min(count, members - 1, int(np.count_nonzero(values > _RANK * values[0])))
     values, vectors = values[:found], vectors[:, :found]
-    scores = vectors * np.sqrt(values) if members <= columns else np.concatenate(
-        [rows(part) @ vectors for part in blocks(shapes)])
+    scores = vectors * np.sqrt(values) if members <= columns else rows @ vectors
     return values / max(members - 1, 1), scores
 
 
@@ -102,13 +83,12 @@ class ModelFigures(NamedTuple):
     specificity: FloatArray
 
 
-def model_figures(shapes: FloatArray, weights: FloatArray, count: int,
-                  mean: FloatArray | float = 0.0) -> ModelFigures:
-    """Compactness, generalisation and specificity of models of shapes of 1 ... `count` modes.
+def model_figures(away: FloatArray, weights: FloatArray, count: int) -> ModelFigures:
+    """Compactness, generalisation and specificity of models of 1 ... `count` modes, by deviations as `principal_modes`.
 
     Random shapes have normal scores of a fixed seed.
     """
-    variances, scores = _principal(shapes, weights, len(shapes), mean)
+    variances, scores = _principal(away, weights, len(away))
     share = np.cumsum(variances) / variances.sum()
     folds = np.arange(len(scores)) % (_FOLDS if len(scores) > _EACH else len(scores))
     count = min(count, len(variances), int(np.count_nonzero(folds)) - 1)  # modes of those outside of a fold

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -12,43 +11,31 @@ from ...sphere.moebius import best_rotation
 from ...sphere.rows import weighted_moment, weighted_sum
 
 _STEPS, _TOLERANCE = 100, 1e-12  # at most, and the move of the mean that ends them
-_BLOCK = 1 << 21  # numbers that are in memory at a time: 16 MB, of which a step needs a few
-
-
-def blocks(shapes: FloatArray) -> Iterator[slice]:
-    """Parts of shapes (k, n, 3) that may lie in a file; they depend on the sizes only, and so do sums over them."""
-    size = max(1, _BLOCK // (3 * shapes.shape[1]))
-    return (slice(k, min(k + size, len(shapes))) for k in range(0, len(shapes), size))
 
 
 class Alignment(NamedTuple):
-    """Generalised Procrustes of shapes, which `laid` lays on each other.
+    """Shapes laid on each other by generalised Procrustes.
 
     Attributes
     ----------
+    shapes : (k, n, 3) float64 array
+        Each moved, turned and divided by its size, beside the mean of the centres.
     mean : (n, 3) float64 array
         Mean of the shapes at the mean place, in the mean pose and, unless they are rigid, of the mean size.
     sizes : (k,) float64 array
         Size of each beside the geometric mean of all; 1 if they are rigid.
-    rotations : (k, 3, 3) float64 array
-        Those that multiply rows from the right.
-    centres : (k, 3) float64 array
-        Weighted means of the points as they came.
+    distances : (k,) float64 array
+        Root mean square distance of each from the mean.
     """
 
+    shapes: FloatArray
     mean: FloatArray
     sizes: FloatArray
-    rotations: FloatArray
-    centres: FloatArray
-
-    def laid(self, shapes: FloatArray, part: slice = slice(None)) -> FloatArray:
-        """Some of the shapes: ``(shapes[k] - centres[k]) @ rotations[k] / sizes[k]`` beside the mean of the centres."""
-        centred = (shapes[part] - self.centres[part, None]) / self.sizes[part, None, None]
-        return centred @ self.rotations[part] + self.centres.mean(axis=0)
+    distances: FloatArray
 
 
 def generalised_procrustes(shapes: FloatArray, weights: FloatArray, rigid: bool = False) -> Alignment:
-    """Align shapes (k, n, 3), which may lie in a file, with each other: no one of them is the reference.
+    """Align shapes (k, n, 3) with each other: no one of them is the reference.
 
     The mean lies where the shapes lie on average, and is turned as they are: rotations have the identity as their mean.
 
@@ -58,22 +45,19 @@ def generalised_procrustes(shapes: FloatArray, weights: FloatArray, rigid: bool 
     """
     weights = weights / weights.sum()
     centres = np.stack([weighted_sum(weights, shape) for shape in shapes])
-    radii = np.sqrt([weights @ ((shape - centre) ** 2).sum(axis=1)
-                     for shape, centre in zip(shapes, centres, strict=True)])
+    own = shapes - centres[:, None]
+    radii = np.sqrt([weights @ (shape**2).sum(axis=1) for shape in own])
     sizes = np.ones(len(shapes)) if rigid else radii / np.exp(np.log(radii).mean())
-    rotations = np.tile(np.eye(3), (len(shapes), 1, 1))
-    mean = (shapes[0] - centres[0]) / sizes[0]
+    own /= sizes[:, None, None]
+    mean = own[0]
     for _ in range(_STEPS):
-        total = np.zeros_like(mean)
-        for part in blocks(shapes):
-            centred = (shapes[part] - centres[part, None]) / sizes[part, None, None]
-            rotations[part] = [best_rotation(shape, mean, weights) for shape in centred]
-            total += (centred @ rotations[part]).sum(axis=0)
-        before, mean = mean, total / len(shapes)
+        rotations = np.stack([best_rotation(shape, mean, weights) for shape in own])
+        before, mean = mean, (own @ rotations).mean(axis=0)
         if np.abs(mean - before).max() < _TOLERANCE * radii.max():
             break
-    pose = best_rotation(np.eye(3), rotations.sum(axis=0).T, np.ones(3))
-    return Alignment(mean @ pose + centres.mean(axis=0), sizes, rotations @ pose, centres)
+    pose, centre = best_rotation(np.eye(3), rotations.sum(axis=0).T, np.ones(3)), centres.mean(axis=0)
+    laid, mean = own @ (rotations @ pose) + centre, mean @ pose + centre
+    return Alignment(laid, mean, sizes, np.sqrt(((laid - mean) ** 2).sum(axis=2) @ weights))
 
 
 def placed(shape: FloatArray, mean: FloatArray, weights: FloatArray, size: float | None = None) -> tuple[

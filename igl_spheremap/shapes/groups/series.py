@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ...draw.markup import table
 from ...draw.shown import Drawing, Shown, place_drawing
 from ...errors import MeshError, check_list, check_number, own_errstate
+from ...io import npz
 from ...io.npz import read_arrays
 from ...io.written_map import read_map
 from ...maps.given_sphere import certified
@@ -21,13 +22,13 @@ from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...mesh.measure import enclosed_volume, surface_area
 from ...populations.engine import USUAL, Engine
-from ...resampling.transfer import sphere_mesh
+from ...resampling.transfer import resample, sphere_mesh
 from .doubts import drift_doubts
 from .features import check_features
-from .jobs import MemberJob, PlaceMember, RegisterMember, write_arrays
+from .jobs import write_arrays
 from .placing import Source, carried, names_of
 from .procrustes import generalised_procrustes
-from .workplace import Crew, Entry, Files, mapped_all, workplace
+from .workplace import Entry, stacked, workplace
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,7 @@ class Series(Shown):
     @property
     def aligned(self) -> FloatArray:
         """The points with the body's motion taken away, (frames, n, 3): moved and turned to agree best, not scaled."""
-        return generalised_procrustes(self.vertices, self.areas.mean(axis=0), rigid=True).laid(self.vertices)
+        return generalised_procrustes(self.vertices, self.areas.mean(axis=0), rigid=True).shapes
 
     @property
     def surface_areas(self) -> FloatArray:
@@ -147,67 +148,26 @@ def series(
     if len(sources) < 2:
         raise MeshError(f"{len(sources)} frames make no series; give two or more")
     check_features(features, names_of(sources))
-    with workplace(out, "maps", target, engine) as (files, crew):
-        return _Chain(files, crew, *mesh).series(sources, features, balance)
+    with workplace(out, "maps", target, engine, least=len(sources)) as place:
+        frames = place.mapped(sources, features, balance)
+        paths = [place.of(frame, "points") for frame in frames]
+        coarse = [certified(check_mesh(points, mesh[1]), mesh[0]) for points in stacked(paths, "points")[0]]
+        last = replace(frames[-1])  # to the first frame directly
+        place.registered("pairs", [*frames[1:], last], [*paths[:-1], paths[0]], [False] * (len(frames) - 1) + [True])
+        frames[0].sphere = place.place("work", "chain", "0.npz")
+        write_arrays(frames[0].sphere, {"sphere": mesh[0]})
+        for k, (before, frame) in enumerate(pairwise(frames)):  # to the first sphere, through that of the one before
+            onto = carried(certified(coarse[k + 1].mesh, _sphere(frame)), coarse[k], _sphere(before))
+            frame.sphere = place.place("work", "chain", f"{k + 1}.npz")
+            write_arrays(frame.sphere, {"sphere": onto.sphere})
+        place.placed(frames, np.eye(3))
+        points, areas, data = stacked([place.of(frame, "placed") for frame in frames], "points", "areas", "features")
+        onto = carried(npz.map_of(read_arrays(place.of(last, "map"))), coarse[-1], _sphere(last))
+        return Series(points, mesh[1], mesh[0], areas, data, tuple(read_map(place.result(frame)) for frame in frames),
+                      np.linalg.norm(points[-1] - resample(onto, mesh).v, axis=1),
+                      tuple(drift_doubts(place.laid(last))))
 
 
-class _Chain:
-    """Frames in files, each of which is registered to the one before; all registrations are jobs of their own.
-
-    A frame's registration leads to the sphere of the one before, and is composed with what that one's leads to.
-    """
-
-    def __init__(self, files: Files, crew: Crew, x: FloatArray, f: IntArray) -> None:
-        self._files, self._crew, self._x, self._f = files, crew, x, f
-
-    def series(self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float) -> Series:
-        """Map, register, compose, and sample all frames."""
-        frames = mapped_all(self._files, self._crew, sources, features, balance)
-        self._refuse_failures()
-        pairs = [*pairwise(frames), (frames[0], frames[-1])]  # the last one is direct, and tells the drift
-        places = [self._files.place("work", "pairs", f"{k}.npz") for k in range(len(pairs))]
-        jobs = [MemberJob(self._files.of(frame, "points"), place, beside=(self._files.of(before, "points"),))
-                for (before, frame), place in zip(pairs, places, strict=True)]
-        self._crew.each("registrations", [frame for _, frame in pairs], jobs, RegisterMember)
-        self._refuse_failures()
-        turns = self._files.place("work", "direct", "turns.npz")
-        jobs = [MemberJob(self._files.of(frames[-1], "points"), turns,
-                          beside=(self._files.of(frames[0], "points"), places[-1]))]
-        self._crew.each("turns", frames[-1:], jobs, RegisterMember, search=True)
-        self._refuse_failures()
-        turn = self._files.place("work", "frame.npz")
-        write_arrays(turn, {"turn": np.eye(3)})
-        jobs = [self._files.place_job(frame, sphere, turn)
-                for frame, sphere in zip(frames, self._composed(frames, places[:-1]), strict=True)]
-        ends = [self._files.place("work", "direct", f"{name}.npz") for name in ("map", "points")]
-        jobs.append(replace(self._files.place_job(frames[-1], places[-1], turn), target=ends[0], more=(ends[1],)))
-        self._crew.each("frames", [*frames, frames[-1]], jobs, PlaceMember)
-        self._refuse_failures()
-        placed = [read_arrays(self._files.of(frame, "placed")) for frame in frames]
-        points, areas, data = (np.stack([arrays[name] for arrays in placed])
-                               for name in ("points", "areas", "features"))
-        return Series(points, self._f, self._x, areas, data,
-                      tuple(read_map(self._files.result(frame)) for frame in frames),
-                      np.linalg.norm(points[-1] - read_arrays(ends[1])["points"], axis=1),
-                      tuple(drift_doubts(self._files.laid(turns))))
-
-    def _composed(self, frames: Sequence[Entry], places: Sequence[str]) -> list[str]:
-        """Files of each frame's registration to the first one."""
-        y, coarse = self._x, self._surface(frames[0])
-        spheres = [self._files.place("work", "chain", "0.npz")]
-        write_arrays(spheres[0], {"sphere": y})
-        for k, (frame, place) in enumerate(zip(frames[1:], places, strict=True), 1):
-            before, coarse = coarse, self._surface(frame)
-            y = carried(certified(coarse.mesh, read_arrays(place)["sphere"]), before, y).sphere
-            spheres.append(self._files.place("work", "chain", f"{k}.npz"))
-            write_arrays(spheres[-1], {"sphere": y})
-        return spheres
-
-    def _surface(self, frame: Entry) -> SphereMap:
-        """A frame on the icosphere, as it is mapped."""
-        return certified(check_mesh(read_arrays(self._files.of(frame, "points"))["points"], self._f), self._x)
-
-    def _refuse_failures(self) -> None:
-        """Raise an error for the first frame for which a job failed: the chain has no link to leave out."""
-        for name, error in self._crew.left_out.items():
-            raise MeshError(f"frame {name}: {error.fault}", error.remedy)
+def _sphere(frame: Entry) -> FloatArray:
+    """Where the frame's last registration has its points."""
+    return np.asarray(read_arrays(frame.sphere)["sphere"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,13 +20,13 @@ from ...sphere.moebius import best_rotation, orientation_target
 from . import FARTHEST
 from .doubts import group_doubts, member_doubts, symmetric
 from .features import check_features
-from .fixed_point import FixedPoint, Registered, distances, fixed_point
+from .fixed_point import FixedPoint, Registered, fixed_point
 from .group import Group, Member
-from .jobs import MemberJob, PlaceMember, RegisterMember, write_arrays
+from .jobs import write_arrays
 from .modes import principal_modes
 from .placing import Source, names_of
-from .procrustes import blocks, generalised_procrustes
-from .workplace import Crew, Entry, Files, mapped_all, workplace
+from .procrustes import generalised_procrustes
+from .workplace import Entry, Workplace, stacked, workplace
 
 _FEWEST = 3  # members: two have one mode and no median
 
@@ -108,27 +108,27 @@ def template(
     if len(sources) < _FEWEST:
         raise MeshError(f"a group needs {_FEWEST} surfaces or more, not {len(sources)}")
     check_features(features, names_of(sources))
-    with workplace(out, "members", target, engine) as (files, crew):
-        people = _People(files, crew, mesh)
-        first = people.mapped(sources, features, balance)
-        fixed = fixed_point(people.registered, people.members, first, *mesh, balance=balance, rigid=rigid,
+    with workplace(out, "members", target, engine, least=_FEWEST) as place:
+        members = _Members(place, mesh)
+        first = members.mapped(sources, features, balance)
+        fixed = fixed_point(members.registered, members.numbers, first, *mesh, balance=balance, rigid=rigid,
                             farthest=farthest)
-        return people.group(fixed, modes, balance=balance, rigid=rigid, keep=out is None)
+        return members.group(fixed, modes, balance=balance, rigid=rigid, keep=out is None)
 
 
-class _People:
-    """The members of a group in files, and the jobs that make them.
+class _Members:
+    """The members of a group in files, as arrays.
 
     They are in the order of their contents, in which sums are taken: so no bit depends on the sources' order.
     """
 
-    def __init__(self, files: Files, crew: Crew, mesh: tuple[FloatArray, IntArray]) -> None:
-        self._files, self._crew, (self._x, self._f) = files, crew, mesh
+    def __init__(self, place: Workplace, mesh: tuple[FloatArray, IntArray]) -> None:
+        self._place, (self._x, self._f) = place, mesh
         self._known: dict[int, Entry] = {}
         self._round = 0
 
     @property
-    def members(self) -> list[int]:
+    def numbers(self) -> list[int]:
         """Their numbers among the sources."""
         return list(self._known)
 
@@ -137,92 +137,51 @@ class _People:
 
         Shapes are compared by the powers of their harmonics, which neither pose nor mirroring changes.
         """
-        found = {member.number: (member, read_arrays(self._files.of(member, "points")))
-                 for member in self._enough(mapped_all(self._files, self._crew, sources, features, balance))}
-        order = sorted(found, key=lambda k: found[k][1]["digest"].tobytes())
-        self._known = {k: found[k][0] for k in order}
-        powers = np.stack([found[k][1]["powers"] for k in order])
-        medoid = order[int(np.argmin(np.linalg.norm(powers - powers.mean(axis=0), axis=1)))]
-        return np.asarray(found[medoid][1]["points"])
+        members = self._place.mapped(sources, features, balance)
+        found = {member.number: read_arrays(self._place.of(member, "points")) for member in members}
+        order = sorted(members, key=lambda member: found[member.number]["digest"].tobytes())
+        self._known = {member.number: member for member in order}
+        powers = np.stack([found[k]["powers"] for k in self._known])
+        medoid = int(np.argmin(np.linalg.norm(powers - powers.mean(axis=0), axis=1)))
+        return np.asarray(found[order[medoid].number]["points"])
 
     def registered(self, numbers: Sequence[int], target: SphereMap, search: bool) -> Registered:
         """Members registered to a template, from where they were in the round before."""
         self._round += 1
-        template = self._files.place("work", "rounds", str(self._round), "template.npz")
+        folder = f"rounds/{self._round}"
+        template = self._place.place("work", folder, "template.npz")
         write_arrays(template, {"points": target.vertices, "sphere": target.sphere})
-        members = [self._known[k] for k in numbers]
-        jobs = [MemberJob(self._files.of(member, "points"),
-                          self._files.place("work", "rounds", str(self._round), f"{member.short}.npz"),
-                          beside=(template, *filter(None, (member.sphere,)))) for member in members]
-        written = {member.number: job.target for member, job in zip(members, jobs, strict=True)}
-        found = self._enough(self._crew.each("registrations", members, jobs, RegisterMember,
-                                             "it could not be registered: ", search=search))
-        for member in found:
-            member.sphere = written[member.number]
-            member.search = member.sphere if search else member.search
-        shapes, areas = self._read([member.sphere for member in found])
-        turned = sum(bool(read_arrays(member.sphere)["turned"]) for member in found) if search else 0
-        return Registered([member.number for member in found], shapes, areas, turned)
-
-    def _enough(self, found: list[Entry]) -> list[Entry]:
-        """The members that are left; a MeshError with the first reason if they are too few."""
-        if len(found) < _FEWEST:
-            left_out = self._crew.left_out
-            reason = "".join(f"; {name}: {one_line(error)}" for name, error in list(left_out.items())[:1])
-            raise MeshError(f"{len(found)} of {len(found) + len(left_out)} members are left, and a group needs "
-                            f"{_FEWEST}{reason}")
-        return found
-
-    def _read(self, files: Sequence[str]) -> tuple[FloatArray, FloatArray]:
-        """The points of all members in one file, and their mean area around each."""
-        areas = np.zeros(len(self._x))
-
-        def points() -> Iterator[FloatArray]:
-            nonlocal areas
-            for file in files:
-                arrays = read_arrays(file)
-                areas = areas + arrays["areas"] / len(files)
-                yield arrays["points"]
-
-        size = len(files), len(self._x), 3
-        return self._files.stored("points", points(), size), areas
+        found = self._place.registered(folder, [self._known[k] for k in numbers], [template] * len(numbers),
+                                       [search] * len(numbers))
+        points, areas, turned = stacked([member.sphere for member in found], "points", "areas", "turned")
+        return Registered([member.number for member in found], points, (areas / len(found)).sum(axis=0),
+                          int(turned.sum()))
 
     def group(self, fixed: FixedPoint, modes: int, *, balance: float, rigid: bool, keep: bool) -> Group:
-        """The group: each registration is carried to the member's own mesh, and sampled there.
-
-        With `keep` it holds maps and shapes; else they lie in files.
-        """
+        """The group: each registration is carried to the member's own mesh, and sampled there; it may keep the maps."""
         mesh = check_mesh(fixed.mean, self._f)
-        frame = self._files.place("work", "frame.npz")
-        write_arrays(frame, {"turn": best_rotation(self._x, orientation_target(mesh), mesh.A)})
-        members = [self._known[k] for k in fixed.members]
-        jobs = [self._files.place_job(member, member.sphere, frame) for member in members]
-        members = self._enough(self._crew.each("members", members, jobs, PlaceMember))
-        files = [self._files.of(member, "placed") for member in members]
-        shapes, areas = self._read(files)
-        size = shapes.shape
-        aligned = generalised_procrustes(shapes, areas, rigid)
-        away = distances(shapes, areas, aligned)
-        shapes = self._files.stored("aligned", (aligned.laid(shapes, slice(k, k + 1))[0] for k in range(len(files))),
-                                    size)
-        mean, several = aligned.mean, len(members) - 1
-        found = principal_modes(shapes, areas, modes, mean)
-        variance = sum((((shapes[part] - mean) ** 2).sum(axis=(0, 2)) for part in blocks(shapes)),
-                       np.zeros(len(mean))) / several
-        left_out = {name: one_line(error) for name, error in self._crew.left_out.items()}
+        turn = best_rotation(self._x, orientation_target(mesh), mesh.A)
+        members = self._place.placed([self._known[k] for k in fixed.members], turn)
+        points, own, features = stacked([self._place.of(member, "placed") for member in members],
+                                        "points", "areas", "features")
+        areas = (own / len(members)).sum(axis=0)
+        aligned = generalised_procrustes(points, areas, rigid)
+        away = aligned.shapes - aligned.mean
+        found = principal_modes(away, areas, modes)
+        (correlations,) = stacked([member.sphere for member in members], "correlation")
+        laid = [self._place.laid(member) for member in members]
+        alike = symmetric(laid)
+        rows = [Member(member.name, read_map(self._place.result(member)) if keep else None, correlation, size, distance,
+                       member_doubts(each, distance, aligned.distances, correlations, alike))
+                for member, each, correlation, size, distance in zip(
+                    members, laid, *(array.tolist() for array in (correlations, aligned.sizes, aligned.distances)),
+                    strict=True)]
+        left_out = {name: one_line(error) for name, error in self._place.left_out.items()}
         left_out |= {self._known[k].name: why for k, why in fixed.left_out.items()}
         order = np.argsort([member.number for member in members])  # as the sources came
-        shapes = self._files.stored("shapes", (shapes[k] for k in order), size)
-        correlations = np.array([float(read_arrays(member.sphere)["correlation"]) for member in members])
-        laid = [self._files.laid(member.search) for member in members]
-        alike = symmetric(laid)
-        rows = [Member(member.name, read_map(self._files.result(member)) if keep else None, correlation, size, distance,
-                       member_doubts(each, distance, away, correlations, alike))
-                for member, each, correlation, size, distance in zip(
-                    members, laid, correlations.tolist(), aligned.sizes.tolist(), away.tolist(), strict=True)]
         return Group(
-            mean, self._f, self._x, np.array(shapes) if keep else shapes, found.modes, found.variances,
-            found.scores[order], tuple(rows[k] for k in order), areas, np.sqrt(variance),
-            np.stack([read_arrays(files[k])["features"] for k in order]), left_out, fixed.changes, rigid, balance,
+            aligned.mean, self._f, self._x, aligned.shapes[order], found.modes, found.variances, found.scores[order],
+            tuple(rows[k] for k in order), areas, np.sqrt((away**2).sum(axis=(0, 2)) / (len(members) - 1)),
+            features[order], left_out, fixed.changes, rigid, balance,
             notes=tuple(group_doubts(fixed.changes, fixed.settled, laid, found.scores)),
         )  # fmt: skip

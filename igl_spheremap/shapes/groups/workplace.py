@@ -1,9 +1,9 @@
-"""Where groups and series are made: the files of their members, and who runs the jobs."""
+"""Where groups and series are made: a folder with the files of their members, and the jobs that make these."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...errors import MeshError, without_name
 from ...io import npz
@@ -29,7 +29,7 @@ from ...populations.run_many import run_many
 from ...populations.table import MAPPED, JobRow
 from .features import FeatureFiles
 from .files import file_names
-from .jobs import MapJob, MapMember, MemberJob, MemberTask, columns_of, write_arrays
+from .jobs import MapMember, MemberJob, MemberTask, PlaceMember, RegisterMember, write_arrays
 from .laying import Laid
 from .placing import Source, names_of
 
@@ -37,18 +37,7 @@ from .placing import Source, names_of
 MANIFEST = "manifest.jsonl"
 
 
-@contextmanager
-def workplace(
-    out: str | os.PathLike[str] | None, results: str, target: str, engine: Engine
-) -> Iterator[tuple[Files, Crew]]:
-    """A folder, temporary without `out`, for files and results on an icosphere, and a crew of that engine."""
-    with ExitStack() as stack:
-        place = stack.enter_context(TemporaryDirectory()) if out is None else os.fspath(out)
-        run = partial(run_many, manifest=os.path.join(place, MANIFEST), engine=stack.enter_context(started(engine)))
-        yield Files(Path(place), results), Crew(run, target)
-
-
-@dataclass
+@dataclass(eq=False)
 class Entry:
     """A surface in files: its number among the sources, its name, and that of its files."""
 
@@ -59,14 +48,29 @@ class Entry:
     search: str = ""  # that of the last one for which other rotations were tried
 
 
-class Files:
-    """Where the files of a group or a series in the making lie; their folders are made as they are asked for."""
+@contextmanager
+def workplace(out: str | os.PathLike[str] | None, results: str, target: str, engine: Engine, least: int) -> (
+        Iterator[Workplace]):
+    """A workplace in a folder, temporary without `out`, on an icosphere, where at least so many members are needed."""
+    with ExitStack() as stack:
+        folder = stack.enter_context(TemporaryDirectory()) if out is None else os.fspath(out)
+        run = partial(run_many, manifest=os.path.join(folder, MANIFEST), engine=stack.enter_context(started(engine)))
+        yield Workplace(Path(folder), results, target, least, run)
 
-    def __init__(self, folder: Path, results: str) -> None:
-        self._folder, self._results = folder, results
+
+class Workplace:
+    """The files of members in a folder, and the jobs that make them; some steps leave members out, with the reasons.
+
+    Members' maps in the common frame lie in the folder `results`, all else in ``work``.
+    """
+
+    def __init__(self, folder: Path, results: str, target: str, least: int, run: Callable[..., list[JobRow]]) -> None:
+        self._folder, self._results, self._least, self._run = folder, results, least, run
+        self._settings: dict[str, Any] = {"icosphere": target, "force": False, "folder": os.getcwd()}
+        self.left_out: dict[str, MeshError] = {}
 
     def place(self, *parts: str) -> str:
-        """The place of a file by its folders and its name."""
+        """The place of a file by its folders, which are made, and its name."""
         path = self._folder.joinpath(*parts)
         make_folder(path.parent)
         return str(path)
@@ -76,80 +80,86 @@ class Files:
         return self.place("work", kind, f"{member.short}.npz")
 
     def result(self, member: Entry) -> str:
-        """The member's map in the group's frame."""
+        """The member's map in the common frame."""
         return self.place(self._results, f"{member.short}.npz")
 
-    def place_job(self, member: Entry, registered: str, frame: str) -> MemberJob:
-        """To carry a registration, turned into a frame, to the member's own mesh."""
-        return MemberJob(self.of(member, "map"), self.result(member), more=(self.of(member, "placed"),),
-                         beside=(self.of(member, "points"), registered, frame))
+    def mapped(self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float) -> list[Entry]:
+        """Map the sources; those that could be, in their order."""
+        names, jobs = names_of(sources), dict[Entry, MemberJob]()
+        for k, (name, short, source) in enumerate(zip(names, file_names(names), sources, strict=True)):
+            member = Entry(k, name, short)
+            try:
+                jobs[member] = self._map_job(member, source, None if features is None else features[k])
+            except MeshError as error:
+                self.left_out[name] = error
+        return self._each("maps", jobs, MapMember, balance=balance)
 
-    def laid(self, path: str) -> Laid:
-        """A registration that a job wrote."""
-        arrays = read_arrays(path)
-        rival, angle, mirrored = (float(arrays[name]) for name in ("rival", "angle", "mirrored"))
-        return Laid(arrays["sphere"], float(arrays["correlation"]), bool(arrays["turned"]), rival, angle, mirrored)
+    def _map_job(self, member: Entry, source: Source, features: ArrayLike | None) -> MemberJob:
+        """What is read and written for a member; what was given as an object is written first."""
+        path, is_map = member.name, isinstance(source, SphereMap)
+        if not isinstance(source, str | os.PathLike):
+            path = self.place("work", "given", f"{member.short}.npz")
+            if isinstance(source, SphereMap):
+                write_arrays(path, npz.arrays_of(source))
+            else:
+                mesh = check_mesh(*vertices_and_faces(source), caps=getattr(source, "caps", None))
+                write_arrays(path, {"vertices": mesh.v, "faces": mesh.f}
+                             | ({} if mesh.caps is None else {"caps": mesh.caps}))
+        columns: tuple[str, ...] = ()
+        if isinstance(features, FeatureFiles):
+            columns = features.paths
+        elif features is not None:
+            rows = np.asarray(features, dtype=np.float64)
+            rows = rows.reshape(len(rows), -1)
+            given = self.place("work", "given", f"{member.short}.features.npy")
+            with replacing(given, force=True) as partial_file:
+                np.save(partial_file, rows)
+            columns = tuple(f"{given}:{k}" for k in range(rows.shape[1]))
+        return MemberJob(path, self.of(member, "map"), more=(self.of(member, "points"),), features=columns,
+                         is_map=is_map)
 
-    def stored(self, name: str, shapes: Iterable[FloatArray], size: tuple[int, int, int]) -> FloatArray:
-        """Shapes in a file, as an array of that size, in memory only where it is read."""
-        path = self.place("work", f"{name}.f64")
-        with replacing(path, force=True) as partial, partial.open("wb") as file:
-            for shape in shapes:
-                file.write(np.ascontiguousarray(shape).tobytes())
-        return np.asarray(np.memmap(path, np.float64, "r", shape=size))
+    def registered(self, folder: str, members: Sequence[Entry], templates: Sequence[str], search: Sequence[bool]) -> (
+            list[Entry]):
+        """Register each member to the points in a file, from where it was before, or perhaps a turn of that."""
+        jobs = {member: MemberJob(self.of(member, "points"), self.place("work", folder, f"{k}.npz"), search=turns,
+                                  beside=(template, *filter(None, (member.sphere,))))
+                for k, (member, template, turns) in enumerate(zip(members, templates, search, strict=True))}
+        found = self._each("registrations", jobs, RegisterMember, "it could not be registered: ")
+        for member in found:
+            member.sphere = jobs[member].target
+            member.search = member.sphere if jobs[member].search else member.search
+        return found
 
+    def placed(self, members: Sequence[Entry], turn: FloatArray) -> list[Entry]:
+        """Carry the last registrations, turned, to the members' own meshes."""
+        jobs = {member: MemberJob(self.of(member, "map"), self.result(member), more=(self.of(member, "placed"),),
+                                  beside=(self.of(member, "points"), member.sphere)) for member in members}
+        return self._each("members", jobs, PlaceMember, turn=turn.tolist())
 
-class Crew:
-    """Runs a job for each member, and keeps the names of those for which one failed, with the reasons."""
+    def laid(self, member: Entry) -> Laid:
+        """The last registration for which other rotations were tried."""
+        arrays = read_arrays(member.search)
+        return Laid(arrays["sphere"], *(arrays[name].item() for name in Laid._fields[1:]))
 
-    def __init__(self, run: Callable[..., list[JobRow]], target: str) -> None:
-        self._run = run
-        self._settings: dict[str, Any] = {"icosphere": target, "force": False, "folder": os.getcwd()}
-        self.left_out: dict[str, MeshError] = {}
-
-    def each(self, name: str, members: list[Entry], jobs: Sequence[MemberJob], kind: Callable[..., MemberTask],
-             failing: str = "", **options: Any) -> list[Entry]:
-        """The members whose jobs of this kind of task succeeded."""
-        done = count(1)
+    def _each(self, name: str, jobs: Mapping[Entry, MemberJob], kind: Callable[..., MemberTask], failing: str = "",
+              **options: Any) -> list[Entry]:
+        """The members whose jobs of this kind of task succeeded; a MeshError with the first reason if too few did."""
+        done, found = count(1), []
         log_share(name, 0, len(jobs))
-        rows = self._run(jobs, kind(**self._settings, **options),
+        rows = self._run(list(jobs.values()), kind(**self._settings, **options),
                          listener=lambda _: log_share(name, next(done), len(jobs)))
-        for member, row in zip(members, rows, strict=True):
-            if row.status not in MAPPED:
+        for member, row in zip(jobs, rows, strict=True):
+            if row.status in MAPPED:
+                found.append(member)
+            else:
                 self.left_out[member.name] = MeshError(failing + without_name(row.notes, row.source))
-        return [member for member, row in zip(members, rows, strict=True) if row.status in MAPPED]
+        if len(found) < self._least:
+            reason = next((f"; surface {first}: {error}" for first, error in self.left_out.items()), "")
+            raise MeshError(f"{len(found)} of {len(jobs)} surfaces are left, {self._least} are needed{reason}")
+        return found
 
 
-def mapped_all(files: Files, crew: Crew, sources: Sequence[Source], features: Sequence[ArrayLike] | None,
-               balance: float) -> list[Entry]:
-    """Those of the sources that could be mapped, in their order."""
-    names = names_of(sources)
-    jobs, known = [], []
-    for k, (name, short, source) in enumerate(zip(names, file_names(names), sources, strict=True)):
-        member = Entry(k, name, short)
-        try:
-            jobs.append(_map_job(files, member, source, None if features is None else features[k]))
-            known.append(member)
-        except MeshError as error:
-            crew.left_out[name] = error
-    return crew.each("maps", known, jobs, MapMember, balance=balance)
-
-
-def _map_job(files: Files, member: Entry, source: Source, features: ArrayLike | None) -> MapJob:
-    """What is read and written for a member; what was given as an object is written first."""
-    path, is_map = member.name, isinstance(source, SphereMap)
-    if not isinstance(source, str | os.PathLike):
-        path = files.place("work", "given", f"{member.short}.npz")
-        if isinstance(source, SphereMap):
-            write_arrays(path, npz.arrays_of(source))
-        else:
-            mesh = check_mesh(*vertices_and_faces(source), caps=getattr(source, "caps", None))
-            write_arrays(path, {"vertices": mesh.v, "faces": mesh.f}
-                         | ({} if mesh.caps is None else {"caps": mesh.caps}))
-    columns: tuple[str, ...] = ()
-    if isinstance(features, FeatureFiles):
-        columns = features.paths
-    elif features is not None:
-        columns = columns_of(features, files.place("work", "given", f"{member.short}.features.npy"))
-    return MapJob(path, files.of(member, "map"), more=(files.of(member, "points"),), is_map=is_map,
-                  features=columns)
+def stacked(paths: Sequence[str], *names: str) -> list[NDArray[Any]]:
+    """Arrays of several files, one behind the other."""
+    found = [read_arrays(path) for path in paths]
+    return [np.stack([arrays[name] for arrays in found]) for name in names]

@@ -11,7 +11,7 @@ import igl_spheremap as ism
 from igl_spheremap.resampling.transfer import sphere_mesh
 from igl_spheremap.shapes.correspondence.registration import reflected
 from igl_spheremap.shapes.groups.doubts import drift_doubts, group_doubts, member_doubts
-from igl_spheremap.shapes.groups.laying import Laid, laid_first, searched
+from igl_spheremap.shapes.groups.laying import Laid, laid
 from igl_spheremap.shapes.groups.placing import at_points
 
 ARMS = np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1]])
@@ -35,16 +35,16 @@ def arms():
 def test_a_member_whose_arms_are_exchanged_is_turned_right(arms, angle):
     up = arms.sphere[np.argmax(arms.vertices[:, 2])]
     wrong = arms.sphere @ Rotation.from_rotvec(np.radians(angle) * up).as_matrix().T
-    found = searched(arms, arms, wrong)
+    found = laid(arms, arms, wrong, search=True)
     assert found.turned
     assert np.median(np.linalg.norm(found.sphere - arms.sphere, axis=1)) < 0.1
-    assert not searched(arms, arms, arms.sphere).turned
+    assert not laid(arms, arms, arms.sphere, search=True).turned
 
 
 def test_the_first_registration_is_that_which_leads_nearest(arms):
     turn = Rotation.from_rotvec([1.0, 2.0, 0.5]).as_matrix()
     turned = ism.sphere_map(arms.vertices, arms.faces, arms.sphere @ turn)
-    assert np.median(np.linalg.norm(laid_first(turned, arms).sphere - arms.sphere, axis=1)) < 0.1
+    assert np.median(np.linalg.norm(laid(turned, arms).sphere - arms.sphere, axis=1)) < 0.1
 
 
 def twisted(x, by, bulge):

@@ -17,13 +17,13 @@ def moved(scales):
 def test_similar_shapes_fall_on_each_other():
     shapes = moved([1.0, 2.0, 4.0])
     found = generalised_procrustes(shapes, WEIGHTS)
-    assert np.abs(found.laid(shapes) - found.mean).max() < 1e-9
+    assert np.abs(found.shapes - found.mean).max() < 1e-9
     assert np.allclose(found.sizes, [0.5, 1, 2])
 
 
 def test_rigid_motions_keep_the_sizes():
     shapes = moved([1.0, 2.0, 3.0])
-    aligned = generalised_procrustes(shapes, WEIGHTS, rigid=True).laid(shapes)
+    aligned = generalised_procrustes(shapes, WEIGHTS, rigid=True).shapes
     lengths = np.linalg.norm(aligned[:, 0] - aligned[:, 1], axis=1)
     assert np.allclose(lengths / lengths[0], [1, 2, 3])
 

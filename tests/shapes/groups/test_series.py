@@ -49,7 +49,7 @@ def test_one_frame_makes_no_series():
 
 def test_an_inside_out_member_is_named_and_repaired():
     v, f = ism.samples.make("pear", n_vertices=100)
-    with pytest.raises(ism.MeshError, match=r"frame 1: inside out: .* \(repair_mesh\(v, f\) does\)"):
+    with pytest.raises(ism.MeshError, match=r"surface 1: inside out: .* \(repair_mesh\(v, f\) does\)"):
         ism.shapes.series([(v, f), (v, f[:, ::-1])], target="ico:2")
     mended = ism.repair_mesh(v, f[:, ::-1])
     assert ism.shapes.series([(v, f), mended], target="ico:2").drift.max() < 1e-9
@@ -89,5 +89,5 @@ def test_a_series_goes_on_where_it_ended_and_gives_the_same_bits(bending, here, 
 
 def test_a_frame_that_can_not_be_mapped_is_named(here):
     v, f = ism.samples.sphere(42)
-    with pytest.raises(ism.MeshError, match="frame 1: open surface"):
+    with pytest.raises(ism.MeshError, match="surface 1: open surface"):
         ism.shapes.series([(v * [1, 1, 2], f), (v, f[1:]), (v * [1, 1, 2], f)], target="ico:1", engine=here)
