@@ -20,7 +20,7 @@ copyright = f"2026, {author}"
 release = version = __version__
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "numpydoc",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
@@ -40,6 +40,7 @@ numpydoc_xref_param_type = False
 
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 4
+nb_execution_mode = "off"  # the notebooks hold their outputs, which a test compares with a run
 
 
 def figures(block, block_vars, gallery_conf):

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parent.parent
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 PROJECT = PYPROJECT["project"]
 #: Of the linters, of what draws pages and of the peers any version will do that can be had.
-UNPINNED = {"ruff", "mypy", "sphinx", "numpydoc", "furo", "myst-parser", "sphinx-gallery", "imageio-ffmpeg", "dask",
+UNPINNED = {"ruff", "mypy", "sphinx", "numpydoc", "furo", "myst-nb", "sphinx-gallery", "imageio-ffmpeg", "dask",
             "distributed", "ktch", "mne", "neuromaps", "nilearn", "nitransforms", "pyvista", "vtk"}
 
 

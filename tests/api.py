@@ -1,0 +1,82 @@
+"""All that a user may name: both front doors, the flags of every command, exit statuses; a line each.
+
+``python tests/api.py`` writes them to ``tests/api.txt``, with which `test_api.py` compares them: a name that changes is
+seen in the change that moves it.
+"""
+
+import inspect
+from dataclasses import MISSING, fields, is_dataclass
+from enum import Enum
+from pathlib import Path
+
+from doors import PUBLIC
+
+from igl_spheremap.apps.cli.exits import Exit
+from igl_spheremap.apps.cli.parser import COMMANDS
+
+SNAPSHOT = Path(__file__).with_name("api.txt")
+
+
+def signature(function):
+    """Parameters with their kinds and defaults, but without types, which may become wider."""
+    signed = inspect.signature(function)
+    bare = [one.replace(annotation=inspect.Parameter.empty) for one in signed.parameters.values() if one.name != "self"]
+    return str(signed.replace(parameters=bare, return_annotation=inspect.Signature.empty))
+
+
+def default(field):
+    """What a field of a record holds if nothing is said."""
+    if field.default is not MISSING:
+        return f" = {field.default!r}"
+    return "" if field.default_factory is MISSING else f" = {field.default_factory()!r}"
+
+
+def of_class(name, public):
+    """What instances of a class have."""
+    bases = ", ".join(base.__name__ for base in public.__bases__ if base is not object)
+    yield f"{name}: class({bases})"
+    if issubclass(public, Enum):
+        yield from (f"{name}.{member.name} = {member.value!r}" for member in public)
+    elif is_dataclass(public):
+        yield from (f"{name}.{field.name}{default(field)}" for field in fields(public) if field.name[0] != "_")
+    for key, value in sorted(vars(public).items()):
+        if key.startswith("_") and key != "__init__" or is_dataclass(public) and key == "__init__":
+            continue
+        made = getattr(value, "__func__", value)  # of a class method
+        if inspect.isfunction(made):
+            yield f"{name}.{key}{signature(made)}"
+        elif isinstance(value, property):
+            yield f"{name}.{key}"
+
+
+def of_doors():
+    """What can be imported."""
+    for name, public in sorted(PUBLIC.items()):
+        if inspect.isclass(public):
+            yield from of_class(name, public)
+        elif inspect.isfunction(public):
+            yield f"{name}{signature(public)}"
+        elif inspect.ismodule(public):
+            yield from (f"{name}.{key}{signature(getattr(public, key))}" for key in sorted(public.__all__))
+        else:
+            yield f"{name} = {public!r}"
+
+
+def of_shell():
+    """Commands, their arguments with what they default to, and exit statuses."""
+    for command in sorted(COMMANDS, key=lambda one: one.name):
+        yield f"igl-spheremap {command.name}"
+        for names, options in command.arguments:
+            choices = f" {{{','.join(map(str, options['choices']))}}}" if "choices" in options else ""
+            of = options.get("default", False if options.get("action") == "store_true" else None)
+            yield f"igl-spheremap {command.name} {', '.join(names)}{choices} = {of!r}"
+    yield from (f"exit status {status:d}: {status.name}" for status in Exit)
+
+
+def text():
+    """The whole of it."""
+    return "".join(f"{line}\n" for line in (*of_doors(), *of_shell()))
+
+
+if __name__ == "__main__":
+    SNAPSHOT.write_text(text(), encoding="utf-8")
