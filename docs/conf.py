@@ -29,7 +29,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 templates_path = ["_templates"]
-exclude_patterns = ["_build", "examples", "reproduction/*"]
+exclude_patterns = ["_build", "examples", "reproduction/*", "gallery/*.ipynb"]  # the gallery's are for download
 default_role = "py:obj"
 
 autosummary_generate = True

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
@@ -17,6 +18,8 @@ from .records import Metadata, RawMesh, of_triangles
 
 _MAGIC = b"glTF"
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+#: Types of numbers.
+_KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _RGB = ("red", "green", "blue")
 _Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 _DEEPEST = 64  # nodes below one another; trimesh takes time by the square of their number
@@ -47,11 +50,12 @@ def parts(path: Path, textures: bool = False) -> list[Any]:
         content = (path.parent / entry["uri"]).read_bytes()
         entry["uri"], stored = _embedded(content), stored + len(content)
     _check_tree(tree, stored)
-    if any("sparse" in entry for entry in tree.get("accessors", [])):  # trimesh leaves them out
-        raise MeshError("its sparse accessors are not read; write it anew without them")
-    if named:
+    sparse = [entry for entry in tree.get("accessors", []) if "sparse" in entry]
+    if named or sparse:
         if binary and "uri" not in tree["buffers"][0]:
             tree["buffers"][0]["uri"] = _embedded(data[head + 8 :])
+        for entry in sparse:
+            _fill(tree, entry)
         binary, data = False, json.dumps(tree).encode()
     scene = trimesh.load_scene(BytesIO(data), file_type="glb" if binary else "gltf", process=False,
                                skip_materials=not textures)
@@ -72,9 +76,32 @@ def _embedded(content: bytes) -> str:
     return f"data:application/octet-stream;base64,{base64.b64encode(content).decode('ascii')}"
 
 
+def _fill(tree: dict[str, Any], accessor: dict[str, Any]) -> None:
+    """Put the sparse values of an accessor into its array, which becomes a buffer; trimesh leaves them out."""
+    sparse, count, width = accessor.pop("sparse"), accessor["count"], _WIDTHS[accessor["type"]]
+    kind = _KINDS[accessor["componentType"]]
+    array = np.zeros((count, width), dtype=kind)
+    if "bufferView" in accessor:
+        array[:] = _rows(tree, accessor, count, kind, width)
+    places = _rows(tree, sparse["indices"], sparse["count"], _KINDS[sparse["indices"]["componentType"]], 1)
+    array[places[:, 0]] = _rows(tree, sparse["values"], sparse["count"], kind, width)
+    tree["buffers"].append({"uri": _embedded(array.tobytes()), "byteLength": array.nbytes})
+    tree["bufferViews"].append({"buffer": len(tree["buffers"]) - 1, "byteLength": array.nbytes})
+    accessor |= {"bufferView": len(tree["bufferViews"]) - 1, "byteOffset": 0}
+
+
+def _rows(tree: dict[str, Any], entry: dict[str, Any], count: int, kind: str, width: int) -> NDArray[Any]:
+    """Read `count` rows from the place in a buffer that an entry of the tree names."""
+    view = tree["bufferViews"][entry["bufferView"]]
+    data = base64.b64decode(tree["buffers"][view["buffer"]]["uri"].partition(",")[2])
+    at, size = view.get("byteOffset", 0) + entry.get("byteOffset", 0), np.dtype(kind).itemsize
+    return np.ndarray((count, width), kind, data, at, (view.get("byteStride", size * width), size))
+
+
 def _check_tree(tree: dict[str, Any], stored: int) -> None:
     """Refuse scenes that ask for far more memory or time than their files are large."""
-    sizes = [8 * abs(entry["count"]) * _WIDTHS[entry["type"]] for entry in tree.get("accessors", [])]
+    sizes = [8 * (abs(entry["count"]) + abs(entry.get("sparse", {}).get("count", 0))) * _WIDTHS[entry["type"]]
+             for entry in tree.get("accessors", [])]
     views = [abs(view["byteLength"]) for view in tree.get("bufferViews", [])]
     nodes = tree.get("nodes", [])
     parts = [part for node in nodes if "mesh" in node for part in tree["meshes"][node["mesh"]]["primitives"]]

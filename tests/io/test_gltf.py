@@ -89,11 +89,40 @@ def test_buffers_in_files_of_their_own_count(tree, ball, tmp_path):
         read(tree, tmp_path)
 
 
-def test_sparse_values_are_refused(tree, tmp_path):
-    """trimesh leaves them out, and the mesh would be another one."""
-    tree["accessors"][0]["sparse"] = {"count": 1, "indices": {"bufferView": 0}, "values": {"bufferView": 0}}
-    with pytest.raises(MeshError, match="sparse accessors"):
-        read(tree, tmp_path)
+@pytest.mark.parametrize("suffix", [".gltf", ".glb"])
+def test_sparse_values_are_put_in_their_places(suffix, tree, ball, tmp_path):
+    """In an array that is stored, and in one of zeros; moved vertices are doubled, so that all can be compared."""
+    moved = np.array([3, 7, 8], dtype="<u2")
+    content = [moved.tobytes() + bytes(2), (2 * ball[0][moved]).astype("<f4").tobytes()]
+    where = len(tree["bufferViews"])
+    for each in content:
+        tree["bufferViews"].append({"buffer": len(tree["buffers"]), "byteLength": len(each)})
+        tree["buffers"].append({"uri": "data:;base64," + base64.b64encode(each).decode(), "byteLength": len(each)})
+    place = next(k for k, entry in enumerate(tree["accessors"]) if entry["type"] == "VEC3")
+    sparse = {"count": 3, "indices": {"bufferView": where, "componentType": 5123}, "values": {"bufferView": where + 1}}
+    tree["accessors"][place]["sparse"] = sparse
+    expected = ball[0].copy()
+    expected[moved] *= 2
+
+    def found():
+        if suffix == ".gltf":
+            return read(tree, tmp_path).v
+        binary = base64.b64decode(tree["buffers"][0]["uri"].partition(",")[2])
+        head = json.dumps(tree | {"buffers": [{"byteLength": len(binary)}, *tree["buffers"][1:]]}).encode()
+        head += b" " * (-len(head) % 4)
+        chunks = [head, b"JSON"], [binary + bytes(-len(binary) % 4), b"BIN\0"]
+        body = b"".join(len(each).to_bytes(4, "little") + kind + each for each, kind in chunks)
+        head = (2).to_bytes(4, "little") + (12 + len(body)).to_bytes(4, "little")
+        (tmp_path / "a.glb").write_bytes(b"glTF" + head + body)
+        return read_mesh(tmp_path / "a.glb").v
+
+    assert np.allclose(found(), expected, atol=1e-6)
+    del tree["accessors"][place]["bufferView"]
+    expected[np.setdiff1d(np.arange(len(expected)), moved)] = 0
+    assert np.allclose(found(), expected, atol=1e-6)
+    tree["accessors"][place]["sparse"] = sparse | {"count": 10**10}
+    with pytest.raises(MeshError, match="expand to"):
+        found()
 
 
 @pytest.mark.posix
