@@ -40,7 +40,7 @@ def of_class(name, public):
     elif is_dataclass(public):
         yield from (f"{name}.{field.name}{default(field)}" for field in fields(public) if field.name[0] != "_")
     for key, value in sorted(vars(public).items()):
-        if key.startswith("_") and key != "__init__" or is_dataclass(public) and key == "__init__":
+        if (key.startswith("_") and key != "__init__") or (is_dataclass(public) and key == "__init__"):
             continue
         made = getattr(value, "__func__", value)  # of a class method
         if inspect.isfunction(made):
