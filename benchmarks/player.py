@@ -18,7 +18,7 @@ import polyscope as ps
 import igl_spheremap as ism
 from igl_spheremap.apps.viewer import app, window
 from igl_spheremap.apps.viewer import background_run as runs
-from igl_spheremap.apps.viewer.player_window import PlayerWindow
+from igl_spheremap.apps.viewer.player import Player
 from igl_spheremap.maps.options import METHODS
 from igl_spheremap.samples import from_spec
 
@@ -76,7 +76,7 @@ def main(argv: list[str]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         clock = Path(folder) / "clock"
         method = METHODS["lai2014"](gradient_tolerance=1e-14, plateau=0.0, max_iterations=10**6)
-        player = PlayerWindow(Load(clock), name, method)
+        player = Player(Load(clock), name, method)
         while len(player.run.frames) < 3:
             player.tick()
             time.sleep(0.01)

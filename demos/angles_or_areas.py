@@ -12,7 +12,8 @@ import numpy as np
 import igl_spheremap as ism
 from igl_spheremap.apps.demo import run_demo
 from igl_spheremap.apps.viewer.colouring import checkerboard
-from igl_spheremap.apps.viewer.compare import Part, show_parts
+from igl_spheremap.apps.viewer.compare import show_parts
+from igl_spheremap.apps.viewer.grid import Part
 from igl_spheremap.draw.plot import fit, pose
 
 
@@ -23,10 +24,9 @@ def angles_or_areas(v, f, up, target, progress):
         result = ism.balanced_spherical_map(v, f, balance=balance, listener=progress.listener(f))
         board = checkerboard(mesh, result.sphere, poles)
         angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.log_area_ratios()).mean())
-        bodies.append(Part(f"balance {balance}", fit(v, turn), f, checks=board.checks))
+        bodies.append(Part(f"balance {balance}", fit(v, turn), f, board))
         caption = f"angles differ by {angle:.1f} degrees,\nareas by a factor of {area:.3g}"
-        legend = board.legends[0] if board.legends else None
-        spheres.append(Part(caption, result.sphere @ turn.T, f, None, board.folded, board.checks, legend=legend))
+        spheres.append(Part(caption, result.sphere @ turn.T, f, board, image=True, legends=board.legends))
     progress.close()
     show_parts([bodies, spheres], target, size=(1000, 720))
 

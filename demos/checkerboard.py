@@ -4,8 +4,8 @@
     python demos/checkerboard.py bunny.obj                 # your surface; or sample:bunny
     python demos/checkerboard.py sample:bunny picture.png  # a picture; needs no display
 
-In the window, "Moebius map" shows a handle: what is under it grows, and every square stays a square. Click a vertex to
-see its image. "balance" gives up squares for equal areas.
+In the window, click a vertex to see its image, and drag "lens": a Moebius map magnifies what is there, and every square
+stays a square. "balance" gives up squares for equal areas.
 """
 
 import igl_spheremap as ism

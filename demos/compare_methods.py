@@ -1,4 +1,4 @@
-"""One surface by the Gauss map and by every method: foldings in red, angle differences in colours and as histograms.
+"""One surface by the Gauss map and by every method: foldings in red, angle differences in colours.
 
     python demos/compare_methods.py                           # a window, where the colours can show other things
     python demos/compare_methods.py bunny.obj                 # your surface; or sample:bunny

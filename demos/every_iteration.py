@@ -9,7 +9,7 @@ Folded faces are red. Both spheres are seen through one lens, a Moebius map that
 
 import igl_spheremap as ism
 from igl_spheremap.apps.demo import run_demo
-from igl_spheremap.apps.viewer.player_window import play_recording
+from igl_spheremap.apps.viewer.player import play_recording
 
 
 def every_iteration(v, f, up, target, progress):

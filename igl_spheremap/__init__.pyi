@@ -2,7 +2,7 @@
 
 from . import samples as samples
 from . import shapes as shapes
-from .apps.viewer.player_window import play as play
+from .apps.viewer.player import play as play
 from .apps.viewer.show import screenshot as screenshot
 from .apps.viewer.show import show as show
 from .descent.energies import harmonic_energy as harmonic_energy

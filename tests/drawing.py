@@ -50,7 +50,7 @@ def drawn(image):
 _PARENT = """
 import json, os, sys
 import hand, igl_spheremap as ism
-from igl_spheremap.apps.viewer import carried_view, compare, player_window, registered_view, result_view, show
+from igl_spheremap.apps.viewer import carried_view, compare, map_view, player, registered_view, show
 public = [getattr(door, name) for door in (ism, ism.shapes) for name in dir(door)]
 for line in sys.stdin:
     folder, environment, code = json.loads(line)

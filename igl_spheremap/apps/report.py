@@ -34,7 +34,7 @@ from .viewer.app import present
 from .viewer.choices import SUBJECTS
 from .viewer.colouring import colouring
 from .viewer.compare import plane_view
-from .viewer.result_view import count_foldings
+from .viewer.map_view import count_foldings
 from .viewer.show import picture_of
 
 _SIZE = (900, 470)  # pixels of a picture

@@ -95,19 +95,6 @@ def extremes(values: FloatArray, bins: int = _CURVE) -> IntArray:
     return np.union1d(order[np.diff(part, prepend=-1) != 0], order[np.diff(part, append=bins) != 0])
 
 
-def angle_histogram(differences: FloatArray, reach: float) -> tuple[FloatArray, FloatArray]:
-    """Edges of bins from `-reach` to `reach` degrees, and the share of the differences in each.
-
-    The first and the last bin also hold what is beyond.
-
-    >>> edges, share = angle_histogram(np.array([[0.0, 0.0, 90.0]]), 40.0)
-    >>> edges[[0, -1]].tolist(), share[[40, -1]].round(3).tolist()
-    ([-40.0, 40.0], [0.667, 0.333])
-    """
-    counts, edges = np.histogram(np.clip(differences, -reach, reach), bins=_BINS, range=(-reach, reach))
-    return edges, counts / differences.size
-
-
 def colour_bar(ax: Any, ramp: Ramp) -> None:
     """A horizontal colour bar below axes, with its label and the names of its ends."""
     from matplotlib.cm import ScalarMappable

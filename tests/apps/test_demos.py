@@ -118,7 +118,7 @@ figures['files'] = os.listdir()
     used = {name.split("/")[-1]: set(labels) for name, labels in figures.items()}
     assert {"play ", "<", ">", "##iteration", "stops", "lens", "folded faces"} <= used["every_iteration.py"]
     assert "colours" in used["compare_methods.py"]
-    assert {"balance", "colours", "squares", "lens", "Moebius map"} <= used["checkerboard.py"]
+    assert {"balance", "colours", "squares", "lens"} <= used["checkerboard.py"]
 
 
 @needs_drawing
@@ -135,8 +135,8 @@ view.prepare()
 for frame in np.linspace(0, view.frames() - 1, 7).astype(int):
     view.go_to(int(frame))
     image = window.grab()[:500]
-    captions = [sphere.body.caption for sphere in view.spheres]
-    powers = [sphere.lens.power for sphere in view.spheres]
+    spheres = [view.grid.parts[0, k] for k in (1, 2)]
+    captions, powers = [part.caption for part in spheres], [part.lens.power for part in spheres]
     seen.append([captions, [vermilion(image[:, 640 + 320 * k :][:, :320]) for k in range(2)], powers])
 figures = dict(seen=seen)
 """)

@@ -6,32 +6,25 @@ import itertools
 import math
 import os
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ...draw.palette import Ramp
 from ...errors import DisplayError, FileError
 from ...io.written_map import write_map
 from ...maps.sphere_map import SphereMap
-from ...mesh.arrays import FloatArray, IntArray
-from ...mesh.check import Mesh
 from ...result.run import Iterate, Listener
 from . import window
-from .body import STRONGEST
 from .choices import LENGTH, RATE, SIZE, SUBJECTS, Pictures
-from .colouring import SCALES, SQUARES, Colouring, checkerboard, colouring, deepest_tips, poles_at, scale
-from .grid import Grid, magnification
-from .window import imgui, implot, ps
+from .grid import Grid
+from .widgets import box, leave_open, paragraph
+from .window import imgui, ps
 
 #: How a sentence begins that a window shows in place of a traceback.
 FAILED = "Something went wrong here: "
-#: Pixels of a line of a tooltip, and of the height of what says that something went wrong.
-_TIP, _SAID = 360.0, 90.0
-#: A menu lists at most this number of clusters; the button leads to all.
-_LISTED = 200
+#: Pixels of the height of what says that something went wrong.
+_SAID = 90.0
 
 
 class App:
@@ -141,7 +134,8 @@ def run_app(app: App, pictures: Pictures, *, progress: Any = None,
         shown = []
         if pictures.screenshot is not None:
             app.go_to(_frame(app, pictures.frame))
-            window.save(pictures.screenshot)
+            with app.grid.bare():
+                window.save(pictures.screenshot)
             shown.append(app.facts())
         if pictures.video is not None:
             shown += write_video(app, Path(pictures.video), pictures.length, pictures.fps, progress)
@@ -173,18 +167,12 @@ def _live(app: App) -> None:
         except Exception as error:  # shown in the window, which goes on
             where = traceback.extract_tb(error.__traceback__)[-1]
             app.failure = f"{type(error).__name__}: {error} ({Path(where.filename).name}, line {where.lineno})"
-            _leave_open()
+            leave_open()
     if app.failure:
         _failure_widgets(app)
     if app.pending is not None:
         ps.set_hide_window_after_show(False)
         ps.unshow()
-
-
-def _leave_open() -> None:
-    """Let ImGui close what an error left open without a word: the window says what the error was."""
-    io = imgui.GetIO()
-    io.ConfigErrorRecoveryEnableDebugLog = io.ConfigErrorRecoveryEnableTooltip = False
 
 
 def _failure_widgets(app: App) -> None:
@@ -227,148 +215,14 @@ def write_video(app: App, path: Path, length: int, rate: int, progress: Any = No
     return shown
 
 
-@contextmanager
-def box(title: str, place: tuple[float, float], size: tuple[float, float], *hints: str) -> Iterator[None]:
-    """Widgets or plots at a place; hints are names of ImGui's flags, by default those of a box without decoration."""
-    imgui.StyleColorsLight()  # polyscope gives every context its own colours
-    implot.StyleColorsLight()
-    imgui.SetNextWindowPos(place)
-    imgui.SetNextWindowSize(size)
-    flags = imgui.ImGuiWindowFlags_NoSavedSettings | imgui.ImGuiWindowFlags_NoFocusOnAppearing  # would close a menu
-    for hint in hints or ("NoDecoration",):
-        flags |= getattr(imgui, f"ImGuiWindowFlags_{hint}")
-    imgui.Begin(title, flags)
-    try:
-        yield
-    except Exception:
-        _leave_open()
-        raise
-    finally:
-        imgui.End()
-
-
-@contextmanager
-def panel(title: str, width: float) -> Iterator[None]:
-    """A panel over the whole height of the left edge, with a title and a width in pixels; widgets are drawn inside."""
-    with box(title, (0, 0), (width, ps.get_window_size()[1]), "NoMove", "NoResize", "NoCollapse"):
-        imgui.PushItemWidth(0.55 * width)
-        yield
-        imgui.PopItemWidth()
-
-
-def menu(label: str, shown: str, entries: Iterable[str]) -> str | None:
-    """A menu of different entries, with what is `shown` while it is closed; the entry that was chosen just now."""
-    chosen = None
-    if imgui.BeginCombo(label, shown):
-        for entry in entries:
-            if imgui.Selectable(entry, entry == shown):
-                chosen = entry
-        imgui.EndCombo()
-    return chosen
-
-
-class Colours:
-    """What colours show, with a scale and poles of squares that stay while maps change, and the widgets for them."""
-
-    def __init__(self, subject: str) -> None:
-        self.subject, self.squares = subject, SQUARES
-        self._scales: dict[str, Ramp | None] = {}
-        self._tips: IntArray | None = None
-
-    def of(
-        self, mesh: Mesh, x: FloatArray, folded: IntArray | None = None, like: FloatArray | None = None
-    ) -> Colouring:
-        """The colours of a map; scale and poles are those that fit the first map, or the one that it is `like`."""
-        like = x if like is None else like
-        if self.subject == "checkerboard":
-            if self._tips is None:
-                self._tips = deepest_tips(mesh, like)
-            return checkerboard(mesh, x, poles_at(x, self._tips), self.squares, folded)
-        if self.subject not in self._scales:
-            self._scales[self.subject] = scale(mesh, like, self.subject)
-        return colouring(mesh, x, self.subject, self._scales[self.subject], folded)
-
-    @property
-    def ramp(self) -> Ramp | None:
-        """The scale of the subject, if it has one."""
-        return self._scales.get(self.subject)
-
-    @property
-    def state(self) -> tuple[object, ...]:
-        """What decides on the colours of a map."""
-        return self.subject, self.squares, self.ramp
-
-    def widgets(self) -> bool:
-        """Choose a subject, its scale or the number of squares; whether one was chosen just now."""
-        before = self.state
-        self.subject = menu("colours", self.subject, SUBJECTS) or self.subject
-        if self.subject == "checkerboard":  # an even number: with an odd one two squares of a colour would meet
-            self.squares = 2 * round(imgui.SliderInt("squares", self.squares, 4, 96)[1] / 2)
-        else:
-            names = {" to ".join(ramp.ends): ramp for ramp in SCALES.get(self.subject, ())}
-            imgui.BeginDisabled(not names)
-            if chosen := menu("scale", " to ".join(self.ramp.ends) if self.ramp else "none", names):
-                self._scales[self.subject] = names[chosen]
-            imgui.EndDisabled()
-            tip("It stays while the map changes. The legend says how much lies beyond its ends.")
-        return before != self.state
-
-
-def lens_widgets(power: float, sizes: IntArray, shown: int) -> tuple[float | None, int | None] | None:
-    """Choose how much the lens magnifies, and the cluster of folded faces, of these sizes, that it shows.
-
-    What was chosen just now: the power, None for what fits, and a cluster if it is another one.
-    """
-    moved, chosen = imgui.SliderFloat("lens", power, 1.0, STRONGEST, magnification(power),
-                                      imgui.ImGuiSliderFlags_Logarithmic)
-    tip("A Moebius map, which keeps angles, magnifies what the small sphere circles.")
-    if moved:
-        return min(max(float(chosen), 1.0), STRONGEST), None
-    entries = [f"{k + 1}: {size:,} faces" for k, size in enumerate(sizes[:_LISTED])]
-    here = entries[shown] if shown < len(entries) else f"{shown + 1} of {len(sizes):,}" if entries else "nothing folds"
-    imgui.BeginDisabled(not entries)
-    picked = menu("clusters", here, entries)
-    imgui.EndDisabled()
-    if imgui.Button("whole sphere"):
-        return 1.0, None
-    imgui.SameLine()
-    if imgui.Button("fit"):
-        return None, None
-    tip("As strong as shows all of the cluster, or what is around the vertex that was picked.")
-    imgui.SameLine()
-    imgui.BeginDisabled(len(sizes) < 2)
-    following = imgui.Button("next cluster")
-    imgui.EndDisabled()
-    if following or picked:
-        return None, (shown + 1) % len(sizes) if picked is None else entries.index(picked)
-    return None
-
-
-def tip(text: str) -> None:
-    """Say what the last widget does while the mouse is on it."""
-    if imgui.BeginItemTooltip():
-        imgui.PushTextWrapPos(_TIP)
-        imgui.TextUnformatted(text)
-        imgui.PopTextWrapPos()
-        imgui.EndTooltip()
-
-
-def paragraph(text: str) -> None:
-    """Write text that wraps."""
-    imgui.PushTextWrapPos(0.0)
-    imgui.TextUnformatted(text)
-    imgui.PopTextWrapPos()
-
-
 class SaveWidgets:
     """A name and buttons that write what is shown: as a picture, as a video, and the map itself.
 
-    Files that are there are replaced only after a question. The window goes on to show its panel.
+    Files that are there stay: a number is added to the name. The window goes on to show its panel.
     """
 
     def __init__(self, app: App, name: str, result: Callable[[], SphereMap | None]) -> None:
         self._app, self.name, self._result = app, name, result
-        self._asked: tuple[Path, Callable[[], str]] | None = None
 
     def __call__(self) -> None:
         """Draw them."""
@@ -380,35 +234,20 @@ class SaveWidgets:
             ("map", ".npz", (Path(self.name).suffix,), self._map),
         ):  # fmt: skip
             if imgui.Button(label):
-                self._ask(self._path(ending, allowed), write)
+                self._app.message = ""
+                self._app.pending = partial(write, self._path(ending, allowed))
             imgui.SameLine()
         imgui.NewLine()
-        if self._asked is not None:
-            self._question(*self._asked)
 
     def _path(self, ending: str, allowed: Sequence[str]) -> Path:
-        """The file by its name, with an ending if it has none of those that are allowed."""
+        """A free file by the name, with an ending if it has none of those that are allowed."""
         path = Path(self.name or "unnamed")
         if path.suffix.lower() in {*window.PICTURES, *window.VIDEOS} - {*allowed}:
             path = path.with_suffix("")
-        return path if path.suffix and path.suffix.lower() in allowed else path.with_name(path.name + ending)
-
-    def _ask(self, path: Path, write: Callable[[Path], str]) -> None:
-        """Write a file, or first ask if there is one."""
-        self._asked, self._app.message = None, ""
-        if path.exists():
-            self._asked = path, partial(write, path)
-        else:
-            self._app.pending = partial(write, path)
-
-    def _question(self, path: Path, write: Callable[[], str]) -> None:
-        paragraph(f"{path} is there already.")
-        replace = imgui.Button("replace it")
-        imgui.SameLine()
-        if imgui.Button("keep it") or replace:
-            self._asked = None
-        if replace:
-            self._app.pending = write
+        if not path.suffix or path.suffix.lower() not in allowed:
+            path = path.with_name(path.name + ending)
+        numbered = (path.with_stem(f"{path.stem}_{k}") for k in itertools.count(2))
+        return next(one for one in itertools.chain([path], numbered) if not one.exists())
 
     def _picture(self, path: Path) -> str:
         with self._app.grid.bare():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -14,11 +14,12 @@ from ...mesh.arrays import BoolArray, FloatArray, IntArray
 from ...mesh.measure import face_areas
 from ...samples import sphere
 from ...sphere.rows import from_chart, row_dets, to_chart
+from .colouring import Colouring
 from .window import MATERIAL, linear, ps
 
-Legend = palette.Ramp | tuple[str, palette.Colour]
+#: Points (k, 3) on a surface, their colour, and their radius.
+Dots = tuple[FloatArray, palette.Colour, float]
 
-_NONE = np.empty(0, dtype=np.int64)
 _TINIEST = np.finfo(float).tiny
 
 #: Dots are drawn by this factor farther out than the surface.
@@ -98,52 +99,50 @@ def look_at(x: FloatArray, faces: IntArray) -> Lens:
 class Body:
     """A surface that fits into the unit ball: x to the right, y up, z towards the viewer.
 
-    With `lift`, for images, folded faces are drawn in front of the others, under which they lie. Those that would not
-    be seen have `marks`; where the image is `magnified` only those in front, for the others are no longer apart.
+    Of an `image`, folded faces are drawn in front of the others, under which they lie. Those that would not be seen
+    have `marks`; where the image is `magnified` only those in front, for the others are no longer apart.
     """
 
-    def __init__(self, name: str, x: FloatArray, f: IntArray, *, lift: bool = False) -> None:
-        self.name, self.f, self.lift = name, f, lift
-        self.magnified = False
-        self.x = x
+    def __init__(self, name: str, x: FloatArray, f: IntArray, image: bool) -> None:
+        self.name, self.f, self.image, self.x = name, f, image, x
+        self.magnified, self.visible, self.version = False, True, 0
         self._farthest = x[[int(np.argmax(x @ way)) for way in sphere(_DIRECTIONS)[0]]]
-        self.caption = ""
-        self.legends: Sequence[Legend] = ()
-        self.visible = True
-        self.version = 0
         self._outside = 1 if row_dets(*(x[f[:, k]] for k in range(3))).sum() >= 0 else -1
         self.mesh = _register(name, x, f[:, :: self._outside], MATERIAL)
         self.mesh.set_back_face_policy("cull")  # the back costs as much time as the front and is not seen
-        self.points: dict[str, Any] = {}
+        self.mesh.set_selection_mode("vertices_only")
+        self.points: dict[str, tuple[Any, float]] = {}
         self._folded: Any = None
         self._nearer = 0.0
         self._marks: Marks | None = None
+        self._shown: Colouring | None = None
         self._colours: FloatArray | None = None
-        self.paint(np.tile(palette.SURFACE, (len(f), 1)))
 
     def extent(self, turn: FloatArray) -> tuple[float, float]:
         """How far it reaches to a side, and up or down, when it is turned."""
-        if self.lift:
+        if self.image:
             return 1.0, 1.0
         across, along = np.abs(self._farthest @ turn[:2].T).max(axis=0)
         return float(across), float(along)
 
-    def set_positions(self, x: FloatArray) -> None:
-        """Move the vertices; `paint` then moves the folded faces."""
-        self.x = x
-        self.mesh.update_vertex_positions(x)
+    def show(self, x: FloatArray, colours: Colouring, edges: float, dots: Mapping[str, Dots]) -> None:
+        """Move the vertices to (n, 3) positions, colour the faces, and draw their edges and dots."""
+        moved = x is not self.x
+        if moved:
+            self.x = x
+            self.mesh.update_vertex_positions(x)
+        if moved or colours is not self._shown:
+            self._shown = colours
+            self._paint(colours)
+        self.mesh.set_edge_width(edges)
+        for label in {*self.points, *dots}:
+            self._dot(label, *dots.get(label, (np.empty((0, 3)), palette.FOLDED, 0.0)))
         self.version += 1
 
-    def paint(
-        self, colours: FloatArray, folded: IntArray | None = None, checks: FloatArray | None = None
-    ) -> None:
-        """Colour the faces, (m, 3), those whose indices are in `folded` in their own colour.
-
-        In place of the colours, `checks` shows a checkerboard of unit squares: coordinates (3 m, 2) of the corners.
-        """
-        folded = _NONE if folded is None else folded
+    def _paint(self, colours: Colouring) -> None:
+        folded, checks = colours.folded, colours.checks
         # On a sphere a checkerboard is to be seen, not the faces: those that are thin would look like scratches.
-        self.mesh.set_smooth_shade(self.lift and checks is not None)
+        self.mesh.set_smooth_shade(self.image and checks is not None)
         if checks is not None:
             both = (tuple(linear(np.array(colour))) for colour in palette.CHECKS)
             self.mesh.add_parameterization_quantity(
@@ -151,21 +150,16 @@ class Body:
                 checker_colors=tuple(both), enabled=True,
             )  # fmt: skip
         else:
-            if colours is not self._colours:
-                self._colours, self._linear = colours, linear(colours)
+            if colours.colours is not self._colours:
+                self._colours, self._linear = colours.colours, linear(colours.colours)
             shown = self._linear.copy()
             shown[folded] = linear(np.array(palette.FOLDED))
             self.mesh.add_color_quantity("colour", shown, defined_on="faces", enabled=True)
-        few = len(folded) > 0 and self._share(folded) < MANY
-        self._marks = Marks.of(self.x, self.f[:, :: self._outside], folded, self.lift) if few else None
-        self._nearer = NEARER if few and self.lift else ABOVE if checks is not None else 0.0
-        self._bring_to_front(folded if self.lift or checks is not None else _NONE)
-        self.version += 1
-
-    def _share(self, folded: IntArray) -> float:
-        """The share of the area that folded faces cover."""
         areas = face_areas(self.x, self.f)
-        return float(areas[folded].sum() / areas.sum())
+        few = len(folded) > 0 and bool(areas[folded].sum() < MANY * areas.sum())
+        self._marks = Marks.of(self.x, self.f[:, :: self._outside], folded, self.image) if few else None
+        self._nearer = NEARER if few and self.image else ABOVE if checks is not None else 0.0
+        self._bring_to_front(folded if self.image or checks is not None else folded[:0])
 
     def marks(self, turn: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:
         """Places (c, 3) of folds that are not seen where a unit takes `pixels`, and which of them face the viewer."""
@@ -174,16 +168,14 @@ class Body:
         places, front = self._marks.unseen(turn[2], pixels)
         return (places[front], front[front]) if self.magnified else (places, front)
 
-    def dots(self, label: str, positions: FloatArray, colour: palette.Colour, radius: float = 0.03) -> None:
+    def _dot(self, label: str, positions: FloatArray, colour: palette.Colour, radius: float) -> None:
         """Show (k, 3) points on the surface in place of those of that label; k = 0 takes them away."""
         name = f"{self.name} {label}"
-        old = self.points.pop(label, None)
-        if old is not None:
+        if self.points.pop(label, None) is not None:
             ps.remove_point_cloud(name)
         if len(positions):
             cloud = ps.register_point_cloud(name, positions, color=colour, material=_UNLIT)
             self.points[label] = cloud, radius
-        self.version += 1
 
     def move(self, centre: FloatArray, radius: float, turn: FloatArray, zoom: float) -> None:
         """Put the unit ball somewhere; dots don't grow with `zoom`, by which the radius was magnified."""
@@ -201,20 +193,14 @@ class Body:
         folded = [] if self._folded is None else [self._folded]
         return [self.mesh, *folded, *(cloud for cloud, _ in self.points.values())]
 
-    def show_edges(self, width: float) -> None:
-        """Draw the edges of faces that are not folded; a width of 0 hides them."""
-        self.mesh.set_edge_width(width)
-
     def remove(self) -> None:
         """Take the body off the grid."""
-        for label in tuple(self.points):
-            self.dots(label, np.empty((0, 3)), palette.FOLDED)
-        self._bring_to_front(_NONE)
-        ps.remove_surface_mesh(self.name)
+        for structure in self.structures():
+            structure.remove()
 
     def _bring_to_front(self, folded: IntArray) -> None:
         if self._folded is not None:
-            ps.remove_surface_mesh(f"{self.name} folded")
+            self._folded.remove()
             self._folded = None
         if len(folded):
             own = np.arange(3 * len(folded)).reshape(-1, 3)

@@ -15,13 +15,15 @@ from ...resampling.transfer import interpolate
 from ...shapes.correspondence.surface_map import SurfaceMap
 from ...sphere.moebius import best_rotation
 from ...sphere.rows import unit_rows
-from .app import ColouredApp, menu, panel, paragraph
-from .body import Body
+from .app import ColouredApp
 from .choices import CARRIED
 from .colouring import SQUARES, Colouring, deepest_tips, mercator_corners, places, poles_at
-from .grid import PANEL, Grid
-from .window import imgui, is_offscreen
+from .grid import Grid, Part
+from .widgets import menu, panel, paragraph
+from .window import imgui
 
+#: Radius of the dot of a landmark.
+_DOT = 0.03
 _DIRICHLET = "symmetric Dirichlet energy above an isometry's"
 
 
@@ -43,32 +45,14 @@ class CarriedView(ColouredApp):
         onto = best_rotation(b - weights @ b, a - weights @ a, weights)
         self.ends = fit(a, turn), fit(b @ onto, turn)
         self._x = unit_rows(interpolate(result.map.sphere, result.map.faces, self.common.source_location))
-        self.grid = Grid(1, 3, panel=0 if is_offscreen() else PANEL)
-        middle = (self.ends[0] + self.ends[1]) / 2
-        self.bodies = [self.grid.place(0, k, Body(name, x, f)) for k, (name, x) in enumerate(
-            (("source", self.ends[0]), ("between", middle), ("target", self.ends[1])))]
-        for name, each, over, body in (("source", result.map, "over_source", self.bodies[0]),
-                                       ("target", result.target, "over_target", self.bodies[2])):
+        self.grid = Grid()
+        self.way = 0.5
+        self._captions = []
+        for name, each, over in (("source", result.map, "over_source"), ("target", result.target, "over_target")):
             figures = self.distortion.figures[over]["symmetric_dirichlet"]
-            body.caption = (f"{name}: {len(each.vertices):,} vertices\ndistortion {figures['median']:.3g}, "
-                            f"95% below {figures['p95']:.3g} (4: isometry)")
-        self._lines = self._facts()
-        self.way = -1.0
-        self.show_way(0.5)
+            self._captions.append(f"{name}: {len(each.vertices):,} vertices\ndistortion {figures['median']:.3g}, "
+                                  f"95% below {figures['p95']:.3g} (4: isometry)")
         self.show_subject(subject)
-
-    def _facts(self) -> list[str]:
-        """What the panel says of the map."""
-        names = {"symmetric_dirichlet": "symmetric Dirichlet energy", "area_ratio": "area", "angle_ratio": "angle"}
-        lines = []
-        for over, figures in self.distortion.figures.items():
-            lines.append(over.replace("_", " the "))
-            lines += [f"{names[name]}: median {each['median']:.3g}, 95% below {each['p95']:.3g}"
-                      for name, each in figures.items()]
-        errors = self.result.landmark_errors
-        if len(errors):
-            lines.append(f"{len(errors)} landmark{'s' * (len(errors) > 1)}, the farthest missed by {errors.max():.3g}")
-        return [*lines, *self.result.notes]
 
     def show_subject(self, subject: str) -> None:
         """Colour all three by one of `CARRIED`."""
@@ -87,18 +71,22 @@ class CarriedView(ColouredApp):
             p95 = self.distortion.figures["over_source"]["symmetric_dirichlet"]["p95"] - 4
             ramp = sizes(_DIRICHLET, round_up(max(p95, 1e-9)))
             colours = Colouring(ramp.colours(np.clip(excess, 0, ramp.high)), legends=(ramp,))
-        colours.apply(*self.bodies)
+        self._colours = colours
+        self.show_way(self.way)
 
     def show_way(self, way: float) -> None:
         """Move the surface between to a share of the way from the source to the target, and the landmarks with it."""
-        if way == self.way:
-            return
         self.way = way
-        self.bodies[1].set_positions((1 - way) * self.ends[0] + way * self.ends[1])
-        self.bodies[1].caption = f"{100 * way:.0f}% of the way\n{len(self.common.faces):,} faces"
-        for body in self.bodies:
-            for k, landmark in enumerate(self.result.landmarks):
-                body.dots(f"landmark {k}", body.x[[landmark]], LINES[k % len(LINES)])
+        said = f"{100 * way:.0f}% of the way\n{len(self.common.faces):,} faces"
+        between = (1 - way) * self.ends[0] + way * self.ends[1]
+        shown = ((self._captions[0], self.ends[0], self._colours.legends), (said, between, ()),
+                 (self._captions[1], self.ends[1], ()))
+        self.grid.show([[
+            Part(caption, x, self.common.faces, self._colours, legends=legends,
+                 dots={f"landmark {k}": (x[[landmark]], LINES[k % len(LINES)], _DOT)
+                       for k, landmark in enumerate(self.result.landmarks)})
+            for caption, x, legends in shown
+        ]])  # fmt: skip
 
     def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
         ways = (1 - np.cos(2 * math.pi * np.arange(length) / length)) / 2
@@ -110,8 +98,10 @@ class CarriedView(ColouredApp):
         with panel("Match", self.grid.panel):
             if chosen := menu("colours", self.subject, CARRIED):
                 self.show_subject(chosen)
-            self.show_way(float(imgui.SliderFloat("way", self.way, 0.0, 1.0, "%.2f")[1]))
+            moved, way = imgui.SliderFloat("way", self.way, 0.0, 1.0, "%.2f")
+            if moved:
+                self.show_way(float(way))
             paragraph("0 is the source, 1 the target")
             imgui.Separator()
-            for line in self._lines:
+            for line in self.result.notes:
                 paragraph(line)

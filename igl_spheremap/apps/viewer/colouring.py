@@ -19,8 +19,9 @@ from ...paper.star_map import finite_conformal_factor
 from ...sphere.rows import INFINITE, to_chart
 from ...verify.distortion import angle_differences, log_area_ratios
 from ...verify.signs import folded_faces
-from .body import Body, Legend
 from .choices import SUBJECTS
+
+Legend = palette.Ramp | tuple[str, palette.Colour]
 
 #: Squares of a checkerboard around the sphere.
 SQUARES = 24
@@ -43,12 +44,6 @@ class Colouring:
     folded: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     legends: Sequence[Legend] = ()
     checks: FloatArray | None = None
-
-    def apply(self, *bodies: Body) -> None:
-        """Paint bodies with the faces of the map; the first bears the legends."""
-        for body in bodies:
-            body.paint(self.colours, self.folded, self.checks)
-            body.legends = self.legends if body is bodies[0] else ()
 
 
 def log_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from ...draw import palette
 from ...mesh.arrays import FloatArray, IntArray
-from .body import Body, Legend, Lens
-from .colouring import Colouring
+from .body import Body, Dots, Lens
+from .colouring import Colouring, Legend
 from .window import UNITS_PER_PIXEL, aim, imgui, ps, to_world
 
 Place = tuple[int, int]
@@ -39,25 +40,63 @@ _MARK = 4.0
 _TURNING, _SHIFTING, _NOTCH, _ZOOMS = 0.008, 150, 1.15, (0.3, 200)
 
 
-class Grid:
-    """Cells in rows and columns, each with one body; all turn together under the mouse.
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A surface inside the unit ball, and what is shown on it.
 
-    Dragging turns, dragging with the right button shifts, the wheel zooms, a double click resets; nothing
-    does while ``locked``. No body leaves its cell. A `panel` of this many pixels is kept free at the left edge,
-    strips of `head` and `foot` pixels at the upper and lower edge. Columns are as wide as their `shares`.
+    Attributes
+    ----------
+    caption : str
+        What stands above it.
+    x, f : arrays
+        Positions (n, 3), and faces (m, 3).
+    colours : Colouring
+        Its colours; grey by default.
+    image : bool
+        Whether it is a map, whose folded faces are drawn in front.
+    lens : Lens, optional
+        Through which a sphere is seen. Where it magnifies, the whole sphere is small in the corner, its place circled.
+    legends : sequence
+        What the colours mean, below it.
+    edges : float
+        Width of the edges of faces; 0 where there are none.
+    dots : mapping
+        Points on it by their names.
+    visible : bool
+        Whether it is drawn; its place stays.
     """
 
-    def __init__(
-        self, rows: int, columns: int, panel: int = PANEL, head: int = 0, foot: int = 0, shares: Sequence[float] = ()
-    ) -> None:
-        self.rows, self.columns, self.panel, self.head, self._foot = rows, columns, panel, head, foot
+    caption: str
+    x: FloatArray
+    f: IntArray
+    colours: Colouring | None = None
+    image: bool = False
+    lens: Lens | None = None
+    legends: Sequence[Legend] = ()
+    edges: float = 0.0
+    dots: Mapping[str, Dots] = field(default_factory=dict)
+    visible: bool = True
+
+
+Rows = Sequence[Sequence[Part]]
+
+
+class Grid:
+    """Parts in rows; all turn together under the mouse.
+
+    Dragging turns, dragging with the right button shifts, the wheel zooms, a double click resets. No body leaves its
+    cell. A `panel` of this many pixels is kept free at the left edge, a strip of `foot` pixels at the lower edge.
+    """
+
+    def __init__(self, panel: int = PANEL, foot: int = 0) -> None:
+        self.panel, self._foot = panel, foot
+        self.rows = self.columns = 1
+        self.parts: dict[Place, Part] = {}
         self.bodies: dict[Place, Body] = {}
         self.insets: dict[Place, Body] = {}
         self.turn = np.eye(3)
         self.zoom = 1.0
         self.shift = np.zeros(2)
-        self.locked = False
-        self._edges = np.append(0.0, np.cumsum(shares or [1.0] * columns) / sum(shares or [1.0] * columns))
         self._laid_out: object = None
 
     @property
@@ -65,21 +104,30 @@ class Grid:
         """Pixels that are kept free at the lower edge; less in small windows."""
         return min(self._foot, _FOOT * ps.get_window_size()[1])
 
-    def place(self, row: int, column: int, body: Body) -> Body:
-        """Put a body into a cell, in place of what was there."""
-        return self._put(self.bodies, (row, column), body)
+    def show(self, rows: Rows) -> None:
+        """Show parts in place of what was there; polyscope is told what has changed."""
+        self.rows, self.columns = len(rows), max(map(len, rows))
+        self.parts = {(i, k): part for i, row in enumerate(rows) for k, part in enumerate(row)}
+        for bodies in (self.bodies, self.insets):
+            for place, body in tuple(bodies.items()):
+                part = self.parts.get(place)
+                if part is None or part.f is not body.f or part.image != body.image:
+                    bodies.pop(place).remove()
+        for place, part in self.parts.items():
+            power, colours = 1.0 if part.lens is None else part.lens.power, part.colours or _grey(len(part.f))
+            seen = part.lens(part.x) if part.lens is not None and power > 1 else part.x
+            body = self._body(self.bodies, "part", place, part)
+            body.magnified, body.visible = power > 1, part.visible
+            body.show(seen, colours, part.edges, part.dots)
+            if part.lens is not None:
+                small = self._body(self.insets, "inset", place, part)
+                small.visible = part.visible and power > 1
+                small.show(part.x, colours, 0.0, {})
 
-    def inset(self, row: int, column: int, body: Body) -> Body:
-        """Put a small body into the lower right corner of a cell."""
-        return self._put(self.insets, (row, column), body)
-
-    def _put(self, bodies: dict[Place, Body], place: Place, body: Body) -> Body:
-        old = bodies.get(place)
-        if old is not None and old.name != body.name:
-            old.remove()
-        bodies[place] = body
-        self._laid_out = None
-        return body
+    def _body(self, bodies: dict[Place, Body], kind: str, place: Place, part: Part) -> Body:
+        if place not in bodies:
+            bodies[place] = Body(f"{kind} {place}", part.x, part.f, part.image)
+        return bodies[place]
 
     @contextmanager
     def bare(self) -> Iterator[None]:
@@ -90,20 +138,11 @@ class Grid:
         self.panel = room
         self._laid_out = None
 
-    def clear(self) -> None:
-        """Remove all bodies."""
-        for bodies in (self.bodies, self.insets):
-            for body in bodies.values():
-                body.remove()
-            bodies.clear()
-        self._laid_out = None
-
     def cell(self, row: int, column: int) -> tuple[float, float, float, float]:
         """Left, top, width and height of a cell in pixels, captions and legends included."""
         width, height = ps.get_window_size()
-        left, right = self.panel + (width - self.panel) * self._edges[[column, column + 1]]
-        h = (height - self.head - self.foot) / self.rows
-        return float(left), self.head + row * h, float(right - left), h
+        w, h = (width - self.panel) / self.columns, (height - self.foot) / self.rows
+        return self.panel + column * w, row * h, w, h
 
     def draw(self) -> None:
         """Lay out what has changed, write captions and legends; to be called every frame."""
@@ -124,10 +163,12 @@ class Grid:
                 body.move(*self.inset_frame(place), self.turn, 1.0)
             self._clip()
         for place, body in self.bodies.items():
-            self._annotate(place, body)
+            self._annotate(place, self.parts[place])
             self._mark(place, body, self.frame(place))
         for place, body in self.insets.items():
             self._mark(place, body, self.inset_frame(place))
+            if body.visible:
+                self._circle(place, self.parts[place].lens or Lens())
 
     def _mark(self, place: Place, body: Body, frame: tuple[FloatArray, float]) -> None:
         """Dots over folded faces that are too small to be seen, rings around those that lie behind."""
@@ -174,16 +215,15 @@ class Grid:
     def frame(self, place: Place) -> tuple[FloatArray, float]:
         """Centre and radius of the body of a cell, in the world."""
         left, top, w, h = self.cell(*place)
-        body = self.bodies[place]
         # The spheres of a row are of one size.
-        row = {k: one for (r, k), one in self.bodies.items() if r == place[0]}
-        widths = {k: self.cell(place[0], k)[2] - 2 * _GAP for k in row}
-        above = 8 + _LINE * max(len(wrapped(one.caption, widths[k])) for k, one in row.items())
-        below = float(_LEGEND * max(len(one.legends) for one in row.values()))
-        below = max([below, *(self._strip(self.cell(*each)[2]) for each in self.insets if each[0] == place[0])])
+        row = [one for (r, _), one in self.parts.items() if r == place[0]]
+        above = 8 + _LINE * max(len(wrapped(one.caption, w - 2 * _GAP)) for one in row)
+        below = float(_LEGEND * max(len(one.legends) for one in row))
+        if any(one.lens is not None for one in row):
+            below = max(below, self._strip(w))
         room = h - above - below
         x, y = left + w / 2, top + above + room / 2
-        across, along = body.extent(self.turn)
+        across, along = self.bodies[place].extent(self.turn)
         radius = max(10.0, min((w - _MARGIN) / across, (room - _MARGIN) / along) / 2) * UNITS_PER_PIXEL * self.zoom
         return to_world(x, y) + radius * np.append(self.shift, 0.0), radius
 
@@ -199,11 +239,6 @@ class Grid:
         depth = 0.5 * ps.get_window_size()[1]  # the camera is 1.5 heights away, plain bodies end at half a height
         return to_world(left + w - size - _GAP, top + h - size - _GAP, depth), size * UNITS_PER_PIXEL
 
-    def inset_corner(self, row: int, column: int) -> tuple[float, float]:
-        """Left and bottom of an inset in pixels."""
-        left, top, w, h = self.cell(row, column)
-        return left + w - 2 * _INSET * w - _GAP, top + h - _GAP
-
     def pixels(self, frame: tuple[FloatArray, float], point: FloatArray) -> FloatArray:
         """Pixels from the upper left at which a point of the unit ball of a frame is seen."""
         width, height = ps.get_window_size()
@@ -211,16 +246,10 @@ class Grid:
         x, y, _ = ((centre + radius * point @ self.turn.T) / UNITS_PER_PIXEL).T
         return np.stack((width / 2 + x, height / 2 - y), axis=-1)
 
-    def from_pixels(self, row: int, column: int, pixel: FloatArray, like: FloatArray) -> FloatArray:
-        """The point of a cell's unit ball that is seen at a pixel, as far from the viewer as the point `like`."""
-        frame = self.frame((row, column))
-        moved = (pixel - self.pixels(frame, like)) * UNITS_PER_PIXEL / frame[1]
-        return np.asarray(like + self.turn.T @ [moved[0], -moved[1], 0.0])
-
     def mouse(self) -> None:
         """Turn, shift and zoom by the mouse; to be called every frame of a window."""
         io = imgui.GetIO()
-        if io.WantCaptureMouse or self.locked:
+        if io.WantCaptureMouse:
             return
         dx, dy = io.MouseDelta
         if imgui.IsMouseDragging(0):
@@ -239,13 +268,32 @@ class Grid:
         about_x = np.array([[1, 0, 0], [0, a[1], -b[1]], [0, b[1], a[1]]])
         self.turn = about_x @ about_y @ self.turn
 
-    def _annotate(self, place: Place, body: Body) -> None:
+    def _annotate(self, place: Place, part: Part) -> None:
         left, top, w, h = self.cell(*place)
         canvas = imgui.GetBackgroundDrawList()
-        for k, line in enumerate(wrapped(body.caption, w - 2 * _GAP)):
+        for k, line in enumerate(wrapped(part.caption, w - 2 * _GAP)):
             text(canvas, left + w / 2, top + 8 + _LINE * k, line)
-        for k, legend in enumerate(body.legends):
+        for k, legend in enumerate(part.legends):
             draw_legend(canvas, left + w / 2, top + h - _LEGEND * (k + 1) + 4, w, legend)
+
+    def _circle(self, place: Place, lens: Lens) -> None:
+        """Mark the place of a lens on the small sphere, and say what it does."""
+        self.ring(self.inset_frame(place), lens.place, _CIRCLE, palette.INK)
+        left, top, w, h = self.cell(*place)
+        corner = w - 2 * _INSET * w - _GAP
+        lines = wrapped(f"circled: {magnification(lens.power)}", corner - 12)
+        for k, line in enumerate(reversed(lines)):
+            text(imgui.GetBackgroundDrawList(), left + corner - 6 - text_width(line) / 2,
+                 top + h - _GAP - _LINE * (k + 1), line)
+
+    def ring(self, frame: tuple[FloatArray, float], point: FloatArray, radius: float, colour: palette.Colour) -> None:
+        """Draw a ring around a point of the unit ball of a frame, which is seen on the far side, too."""
+        for shade, width in ((palette.BACKGROUND, 4.0), (colour, 2.0)):
+            imgui.GetBackgroundDrawList().AddCircle(tuple(self.pixels(frame, point)), radius, packed(shade), 0, width)
+
+
+def _grey(count: int) -> Colouring:
+    return Colouring(np.tile(palette.SURFACE, (count, 1)))
 
 
 def packed(colour: palette.Colour) -> int:
@@ -308,37 +356,6 @@ def wrapped(paragraphs: str, width: float) -> list[str]:
 def text_width(line: str) -> float:
     """Width of a line in pixels, in the current font."""
     return float(imgui.CalcTextSize(line)[0])
-
-
-class LensedSphere:
-    """A map in a cell, seen through a lens; while that magnifies, the map is small in the corner, its place circled."""
-
-    def __init__(self, grid: Grid, row: int, column: int, f: IntArray, x: FloatArray) -> None:
-        self._grid, self._cell, self.lens = grid, (row, column), Lens()
-        self.body = grid.place(row, column, Body(f"sphere {row} {column}", x, f, lift=True))
-        self.small = grid.inset(row, column, Body(f"inset {row} {column}", x, f, lift=True))
-
-    def show(self, x: FloatArray, lens: Lens, colours: Colouring, edges: float = 0.0) -> None:
-        """Show a map in colours through a lens."""
-        self.lens = lens
-        magnified = self.body.magnified = self.small.visible = lens.power > 1
-        for body, positions in ((self.body, lens(x) if magnified else x), (self.small, x)):
-            body.set_positions(positions)
-            body.paint(colours.colours, colours.folded, colours.checks)
-        self.body.show_edges(edges)
-
-    def annotate(self) -> None:
-        """Draw the circle and the text; to be called every frame."""
-        if not self.small.visible:
-            return
-        canvas = imgui.GetForegroundDrawList()
-        x, y = self._grid.pixels(self._grid.inset_frame(self._cell), self.lens.place)
-        canvas.AddCircle((x, y), _CIRCLE, packed((1.0, 1.0, 1.0)), 0, 4.0)
-        canvas.AddCircle((x, y), _CIRCLE, packed(palette.INK), 0, 2.0)
-        left, bottom = self._grid.inset_corner(*self._cell)
-        lines = wrapped(f"circled: {magnification(self.lens.power)}", left - 12 - self._grid.cell(*self._cell)[0])
-        for k, line in enumerate(reversed(lines)):
-            text(canvas, left - 6 - text_width(line) / 2, bottom - _LINE * (k + 1), line)
 
 
 def magnification(power: float) -> str:

@@ -1,60 +1,102 @@
-"""Watch foldings go: each step of a run before and after, through one lens that follows the foldings."""
+"""The player: each step of a run before and after, through one lens that follows the foldings; `play` opens it."""
 
 from __future__ import annotations
 
+import os
+import re
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ... import samples
 from ...draw.folds import Clusters
 from ...draw.plot import fit, pose
-from ...maps.options import Method
-from ...mesh.check import Mesh
-from ...result.recording import Frame
+from ...io.files import read_mesh
+from ...maps.options import METHODS, Method
+from ...maps.sphere_map import SphereMap
+from ...maps.spherical_conformal_map import spherical_conformal_map
+from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.check import Mesh, check_mesh
+from ...mesh.objects import takes_mesh
+from ...result.recording import Frame, Recording
 from ...result.run import Listener
-from .app import App, Colours, box
-from .background_run import ShownRun
-from .body import Body, Lens, follow
-from .choices import SUBJECTS
-from .colouring import Colouring
+from .app import App, SaveWidgets, present
+from .background_run import BackgroundRun, ShownRun, Source
+from .body import follow
+from .choices import KEEP, SIZE, SUBJECTS
 from .curves import energy_plot, folding_plot
-from .grid import Grid, LensedSphere, magnification
-from .result_view import count_foldings, edge_width
+from .grid import Grid, Part, text_width
+from .map_view import count_foldings, edge_width
+from .widgets import Colours, box, lens_widgets, menu, panel, paragraph, tip
 from .window import imgui, ps
 
+#: The name of a surface that is given as arrays.
+_GIVEN = "the given mesh"
 #: Edges are drawn where the lens magnifies more than this; elsewhere they would be all that is seen.
 _NEAR = 2.0
 _NONE = np.empty(0, dtype=np.int64)
-#: Widths of the surface and of both spheres, in a window and in pictures, which have no panel.
-_IN_WINDOWS, _IN_PICTURES = (0.3, 0.35, 0.35), (0.5, 0.25, 0.25)
 #: Height in pixels of the curves below the spheres: text and a hundred pixels of curve.
 _CURVES = 170
+#: Pixels of the button that plays, whatever it says.
+_PLAY = 50.0
+#: Iterations that a picture goes on by.
+SPEEDS = (1, 2, 5, 10, 25, 100)
+
+_HINT = (
+    "The space bar plays, the arrow keys left and right step, up and down go to where foldings have halved or doubled. "
+    "Drag the line in a curve. Drag to turn all, drag with the right button to shift, scroll to zoom, double-click to "
+    "reset."
+)
+
+
+def parameters(method: Method) -> dict[str, bool | int | float]:
+    """The numbers and switches of a method.
+
+    >>> parameters(METHODS["lai2014"]())["max_iterations"]
+    5000
+    """
+    values = {field.name: getattr(method, field.name) for field in fields(method)}
+    return {name: value for name, value in values.items() if type(value) in (bool, int, float)}
+
+
+def descriptions(method: Method) -> dict[str, str]:
+    """What each option of a method does, from its documentation.
+
+    >>> descriptions(METHODS["lai2014"]())["delta"]
+    'Factor by which a refused step is shortened.'
+    """
+    found = re.findall(r"^    (\w+) : .*\n((?: {8}.*\n)+)", type(method).__doc__ or "", re.MULTILINE)
+    return {name: " ".join(text.split()) for name, text in found}
 
 
 class Player(App):
     """A run, and the step of it that is shown: an iterate and the next one; below them, curves of the whole run.
 
-    A step is called by the iteration that it starts from, counted from the Gauss map on, as in the curves. The last
-    frame is a strip: what each stage of the run began and ended with.
+    A step is called by the iterate that it starts from, counted from the Gauss map on, as in the curves. The last frame
+    is a strip: what each stage of the run began and ended with. What runs in the background has a panel to run others.
     """
 
     mesh: Mesh | None
 
     def __init__(
-        self, start: Callable[[str, Method], ShownRun], name: str, method: Method, *, up: str = "auto", panel: int = 0
+        self, start: Callable[[str, Method], ShownRun], name: str, method: Method, *, up: str = "auto"
     ) -> None:
-        self._start, self._up, self._panel = start, up, panel
+        self._start, self._up = start, up
         self.name, self.method = name, method
+        self.playing, self.speed, self._refused = True, SPEEDS[0], ""
         self.colours = Colours(SUBJECTS[0])
         #: How much the lens magnifies; None: as fits what it is on.
         self.power: float | None = None
+        self._save = SaveWidgets(self, "run", lambda: self.run.result)
         self._updated = time.monotonic()
         self._next: ShownRun | None = None
-        self.grid = self._new_grid()
+        self.grid = Grid(foot=_CURVES)
         run = start(name, method)
         run.name = name
         self._begin(run)
@@ -67,14 +109,9 @@ class Player(App):
         self.clusters = Clusters(_NONE, _NONE)
         self._followed, self._facing = _NONE, np.eye(3)
         self.colours = Colours(self.colours.subject)
-
-    def _new_grid(self, rows: int = 1, columns: int = 3) -> Grid:
-        """A grid without bodies, in place of the one that there is."""
-        shares = () if rows > 1 else _IN_WINDOWS if self._panel else _IN_PICTURES
-        #: The spheres of the grid, what they show, and the iteration that the curves mark.
-        self.spheres: list[LensedSphere] = []
-        self._shown, self._marked = object(), -1
-        return Grid(rows, columns, panel=self._panel, foot=_CURVES, shares=shares)
+        #: How much the lens magnifies now, what is shown, and the iterate that the curves mark.
+        self._magnified, self._marked = 1.0, -1
+        self._shown: tuple[object, ...] = ()
 
     def start(self, name: str, method: Method) -> None:
         """Begin a run, which is shown once its mesh is read: until then the one before stays."""
@@ -101,9 +138,11 @@ class Player(App):
         return self.frames()
 
     def go_to(self, frame: int) -> None:
-        """Show the step from an iteration, or the last one before it that was kept; or what `last_frame` says."""
+        """Show the step from an iterate, or the last one before it that was kept; or what `last_frame` says."""
         frames = self.run.frames
-        if frame == self.frames() and self.mesh is not None and not self._panel:
+        if self.mesh is None:
+            return
+        if frame == self.frames():
             self._show_strip(self.mesh)
         elif len(frames) == 1:
             self.show(frames[0], None)
@@ -136,28 +175,21 @@ class Player(App):
                 "foldings": frame.foldings}
 
     def tick(self) -> None:
+        """Take over what was computed, and move on while playing."""
         self._update()
+        if not self.run.frames:
+            return
+        if self.before is None or self.after is None:
+            self.go_to(0)
+        elif self.playing:
+            before = self.before.index
+            self.go_to(self.run.beside(before, self.speed))
+            self.playing = self.before.index > before or self.run.running
 
     def close(self) -> None:
         for run in (self.run, self._next):
             if run is not None:
                 run.close()
-
-    def panel(self) -> None:
-        for sphere in self.spheres:
-            sphere.annotate()
-        if self.before is not None:
-            self._curves()
-
-    def _curves(self) -> float | None:
-        """The curves of the run below the spheres, and the iteration at which one is pressed."""
-        (width, height), left, high = ps.get_window_size(), self.grid.panel, self.grid.foot
-        with box("curves", (left, height - high), (width - left, high)):
-            size = (width - left) / (1 + (left > 0)) - 16, high - 16
-            pressed = energy_plot(self.run.history, self._marked, size) if left else None
-            imgui.SameLine()
-            folding = folding_plot(self.run.history, self.run.foldings, self._marked, size)
-        return pressed if folding is None else folding
 
     def show(self, before: Frame, after: Frame | None) -> None:
         """Show two frames of the run through the same lens; where there is no second one yet, the first."""
@@ -165,21 +197,18 @@ class Player(App):
         state = before, after, self.run.result, self.colours.state, self.power
         if self.mesh is None or state == self._shown:
             return
-        if self.grid.rows > 1:
-            self._place(self.mesh)
-        if not self.spheres:
-            self.spheres = [LensedSphere(self.grid, 0, k, self.mesh.f, before.iterate.x) for k in (1, 2)]
-        self._shown, self._marked = state, before.index
         shown = before, after or before
         aim = int(shown[1].foldings > 0 and not before.foldings)
         self._follow(shown[aim])
-        self._show_spheres(self.mesh, shown, aim)[aim].apply(self.source)
-        for word, sphere in zip(("Before", "After"), self.spheres, strict=True):
-            sphere.body.caption = f"{word}\n{sphere.body.caption}"
-        self.spheres[1].small.visible = False  # the lens is that of the first
-        self.spheres[1].body.visible = after is not None
-        if after is None:
-            self.spheres[1].body.caption = "After\nbeing computed"
+        self._shown, self._marked = state, before.index
+        first, second = self._spheres(self.mesh, shown, aim)
+        source = Part(f"{Path(self.run.name).name}\n{len(self.mesh.v):,} vertices, {len(self.mesh.f):,} faces",
+                      self.source, self.mesh.f, (first, second)[aim].colours, legends=(first, second)[aim].legends)
+        said = second.caption if after is not None else "being computed"
+        self.grid.show([[
+            source, replace(first, caption=f"Before\n{first.caption}", legends=()),
+            replace(second, caption=f"After\n{said}", legends=(), visible=after is not None),
+        ]])  # fmt: skip
 
     def _show_strip(self, mesh: Mesh) -> None:
         """Show how the stages end: the surface and the sphere of the Gauss map, of both sides of the first star map, of
@@ -188,30 +217,26 @@ class Player(App):
         frames = self.run.frames
         star = next((k for k, frame in enumerate(frames[:-1]) if frame.iterate.stage == "star map"), len(frames) - 1)
         chosen = sorted({0, star - 1, star, len(frames) - 2, len(frames) - 1} & {*range(len(frames))})
-        self.before, self.after = frames[max(star - 1, 0)], frames[-1]
-        self.grid.clear()
-        self.grid = self._new_grid(2, len(chosen))
-        self.spheres = [LensedSphere(self.grid, 1, k, mesh.f, mesh.unit) for k in range(len(chosen))]
+        self.before, self.after, self._shown = frames[max(star - 1, 0)], frames[-1], ()
         self._follow(self.before)
-        painted = self._show_spheres(mesh, [frames[k] for k in chosen], chosen.index(max(star - 1, 0)))
-        for k, (colours, sphere) in enumerate(zip(painted, self.spheres, strict=True)):
-            body = self.grid.place(0, k, Body(f"surface {k}", fit(mesh.unit, self.turn), mesh.f))
-            colours.apply(body)
-            body.legends = colours.legends if k == 0 else ()
-            body.caption, sphere.body.caption = sphere.body.caption, "" if k else magnification(1.0)
-        self.spheres[0].show(self.spheres[0].small.x, Lens(), painted[0])  # its folds are all over it
+        spheres = self._spheres(mesh, [frames[k] for k in chosen], chosen.index(max(star - 1, 0)))
+        sources = [Part(part.caption, self.source, mesh.f, part.colours, legends=() if k else part.legends)
+                   for k, part in enumerate(spheres)]
+        first = replace(spheres[0], caption="the whole sphere", lens=None)  # its folds are all over it
+        self.grid.show([sources, [replace(part, caption="", legends=()) for part in (first, *spheres[1:])]])
 
-    def _show_spheres(self, mesh: Mesh, shown: Sequence[Frame], aim: int) -> list[Colouring]:
-        """Show frames on the spheres through one lens, as strong as fits one of them, and how they are coloured."""
+    def _spheres(self, mesh: Mesh, shown: Sequence[Frame], aim: int) -> list[Part]:
+        """Frames on spheres through one lens, as strong as fits one of them."""
         maps = [frame.iterate.x @ self.turn.T for frame in shown]
         lenses = follow(maps, mesh.f, self._followed, aim, self.power, self._facing)
-        painted = []
-        for frame, sphere, x, lens in zip(shown, self.spheres, maps, lenses, strict=True):
-            painted.append(self.colours.of(mesh, frame.iterate.x, frame.folded, self.run.frames[-1].iterate.x))
-            edges = edge_width(mesh, self.colours.subject) if lens.power > _NEAR else 0.0
-            sphere.show(x, lens, painted[-1], edges)
-            sphere.body.caption = f"{self.run.title(frame)}\n{count_foldings(frame.foldings)}"
-        return painted
+        self._magnified = lenses[aim].power
+        edges = edge_width(mesh, self.colours.subject) if self._magnified > _NEAR else 0.0
+        parts = []
+        for frame, x, lens in zip(shown, maps, lenses, strict=True):
+            colours = self.colours.of(mesh, frame.iterate.x, frame.folded, self.run.frames[-1].iterate.x)
+            parts.append(Part(f"{self.run.title(frame)}\n{count_foldings(frame.foldings)}", x, mesh.f, colours,
+                              image=True, lens=lens, legends=colours.legends, edges=edges))
+        return parts
 
     def _follow(self, frame: Frame) -> None:
         """Follow the cluster of folded faces that goes on from the one before, or the largest."""
@@ -228,7 +253,7 @@ class Player(App):
     def look(self, power: float | None, cluster: int | None = None) -> None:
         """Magnify by a power, None by what fits; another cluster of folded faces if it is given."""
         assert self.before is not None
-        self.power, self._facing, self._shown = power, self.grid.turn, object()
+        self.power, self._facing, self._shown = power, self.grid.turn, ()
         if cluster is not None:
             self._followed = self.clusters[cluster]
         self.show(self.before, self.after)
@@ -248,11 +273,236 @@ class Player(App):
         self._updated = time.monotonic()
         if self.run.mesh is not None and self.mesh is None:
             self.mesh, self.turn = self.run.mesh, pose(self.run.mesh.unit, self._up)
-            self._place(self.mesh)
+            self.source = fit(self.mesh.unit, self.turn)
 
-    def _place(self, mesh: Mesh) -> None:
-        """Put the surface on a new grid."""
-        self.grid.clear()
-        self.grid = self._new_grid()
-        self.source = self.grid.place(0, 0, Body("source", fit(mesh.unit, self.turn), mesh.f))
-        self.source.caption = f"{Path(self.run.name).name}\n{len(mesh.v):,} vertices, {len(mesh.f):,} faces"
+    def panel(self) -> None:
+        if self.before is not None:
+            pressed = self._curves()
+            if pressed is not None and self.grid.panel:
+                self._leave_for(round(pressed))
+        if not self.grid.panel:
+            return
+        with panel("Player", self.grid.panel):
+            if isinstance(self.run, BackgroundRun):
+                self._run_widgets()
+                imgui.Separator()
+            if self.before is not None:
+                for widgets in (self._play_widgets, self._view_widgets, self._save):
+                    widgets()
+                    imgui.Separator()
+            # What changes its height is below what is clicked.
+            if isinstance(self.run, BackgroundRun) and imgui.TreeNode("parameters"):
+                self._parameter_widgets()
+                imgui.TreePop()
+            for line in filter(None, (self.message, *self._state(), self._refused, _HINT)):
+                paragraph(line)
+        self._keys()
+
+    def _curves(self) -> float | None:
+        """The curves of the run below the spheres, and the iterate at which one is pressed."""
+        (width, height), left, high = ps.get_window_size(), self.grid.panel, self.grid.foot
+        with box("curves", (left, height - high), (width - left, high)):
+            size = (width - left) / 2 - 16, high - 16
+            pressed = energy_plot(self.run.history, self._marked, size)
+            imgui.SameLine()
+            folding = folding_plot(self.run.history, self.run.foldings, self._marked, size)
+        return pressed if folding is None else folding
+
+    def _run_widgets(self) -> None:
+        _, self.name = imgui.InputText("mesh", self.name)
+        tip("A file, or a sample. The run before stays until this one is read.")
+        names = [f"sample:{name}" for name in samples.names()]
+        self.name = menu("samples", self.name if self.name in names else "choose one", names) or self.name
+        if chosen := menu("method", self.method.name, METHODS):
+            self.method, self._refused = METHODS[chosen](), ""
+        if imgui.Button("run"):
+            self.start(self.name, self.method)
+            self.playing = True
+        imgui.SameLine()
+        imgui.BeginDisabled(not self.run.running)
+        if imgui.Button("stop"):
+            self.run.stop()
+        imgui.EndDisabled()
+
+    def _parameter_widgets(self) -> None:
+        values, described = parameters(self.method), descriptions(self.method)
+        widest = max(text_width(name) for name in values)
+        for name, value in values.items():
+            imgui.SetNextItemWidth(imgui.GetContentRegionAvail()[0] - widest - 8)
+            label = name.replace("_", " ")
+            if isinstance(value, bool):
+                changed, value = imgui.Checkbox(label, value)
+            elif isinstance(value, int):
+                changed, value = imgui.InputInt(label, value)
+            else:
+                changed, value = imgui.InputDouble(label, value, format="%.1e")
+            tip(described.get(name, ""))
+            if not changed:
+                continue
+            try:
+                self.method, self._refused = replace(self.method, **{name: value}), ""
+            except ValueError as error:
+                self._refused = str(error)
+
+    def _state(self) -> list[str]:
+        """How far the run is, what it takes, and what there is to say of it."""
+        run = self.run
+        if run.error is not None:
+            return [f"{type(run.error).__name__}: {run.error}"]
+        if not run.frames:
+            return [f"reading {run.name}" if run.mesh is None else "making the first map"]
+        count = len(run.foldings) - 1
+        if run.result is None:
+            return [f"computing: {count:,} iterations, {count / max(run.seconds, 1e-3):,.0f} a second", run.memory]
+        notes = (f"note: {note}" for note in run.result.notes)
+        return [f"{count:,} iterations in {run.seconds:.3g} s", run.memory, *notes]
+
+    def _play_widgets(self) -> None:
+        assert self.before is not None
+        at, last = self.before.index, self.frames() - 1
+        if imgui.Button("pause" if self.playing else "play ", (_PLAY, 0.0)):
+            self._toggle()
+        for label, way in (("<", -1), (">", 1)):
+            imgui.SameLine()
+            if imgui.Button(label):
+                self._leave_for(self.run.beside(at, way))
+        imgui.SameLine()
+        imgui.SetNextItemWidth(70)
+        speeds = {f"x{speed}": speed for speed in SPEEDS}
+        if chosen := menu("speed", f"x{self.speed}", speeds):
+            self.speed = speeds[chosen]
+        imgui.SetNextItemWidth(-1)
+        moved, iteration = imgui.SliderInt("##iteration", at, 0, last, "iteration %d")
+        if moved:
+            self._leave_for(iteration)
+        for label, way in (("previous", -1), ("next", 1)):
+            change = self.run.change(at, way)
+            imgui.BeginDisabled(change is None)
+            if imgui.Button(label):
+                self._leave_for(change)
+            imgui.EndDisabled()
+            tip("To where there are half or twice as many foldings, none, or some.")
+            imgui.SameLine()
+        imgui.TextUnformatted("change of foldings")
+        marks = dict(self.run.stops())
+        here = [name for name, k in marks.items() if self.run.frames[k] is self.after]
+        if chosen := menu("stops", here[-1] if here else "go to", marks):
+            self._leave_for(self.run.frames[marks[chosen]].index - 1)
+
+    def _keys(self) -> None:
+        if imgui.GetIO().WantTextInput or self.before is None:
+            return
+        if imgui.IsKeyPressed(imgui.ImGuiKey_Space, False):
+            self._toggle()
+        for key, find, way in (
+            (imgui.ImGuiKey_LeftArrow, self.run.beside, -1), (imgui.ImGuiKey_RightArrow, self.run.beside, 1),
+            (imgui.ImGuiKey_UpArrow, self.run.change, -1), (imgui.ImGuiKey_DownArrow, self.run.change, 1),
+        ):  # fmt: skip
+            if imgui.IsKeyPressed(key):
+                self._leave_for(find(self.before.index, way))
+
+    def _toggle(self) -> None:
+        """Play or pause; at the end, play from the beginning."""
+        assert self.before is not None
+        if not self.playing and self.before.index >= self.run.iterations[-1]:
+            self.go_to(0)
+        self.playing = not self.playing
+
+    def _leave_for(self, iteration: int | None) -> None:
+        """Stop playing, and show an iteration if there is one."""
+        if iteration is not None:
+            self.playing = False
+            self.go_to(min(max(iteration, 0), self.frames() - 1))
+
+    def _view_widgets(self) -> None:
+        assert self.before is not None
+        self.colours.widgets()
+        if chosen := lens_widgets(self._magnified, self.clusters.sizes, self.cluster):
+            self.look(*chosen)
+        self.show(self.before, self.after)
+
+
+@takes_mesh
+def play(
+    v: ArrayLike,
+    f: ArrayLike,
+    *,
+    method: str | Method = "lai2014",
+    out: str | os.PathLike[str] | None = None,
+    up: str = "auto",
+    size: tuple[int, int] = SIZE,
+    keep: float = KEEP,
+) -> list[dict[str, Any]]:
+    """Show a map coming about: before and after each iteration, with its folded faces in red.
+
+    The surface stands beside the sphere before and after an iteration. A Moebius map magnifies a cluster of folded
+    faces, for on a sphere a limb is tiny, and so are its foldings. The map is computed in a process of its own: call
+    this below ``if __name__ == "__main__":``, for that process imports the program anew.
+
+    Parameters
+    ----------
+    v : (n, 3) array_like of float
+        Vertex positions, any units, of a closed, oriented, connected mesh of genus 0.
+    f : (m, 3) array_like of int
+        Faces.
+    method : str or options of a method
+        What is watched, such as "lai2014", the paper's algorithms (the default), or "auto".
+    out : path, optional
+        Write a picture (.png, .jpg) of the last step with foldings and the end, or a video (.gif, .mp4, or a folder of
+        pictures), in place of opening a window; needs no display.
+    up : str
+        Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
+        stands safely; "left" and "right" show it from that side, with z up.
+    size : (int, int)
+        Width and height in pixels; 1280 by 760 by default.
+    keep : float
+        Megabytes of positions to keep, 400 by default. Where those of all iterations take more, the window says which
+        it keeps: those at starts, ends, star maps and changes of the number of foldings first.
+
+    Returns
+    -------
+    list of dict
+        What each picture shows: ``title``, ``stage``, ``round``, ``iteration`` and ``foldings`` after the step, and the
+        same of the map ``before`` it.
+
+    Raises
+    ------
+    DisplayError
+        If there is no display for a window, or no OpenGL.
+    FileError
+        If the picture or the video can't be written.
+    MeshError
+        If the mesh is not a closed surface of genus 0.
+
+    Examples
+    --------
+    >>> import igl_spheremap as ism
+    >>> ism.play(*ism.samples.make("dino"))                             # doctest: +SKIP
+    >>> ism.play(*ism.samples.make("dino"), method="lai2014", out="foldings.gif")  # doctest: +SKIP
+    """
+    mesh = check_mesh(v, f)
+    method = method if isinstance(method, Method) else METHODS[method]()
+    start = partial(in_background, partial(_load, mesh.v, mesh.f), round(1e6 * keep))
+    return present(lambda: Player(start, _GIVEN, method, up=up), out, size=size)
+
+
+def play_recording(result: SphereMap, recording: Recording, out: str | None, *, up: str = "auto") -> None:
+    """Open a window with a run that was recorded, or write its picture: the last step that changed the foldings."""
+    run = ShownRun.of(recording, result)
+    last = run.change(int(run.iterations[-1]), -1) or 0
+    present(lambda: Player(lambda name, method: run, "", METHODS[result.method](), up=up), out, frame=last)
+
+
+def in_background(load: Callable[[str], Source], budget: int, name: str, method: Method) -> BackgroundRun:
+    """Begin a run in another process; `load`, which must be picklable, takes a name to vertices and faces."""
+    return BackgroundRun(partial(load, name), partial(spherical_conformal_map, method=method), budget=budget)
+
+
+def _load(v: FloatArray, f: IntArray, name: str) -> Source:
+    """Vertices and faces by the name that the window shows, in any process."""
+    if name == _GIVEN:
+        return v, f
+    if name.startswith("sample:"):
+        return samples.from_spec(name.removeprefix("sample:"))
+    loaded = read_mesh(name)
+    return loaded.v, loaded.f

@@ -7,7 +7,9 @@ from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...operators.features import FeatureSurface
 from ...shapes.correspondence.registration import Registration
-from .compare import Part, PartsView
+from .colouring import Colouring
+from .compare import PartsView
+from .grid import Part
 
 #: In standard deviations: the ends of the colours of a feature.
 _REACH = 2.0
@@ -28,12 +30,12 @@ def registration_view(
     ramp = sequential(f"{name}, in standard deviations", -_REACH, _REACH)
     first, last = (f"correlation {result.stages[k].correlation.mean():.3f}" for k in (0, -1))
     shown = (
-        (f"the target's sphere\n{len(target.vertices):,} vertices", target, other, ramp),
-        (f"the source's sphere, before\n{len(source.vertices):,} vertices, {first}", source, own, None),
+        (f"the target's sphere\n{len(target.vertices):,} vertices", target, other, (ramp,)),
+        (f"the source's sphere, before\n{len(source.vertices):,} vertices, {first}", source, own, ()),
         (f"the source's sphere, after\n{result.map.certificate.foldings:,} folded faces, {last}", result.map, own,
-         None),
+         ()),
     )
     return PartsView([[
-        Part(caption, one.sphere, one.faces, ramp.colours(values[one.faces].mean(axis=1)), legend=legend)
-        for caption, one, values, legend in shown
+        Part(caption, one.sphere, one.faces, Colouring(ramp.colours(values[one.faces].mean(axis=1))), legends=legends)
+        for caption, one, values, legends in shown
     ]])  # fmt: skip

@@ -10,7 +10,7 @@ from ...mesh.check import Mesh
 from . import window
 from .app import present
 from .choices import SIZE, SUBJECTS
-from .result_view import ResultView, caption_of
+from .map_view import MapView, caption_of
 
 
 def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> None:
@@ -39,7 +39,8 @@ def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> 
     >>> import igl_spheremap as ism
     >>> ism.show(ism.spherical_conformal_map(*ism.samples.make("dino")))  # doctest: +SKIP
     """
-    present(lambda: ResultView(result.mesh, result.sphere, caption_of(result), up=up, subject=subject, result=result))
+    maps = {caption_of(result): result.sphere}
+    present(lambda: MapView(result.mesh, maps, up=up, subject=subject, result=result))
 
 
 def screenshot(
@@ -96,4 +97,4 @@ def picture_of(
 ) -> None:
     """`screenshot` of any map."""
     window.check_picture(path)
-    present(lambda: ResultView(mesh, x, caption, up=up, subject=subject), path, size=size)
+    present(lambda: MapView(mesh, {caption: x}, up=up, subject=subject), path, size=size)

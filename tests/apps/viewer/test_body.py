@@ -55,14 +55,17 @@ def test_a_fold_planted_at_a_limb_s_tip_comes_to_the_front_and_is_seen():
 def test_a_fold_is_seen_from_every_side_however_small_it_is():
     figures = drive("""
 from igl_spheremap.apps.viewer.body import Lens
-from igl_spheremap.apps.viewer.compare import Part, PartsView
+from igl_spheremap.apps.viewer.colouring import Colouring
+from igl_spheremap.apps.viewer.compare import PartsView
+from igl_spheremap.apps.viewer.grid import Part
 v, f = ism.samples.make('sphere', n_vertices=600)
 small, (a, b, c) = v.copy(), f[np.argmax(v[f, 2].mean(axis=1))]
 small[a] = (v[b] + v[c]) / 2 + 1e-6 * (v[b] + v[c] - 2 * v[a])  # just across the edge opposite
 small[a] /= np.linalg.norm(small[a])
 folded = ism.certify(small, f).flipped
 app.open_for(Pictures('unused.png', size=(800, 400)))
-view = PartsView([[Part('surface', small, f), Part('map', small, f, folded=folded)]])
+grey = Colouring(np.full(f.shape, 0.8), folded)
+view = PartsView([[Part('surface', small, f), Part('map', small, f, grey, image=True)]])
 ps.set_user_callback(lambda: app.draw_app(view))
 red = []
 for _ in range(6):

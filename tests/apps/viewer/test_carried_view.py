@@ -25,10 +25,10 @@ for show, _ in view.film(8):
     show()
     ways.append(view.way)
 view.show_way(0.0)
-start = float(np.abs(view.bodies[1].x - view.bodies[0].x).max())
+start = float(np.abs(view.grid.parts[0, 1].x - view.ends[0]).max())
 view.show_way(1.0)
-figures = dict(ways=ways, start=start, end=float(np.abs(view.bodies[1].x - view.bodies[2].x).max()),
-               captions=[body.caption for body in view.bodies], faces=len(onto.overlay().faces))
+figures = dict(ways=ways, start=start, end=float(np.abs(view.grid.parts[0, 1].x - view.ends[1]).max()),
+               captions=[part.caption for part in view.grid.parts.values()], faces=len(onto.overlay().faces))
 """)
     assert figures["ways"][0] == 0
     assert max(figures["ways"]) == 1
@@ -45,8 +45,8 @@ for frame in range(view.frames()):
     view.go_to(frame)
     image = window.grab()
     shots.append(drawn(image))
-    dots.append([sorted(body.points) for body in view.bodies])
-figures = dict(shots=shots, dots=dots, shares=[[float(abs(v).max()) for v in (body.x,)] for body in view.bodies])
+    dots.append([sorted(body.points) for body in view.grid.bodies.values()])
+figures = dict(shots=shots, dots=dots)
 """)
     assert min(figures["shots"]) > 0.1
     assert all(labels == ["landmark 0"] for frame in figures["dots"] for labels in frame)

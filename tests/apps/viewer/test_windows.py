@@ -5,7 +5,7 @@ from drawing import needs_drawing, use
 
 import igl_spheremap as ism
 from igl_spheremap.apps.viewer.background_run import ShownRun
-from igl_spheremap.apps.viewer.player_window import descriptions, parameters
+from igl_spheremap.apps.viewer.player import descriptions, parameters
 from igl_spheremap.maps.options import METHODS
 
 
@@ -65,8 +65,7 @@ def script(hand):
         hand.drag((400, 150), (440, 190), button)
     hand.wheel(400, 150, 2)
     hand.click('picture')
-    hand.click('replace it')
-    hand.wait(lambda: hand.shows('wrote saved.png'))
+    hand.wait(lambda: hand.shows('wrote saved_2.png'))
 
 figures = dict(visited=[])
 v, f = ism.samples.make('dumbbell', n_vertices=300)
@@ -91,7 +90,7 @@ figures['files'] = sorted(os.listdir())
             "lens", "picture", "map", "folded faces", "fit", "whole sphere"} <= set(figures["used"])
     assert figures["refused"]
     assert figures["methods"] == figures["methods_there"]
-    assert figures["files"] == ["saved.gif", "saved.npz", "saved.png"]
+    assert figures["files"] == ["saved.gif", "saved.npz", "saved.png", "saved_2.png"]
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -143,18 +142,17 @@ Hand().run(lambda: ism.play(v, f, method='auto', size={size!r}), script)
 @needs_drawing
 def test_what_goes_wrong_in_a_window_is_said_there_and_the_window_goes_on():
     figures = use("""
-from igl_spheremap.apps.viewer.result_view import ResultView
+from igl_spheremap.apps.viewer.map_view import MapView
 
-def broken(self, centre):
+def broken(self, *chosen):
     raise IndexError('planted')
 
 def script(hand):
     hand.resize(500, 300)
-    hand.click('Moebius map')
-    move, ResultView.move, hand.strict = ResultView.move, broken, False
-    hand.slide('strength', 0.9)
+    look, MapView.look, hand.strict = MapView.look, broken, False
+    hand.slide('lens', 0.9)
     figures['said'] = hand.failures()
-    ResultView.move = move
+    MapView.look = look
     hand.click('close')
     hand.strict = True
     hand.everything(leave=('picture', 'video', 'map', 'balance'))

@@ -15,9 +15,8 @@ from ....mesh.disk import check_disk
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import SHOWN, Pictures, guess_up
 from ...viewer.compare import plane_view
-from ...viewer.player import Player
-from ...viewer.player_window import PlayerWindow, in_background
-from ...viewer.result_view import ResultView, caption_of
+from ...viewer.map_view import MapView, caption_of
+from ...viewer.player import Player, in_background
 from ..arguments import chosen_method, refuse_flags
 from ..exits import UsageError
 from ..inputs import InputMesh, load_pair, load_source, read_source
@@ -53,8 +52,7 @@ def run_view(args: Namespace) -> None:
     args.progress.close()
     up = args.up or source.up
     name = re.sub(r"\W+", "_", f"{Path(source.name).stem}_map")
-    view = ResultView(result.mesh, result.sphere, caption, up=up, subject=SHOWN[args.show],
-                      panel=not pictures.offscreen, result=result, name=name)
+    view = MapView(result.mesh, {caption: result.sphere}, up=up, subject=SHOWN[args.show], result=result, name=name)
     run_app(view, pictures, progress=args.progress)
 
 
@@ -100,9 +98,8 @@ def run_play(args: Namespace) -> None:
     args.progress.begin(f"mapping {source.name}")
     load = partial(_load, source)
     up = args.up or source.up
-    kind = Player if pictures.offscreen else PlayerWindow
     start = partial(in_background, load, round(1e6 * args.keep))
-    frames = run_app(kind(start, source.name, method, up=up), pictures,
+    frames = run_app(Player(start, source.name, method, up=up), pictures,
                      progress=args.progress, listener=args.progress.listener(source.f))
     if pictures.offscreen:
         found = Findings(source=source.name, method=args.method, frames=frames)

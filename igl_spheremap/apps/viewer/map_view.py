@@ -1,0 +1,269 @@
+"""Maps of a surface: the surface beside its image, or above it where there are several, to be compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from ...draw.folds import Clusters
+from ...draw.plot import fit, pose
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.check import Mesh
+from ...mesh.measure import face_areas
+from ...result import findings
+from ...result.run import Listener, title_of
+from ...verify.distortion import angle_differences
+from ...verify.signs import folded_faces
+from .app import ColouredApp, SaveWidgets
+from .background_run import BackgroundRun, Source
+from .body import EDGE_WIDTH, Lens, follow
+from .choices import SUBJECTS
+from .grid import Grid, Part
+from .widgets import Colours, lens_widgets, panel, paragraph, tip
+from .window import imgui, ps
+
+#: Edges are drawn on images of at most this many faces; beyond they would be all that is seen.
+_EDGES = 15_000
+#: Radius in pixels of the ring around the vertex that was picked; a click moves the mouse by less.
+_RING = 9.0
+#: The vertex that was picked, on all sides: magenta, which no scale has and which isn't the red of foldings.
+_PICKED = (0.85, 0.0, 0.55)
+#: Seconds of each frame that a window spends on a map that is being computed.
+_POLL = 0.01
+
+
+class MapView(ColouredApp):
+    """Maps (n, 3) of a surface by their captions, through one lens on foldings, or on the vertex that is picked.
+
+    The frames are the `SUBJECTS` that colours can show. Several maps stand in columns, whose scale fits the best of
+    them. With a `result` a slider goes on to maps of another balance.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        maps: Mapping[str, FloatArray],
+        *,
+        up: str = "auto",
+        subject: str = SUBJECTS[0],
+        result: SphereMap | None = None,
+        name: str = "map",
+    ) -> None:
+        self.mesh, self.subject, self.colours = mesh, subject, Colours(subject)
+        self.turn = pose(mesh.unit, up)
+        self._source = fit(mesh.unit, self.turn)
+        #: How much the lens magnifies; None: as fits what it is on.
+        self.power: float | None = None if len(maps) == 1 else 1.0
+        self.cluster = 0
+        #: How the grid was turned when the lens was aimed, which brings its place to the front.
+        self._facing = np.eye(3)
+        self.result = result
+        self.picked: int | None = None
+        self._balance = 0.0 if result is None else result.balance
+        self._run: BackgroundRun | None = None
+        self._clicked = np.zeros(2)
+        self._save = SaveWidgets(self, name, lambda: self.result)
+        self.grid = Grid()
+        self._show_maps(maps)
+
+    def _show_maps(self, maps: Mapping[str, FloatArray]) -> None:
+        """Show other maps, with the lens on the clusters of the one with the fewest foldings."""
+        self.maps, mesh = maps, self.mesh
+        self._turned = [x @ self.turn.T for x in maps.values()]
+        self._folded = [np.flatnonzero(folded_faces(x, mesh.f)) for x in maps.values()]
+        self._angles = [float(np.abs(angle_differences(mesh.unit, mesh.f, x)[mesh.surface]).mean())
+                        for x in maps.values()]
+        self.clusters = Clusters.of(mesh.f, min(self._folded, key=lambda faces: len(faces) or np.inf))
+        self.cluster = min(self.cluster, max(len(self.clusters) - 1, 0))
+        self._describe()
+        self.show_subject(self.subject)
+
+    def look(self, power: float | None = None, cluster: int | None = None) -> None:
+        """Magnify by a power, None by what fits; on a cluster if it is given, and no longer on the vertex picked."""
+        self.power, self._facing = power, self.grid.turn
+        if cluster is not None:
+            self.cluster, self.picked = cluster, None
+            self._describe()
+        self.show_subject(self.subject)
+
+    def _lenses(self) -> list[Lens]:
+        """The lenses on the maps as they are seen: on the vertex picked, else on folded faces, else on the front."""
+        if self.picked is not None:
+            faces = np.flatnonzero((self.mesh.f == self.picked).any(axis=1))
+        elif self.clusters:
+            faces = self.clusters[self.cluster]
+        else:
+            return [Lens(self._facing[2], self.power or 1.0, self._facing)] * len(self.maps)
+        lenses = follow(self._turned, self.mesh.f, faces, power=self.power, facing=self._facing)
+        if self.picked is not None:
+            return [replace(lens, place=x[self.picked]) for lens, x in zip(lenses, self._turned, strict=True)]
+        return lenses
+
+    def show_subject(self, subject: str) -> None:
+        """Colour surface and images by one of `SUBJECTS`, and apply the lens."""
+        self.subject = self.colours.subject = subject
+        self.lenses = self._lenses()
+        like, several = list(self.maps.values())[int(np.argmin(self._angles))], len(self.maps) > 1
+        sources, images = [], []
+        for k, (caption, x) in enumerate(self.maps.items()):
+            colours = self.colours.of(self.mesh, x, self._folded[k], like)
+            own = caption if several else f"Source\n{len(self.mesh.v):,} vertices, {len(self.mesh.f):,} faces"
+            figures = f"{count_foldings(len(self._folded[k]))}\nangles differ by {self._angles[k]:.3g} degrees"
+            sources.append(Part(own, self._source, self.mesh.f, colours,
+                                legends=colours.legends if several or not k else ()))
+            images.append(Part(figures if several else f"{caption}\n{figures.splitlines()[0]}", self._turned[k],
+                               self.mesh.f, colours, image=True, lens=self.lenses[k],
+                               edges=edge_width(self.mesh, subject)))
+        self.grid.show([sources, images] if several else [[sources[0], images[0]]])
+
+    def pick(self, vertex: int | None) -> None:
+        """Mark a vertex on all sides; the lens follows it, as strong as it is. Without one, it is what fits again."""
+        magnified = self.lenses[0].power
+        if vertex is not None:
+            self.power = magnified
+        elif self.picked is not None:
+            self.power = None  # at the power of a limb's tip the rest of the sphere would be a speck
+        self.picked, self._facing = vertex, self.grid.turn
+        self._describe()
+        if magnified > 1:
+            self.show_subject(self.subject)
+
+    def _describe(self) -> None:
+        """Take the figures of the vertex that was picked, else of the result, for the panel."""
+        self.lines: list[str] = []
+        if self.picked is not None:
+            self.lines = self._vertex_lines(self.picked)
+        elif self.result is not None:
+            found = (findings.verdict(self.result.certificate, self.mesh.caps),
+                     findings.angles(self.result.angle_differences()), findings.areas(self.result.log_area_ratios()))
+            self.lines = [f"{one.label}: {one.text}" for one in found]
+
+    def _vertex_lines(self, vertex: int) -> list[str]:
+        at = self.mesh.f == vertex
+        around, own = at.any(axis=1), face_areas(self.mesh.unit, self.mesh.f)
+        lines = [f"vertex {vertex:,} of {len(self.mesh.v):,}: " + ", ".join(f"{c:.4g}" for c in self.mesh.v[vertex])]
+        for caption, x in self.maps.items():
+            angles = np.abs(angle_differences(self.mesh.unit, self.mesh.f, x)[at])
+            image = face_areas(x, self.mesh.f)
+            ratio = image[around].sum() / image.sum() / (own[around].sum() / own.sum())
+            lines.append(f"{caption}: image {', '.join(f'{c:.4f}' for c in x[vertex])}; angles differ by "
+                         f"{angles.mean():.3g} degrees on average, {angles.max():.3g} at most; its faces have "
+                         f"{ratio:.3g} times their share of the area")
+        return lines
+
+    def rebalance(self, balance: float) -> None:
+        """Go on to the map of another balance, which a process of its own computes; `tick` takes it over."""
+        assert self.result is not None
+        self.close()
+        self._balance = balance
+        load, solve = partial(_given, self.mesh.v, self.mesh.f), partial(_rebalanced, self.result, balance)
+        self._run = BackgroundRun(load, solve)
+
+    def prepare(self, listener: Listener | None = None) -> None:
+        if self._run is not None:
+            self._run.wait()
+            self._take_map()
+
+    def _take_map(self) -> None:
+        if self._run is None:
+            return
+        self._run.poll(_POLL)
+        if self._run.result is not None:
+            self.result, self._run, self.power = self._run.result, None, None
+            self._show_maps({caption_of(self.result): self.result.sphere})
+        elif self._run.error is not None:
+            self.message, self._run = str(self._run.error), None
+
+    def close(self) -> None:
+        if self._run is not None:
+            self._run.close()
+            self._run = None
+
+    def tick(self) -> None:
+        self._take_map()
+        if imgui.GetIO().WantCaptureMouse:
+            return
+        mouse = np.array(imgui.GetMousePos())
+        if imgui.IsMouseClicked(0):
+            self._clicked = mouse
+        if imgui.IsMouseReleased(0) and np.linalg.norm(mouse - self._clicked) < _RING / 2:
+            self.pick_at(mouse)
+
+    def pick_at(self, pixel: FloatArray) -> None:
+        """Pick the vertex that is seen at a pixel, on any side; none where there is none."""
+        hit = ps.pick(screen_coords=tuple(pixel))
+        seen = hit.is_hit and hit.structure_name in {body.name for body in self.grid.bodies.values()}
+        self.pick(int(hit.structure_data["index"]) if seen else None)
+
+    def panel(self) -> None:
+        if self.picked is not None:
+            for place, body in self.grid.bodies.items():
+                self.grid.ring(self.grid.frame(place), body.x[self.picked], _RING, _PICKED)
+        if not self.grid.panel:
+            return
+        with panel("Map", self.grid.panel):
+            if self.result is not None:
+                self._balance_slider()
+            if self.colours.widgets():
+                self.show_subject(self.colours.subject)
+            if chosen := lens_widgets(self.lenses[0].power, self.clusters.sizes, self.cluster):
+                self.look(*chosen)
+            self._save()
+            imgui.Separator()
+            for line in filter(None, (self.message, *self.lines)):
+                paragraph(line)
+            imgui.Separator()
+            paragraph("Click a vertex to see its image and its figures, and beside it to forget it; the lens is a "
+                      "Moebius map: what is under it grows. Drag to turn all, drag with the right button to shift, "
+                      "scroll to zoom, double-click to reset.")
+
+    def _balance_slider(self) -> None:
+        assert self.result is not None
+        imgui.BeginDisabled(not self.result.certificate.folding_free)
+        _, self._balance = imgui.SliderFloat("balance", self._balance, 0.0, 1.0, "%.2f")
+        if imgui.IsItemDeactivatedAfterEdit():
+            self.rebalance(min(max(self._balance, 0.0), 1.0))
+        imgui.EndDisabled()
+        tip("0 keeps angles, 1 keeps areas. Maps that fold have none.")
+        said = "0 keeps angles, 1 keeps areas"
+        if self._run is not None:
+            said = title_of(self._run.frames[-1].iterate) if len(self._run.frames) > 1 else "starting"
+        imgui.BeginDisabled(self._run is None)
+        if imgui.Button("stop"):
+            self.close()
+        imgui.EndDisabled()
+        imgui.SameLine()
+        imgui.TextUnformatted(said)
+
+
+def _given(v: FloatArray, f: IntArray) -> Source:
+    return v, f
+
+
+def _rebalanced(result: SphereMap, balance: float, v: FloatArray, f: IntArray, *, listener: Listener) -> SphereMap:
+    """What a process computes while the window stays alive; v and f are those of the result."""
+    return result.rebalance(balance, listener=listener)
+
+
+def edge_width(mesh: Mesh, subject: str) -> float:
+    """Width of the edges on images; 0 where there are too many, or where they would hide a scale of colours."""
+    return EDGE_WIDTH if subject == SUBJECTS[0] and len(mesh.f) <= _EDGES else 0.0
+
+
+def count_foldings(count: int) -> str:
+    """A caption.
+
+    >>> count_foldings(1), count_foldings(1200)
+    ('1 folded face', '1,200 folded faces')
+    """
+    return f"{count:,} folded face{'s' * (count != 1)}"
+
+
+def caption_of(result: SphereMap) -> str:
+    """How a map was made."""
+    balance = f", balance {result.balance:g}" if result.balance else ""
+    return f"map ({result.method}{balance})"

@@ -1,0 +1,159 @@
+"""The vocabulary of all panels: boxes, menus and texts, what colours show, and the lens."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+
+from ...draw.palette import Ramp
+from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.check import Mesh
+from .body import STRONGEST
+from .choices import SUBJECTS
+from .colouring import SCALES, SQUARES, Colouring, checkerboard, colouring, deepest_tips, poles_at, scale
+from .grid import magnification
+from .window import imgui, implot, ps
+
+#: Pixels of a line of a tooltip.
+_TIP = 360.0
+#: A menu lists at most this number of clusters; the button leads to all.
+_LISTED = 200
+
+
+@contextmanager
+def box(title: str, place: tuple[float, float], size: tuple[float, float], *hints: str) -> Iterator[None]:
+    """Widgets or plots at a place; hints are names of ImGui's flags, by default those of a box without decoration."""
+    imgui.StyleColorsLight()  # polyscope gives every context its own colours
+    implot.StyleColorsLight()
+    imgui.SetNextWindowPos(place)
+    imgui.SetNextWindowSize(size)
+    flags = imgui.ImGuiWindowFlags_NoSavedSettings | imgui.ImGuiWindowFlags_NoFocusOnAppearing  # would close a menu
+    for hint in hints or ("NoDecoration",):
+        flags |= getattr(imgui, f"ImGuiWindowFlags_{hint}")
+    imgui.Begin(title, flags)
+    try:
+        yield
+    except Exception:
+        leave_open()
+        raise
+    finally:
+        imgui.End()
+
+
+@contextmanager
+def panel(title: str, width: float) -> Iterator[None]:
+    """A panel over the whole height of the left edge, with a title and a width in pixels; widgets are drawn inside."""
+    with box(title, (0, 0), (width, ps.get_window_size()[1]), "NoMove", "NoResize", "NoCollapse"):
+        imgui.PushItemWidth(0.55 * width)
+        yield
+        imgui.PopItemWidth()
+
+
+def menu(label: str, shown: str, entries: Iterable[str]) -> str | None:
+    """A menu of different entries, with what is `shown` while it is closed; the entry that was chosen just now."""
+    chosen = None
+    if imgui.BeginCombo(label, shown):
+        for entry in entries:
+            if imgui.Selectable(entry, entry == shown):
+                chosen = entry
+        imgui.EndCombo()
+    return chosen
+
+
+def leave_open() -> None:
+    """Let ImGui close what an error left open without a word: the window says what the error was."""
+    io = imgui.GetIO()
+    io.ConfigErrorRecoveryEnableDebugLog = io.ConfigErrorRecoveryEnableTooltip = False
+
+
+class Colours:
+    """What colours show, with a scale and poles of squares that stay while maps change, and the widgets for them."""
+
+    def __init__(self, subject: str) -> None:
+        self.subject, self.squares = subject, SQUARES
+        self._scales: dict[str, Ramp | None] = {}
+        self._tips: IntArray | None = None
+
+    def of(
+        self, mesh: Mesh, x: FloatArray, folded: IntArray | None = None, like: FloatArray | None = None
+    ) -> Colouring:
+        """The colours of a map; scale and poles are those that fit the first map, or the one that it is `like`."""
+        like = x if like is None else like
+        if self.subject == "checkerboard":
+            if self._tips is None:
+                self._tips = deepest_tips(mesh, like)
+            return checkerboard(mesh, x, poles_at(x, self._tips), self.squares, folded)
+        if self.subject not in self._scales:
+            self._scales[self.subject] = scale(mesh, like, self.subject)
+        return colouring(mesh, x, self.subject, self._scales[self.subject], folded)
+
+    @property
+    def ramp(self) -> Ramp | None:
+        """The scale of the subject, if it has one."""
+        return self._scales.get(self.subject)
+
+    @property
+    def state(self) -> tuple[object, ...]:
+        """What decides on the colours of a map."""
+        return self.subject, self.squares, self.ramp
+
+    def widgets(self) -> bool:
+        """Choose a subject, its scale or the number of squares; whether one was chosen just now."""
+        before = self.state
+        self.subject = menu("colours", self.subject, SUBJECTS) or self.subject
+        if self.subject == "checkerboard":  # an even number: with an odd one two squares of a colour would meet
+            self.squares = 2 * round(imgui.SliderInt("squares", self.squares, 4, 96)[1] / 2)
+        else:
+            names = {" to ".join(ramp.ends): ramp for ramp in SCALES.get(self.subject, ())}
+            imgui.BeginDisabled(not names)
+            if chosen := menu("scale", " to ".join(self.ramp.ends) if self.ramp else "none", names):
+                self._scales[self.subject] = names[chosen]
+            imgui.EndDisabled()
+            tip("It stays while the map changes. The legend says how much lies beyond its ends.")
+        return before != self.state
+
+
+def lens_widgets(power: float, sizes: IntArray, shown: int) -> tuple[float | None, int | None] | None:
+    """Choose how much the lens magnifies, and the cluster of folded faces, of these sizes, that it shows.
+
+    What was chosen just now: the power, None for what fits, and a cluster if it is another one.
+    """
+    moved, chosen = imgui.SliderFloat("lens", power, 1.0, STRONGEST, magnification(power),
+                                      imgui.ImGuiSliderFlags_Logarithmic)
+    tip("A Moebius map, which keeps angles, magnifies what the small sphere circles.")
+    if moved:
+        return min(max(float(chosen), 1.0), STRONGEST), None
+    entries = [f"{k + 1}: {size:,} faces" for k, size in enumerate(sizes[:_LISTED])]
+    here = entries[shown] if shown < len(entries) else f"{shown + 1} of {len(sizes):,}" if entries else "nothing folds"
+    imgui.BeginDisabled(not entries)
+    picked = menu("clusters", here, entries)
+    imgui.EndDisabled()
+    if imgui.Button("whole sphere"):
+        return 1.0, None
+    imgui.SameLine()
+    if imgui.Button("fit"):
+        return None, None
+    tip("As strong as shows all of the cluster, or what is around the vertex that was picked.")
+    imgui.SameLine()
+    imgui.BeginDisabled(len(sizes) < 2)
+    following = imgui.Button("next cluster")
+    imgui.EndDisabled()
+    if following or picked:
+        return None, (shown + 1) % len(sizes) if picked is None else entries.index(picked)
+    return None
+
+
+def tip(text: str) -> None:
+    """Say what the last widget does while the mouse is on it."""
+    if imgui.BeginItemTooltip():
+        imgui.PushTextWrapPos(_TIP)
+        imgui.TextUnformatted(text)
+        imgui.PopTextWrapPos()
+        imgui.EndTooltip()
+
+
+def paragraph(text: str) -> None:
+    """Write text that wraps."""
+    imgui.PushTextWrapPos(0.0)
+    imgui.TextUnformatted(text)
+    imgui.PopTextWrapPos()
