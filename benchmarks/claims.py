@@ -20,15 +20,14 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 import igl_spheremap as ism
-from igl_spheremap.apps.reproduce.canvas import TEXT, function_scale, page_figure, show_function
+from igl_spheremap.apps.reproduce.canvas import TEXT, page_figure, show_function
 from igl_spheremap.apps.reproduce.figures import SETTINGS, named, relative_u
-from igl_spheremap.apps.reproduce.items import drawn
 from igl_spheremap.apps.reproduce.runs import METHODS, PaperRun, run
 from igl_spheremap.apps.reproduce.surfaces import PaperSurface, load_surface
 from igl_spheremap.apps.reproduce.tables import TABLE_1, TABLE_2, TABLE_3, WAYS
 from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.problem import Problem
-from igl_spheremap.draw.palette import GUIDE, LINES
+from igl_spheremap.draw.palette import FACTORS, GUIDE, LINES, fitting
 from igl_spheremap.errors import FactorisationFailed, FileError, MapError, MeshError
 from igl_spheremap.maps.methods import in_gauge
 from igl_spheremap.maps.options import Stereographic
@@ -46,6 +45,7 @@ from igl_spheremap.verify.signs import folded_faces
 from .common import IMAGES, parser
 from .convergence import course
 from .flat_metric import through_flat_metric
+from .pages import reduce
 
 Rows = Iterable[Sequence[object]]
 
@@ -334,10 +334,11 @@ def eq24(meshes: Path | None) -> Any:
         u = np.log(ism.conformal_factor(surface.v, surface.f, x)) / 2
         error = curvature_error(mesh, u)
         shown = relative_u(surface, x)
-        scale = function_scale(shown, shown - error)
-        show_function(column[0], surface, shown, scale, title=f"{named(surface)}\nu of (14)")
-        show_function(column[1], surface, shown - error, scale, title="u that solves (24)")
-        show_function(column[2], surface, error, title=f"difference: mean size {mesh.A @ np.abs(error):.2g}")
+        ramp = fitting(FACTORS, shown)
+        show_function(column[0], surface, shown, ramp, title=f"{named(surface)}\nu of (14)")
+        show_function(column[1], surface, shown - error, ramp, title="u that solves (24)")
+        show_function(column[2], surface, error, fitting(FACTORS, error),
+                      title=f"difference: mean size {mesh.A @ np.abs(error):.2g}")
     return figure
 
 
@@ -369,7 +370,9 @@ def main(argv: list[str]) -> None:
     options = arguments.parse_args(argv)
     if options.name in PICTURES:
         path = options.image or IMAGES / f"{options.name}.png"
-        path.write_bytes(drawn(PICTURES[options.name](options.meshes), "png", width=1080))
+        figure = PICTURES[options.name](options.meshes)
+        figure.savefig(path, dpi=1080 / figure.get_figwidth())
+        reduce(path)
         return
     for k, row in enumerate(TABLES[options.name](options.meshes)):
         print(f"| {' | '.join(map(str, row))} |", flush=True)

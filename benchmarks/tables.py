@@ -13,9 +13,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from igl_spheremap.apps.reproduce.page import fill
-
 from .common import DOCS, ROOT, parser
+from .pages import fill
 
 RESULTS = Path(__file__).with_name("results")
 #: Which benchmark prints a table; a file of the corpus stands as corpus:NAME.

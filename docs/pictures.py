@@ -37,13 +37,14 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main as shell
 from igl_spheremap.apps.viewer import app as viewer
 from igl_spheremap.apps.viewer.app import App, present, run_app
-from igl_spheremap.apps.viewer.body import follow, look_at
 from igl_spheremap.apps.viewer.carried_view import CarriedView
 from igl_spheremap.apps.viewer.choices import CARRIED_SIZE
-from igl_spheremap.apps.viewer.colouring import checkerboard, colouring
-from igl_spheremap.apps.viewer.compare import Part, PartsView
+from igl_spheremap.apps.viewer.colouring import Colouring, checkerboard, colouring
+from igl_spheremap.apps.viewer.compare import PartsView
+from igl_spheremap.apps.viewer.grid import Part
 from igl_spheremap.apps.viewer.registered_view import registration_view
 from igl_spheremap.draw.folds import Clusters
+from igl_spheremap.draw.lens import follow, look_at
 from igl_spheremap.draw.palette import FACTORS, LINES, SURFACE
 from igl_spheremap.draw.plot import fit, new_figure, pose
 from igl_spheremap.errors import DisplayError
@@ -67,16 +68,17 @@ def dino(path: Path) -> list[str]:
     angles = np.abs(result.angle_differences()).mean()
     forward = fit(mesh.unit, turn)[mesh.f, 0].mean(axis=1)
     lens = look_at(result.sphere @ turn.T, mesh.f[forward > np.percentile(forward, 92)])
-    checks = checkerboard(mesh, result.sphere).checks
+    board = checkerboard(mesh, result.sphere)
     folded = np.flatnonzero(folded_faces(gauss, mesh.f))
     row = [
         Part(f"a surface\n{len(mesh.v):,} vertices", fit(mesh.unit, turn), mesh.f),
-        Part(f"its Gauss map\n{len(folded):,} folded faces (red)", gauss @ turn.T, mesh.f, folded=folded),
+        Part(f"its Gauss map\n{len(folded):,} folded faces (red)", gauss @ turn.T, mesh.f,
+             replace(board, folded=folded), image=True),
         Part(f"its map by igl_spheremap\nno folding; angles differ by {angles:.1f} degrees",
              result.sphere @ turn.T, mesh.f),
         Part(f"the head on that map,\nmagnified {lens.power:,.0f} times", lens(result.sphere @ turn.T), mesh.f),
     ]  # fmt: skip
-    return _draw([[replace(part, checks=checks) for part in row]], path, (1200, 360))
+    return _draw([[replace(part, colours=part.colours or board) for part in row]], path, (1200, 360))
 
 
 def eigen_projection(path: Path) -> list[str]:
@@ -100,12 +102,12 @@ def eigen_projection(path: Path) -> list[str]:
         phi = projection.phi @ turn.T * np.sqrt(4 * np.pi / 3)
         reach = np.linalg.norm(phi, axis=1)
         columns.append([
-            Part(f"{name}\nthe conformal factor", fit(mesh.unit, turn), mesh.f, factor.colours,
-                 legend=factor.legends[0] if len(columns) == 1 else None),
-            Part(f"{len(folds.folded):,} folded faces\n{power}", x @ turn.T, mesh.f, folds.colours, folds.folded,
+            Part(f"{name}\nthe conformal factor", fit(mesh.unit, turn), mesh.f, Colouring(factor.colours),
+                 legends=factor.legends[:1] if len(columns) == 1 else ()),
+            Part(f"{len(folds.folded):,} folded faces\n{power}", x @ turn.T, mesh.f, folds, image=True,
                  edges=0.5, lens=lens),
             Part(f"the surface of the eigenfunctions\nhas radii from {reach.min():.2f} to {reach.max():.2f}",
-                 phi / max(1.0, reach.max()), mesh.f, folds.colours, edges=0.5),
+                 phi / max(1.0, reach.max()), mesh.f, Colouring(folds.colours), edges=0.5),
         ])  # fmt: skip
     return _draw(list(zip(*columns, strict=True)), path, (1000, 1000))
 
@@ -159,6 +161,7 @@ def flat_maps(path: Path) -> list[str]:
     disk, flat = ism.disk_conformal_map(v, f), ism.flatten(v, f)
     even = disk.rebalance(1)
     checks = _CHECKS * flat.plane[f].reshape(-1, 2) / np.ptp(flat.plane, axis=0).max()
+    board = Colouring(np.tile(SURFACE, (len(f), 1)), checks=checks)
     row = [
         Part(f"a surface with a boundary\n{len(v):,} vertices", fit(v, pose(v)), f),
         Part(f"conformal disk\nangles differ by {np.abs(disk.angle_differences()).mean():.1f} degrees",
@@ -168,7 +171,7 @@ def flat_maps(path: Path) -> list[str]:
         Part(f"flat map\nlengths differ by {np.abs(flat.log_length_ratios()).mean():.0%}",
              fit(flat.image, np.eye(3)), f),
     ]  # fmt: skip
-    return _draw([[replace(part, checks=checks) for part in row]], path, (1200, 360))
+    return _draw([[replace(part, colours=board) for part in row]], path, (1200, 360))
 
 
 def balance_front(path: Path) -> list[str]:
@@ -242,7 +245,7 @@ def caps(path: Path) -> list[str]:
         mesh = ism.repair_mesh(w, g, holes="fill", handles="cut")
         made = mesh.face_source < 0
         result = ism.spherical_conformal_map(mesh.v, mesh.f, caps=made)
-        shades = np.where(made[:, None], LINES[1], SURFACE)
+        shades = Colouring(np.where(made[:, None], LINES[1], SURFACE))
         laid = fit(mesh.v, turn)
         rim = np.intersect1d(mesh.f[made], mesh.f[~made])
         first = mesh.f[np.flatnonzero(made)[0]]  # a cap, which is turned towards the viewer
@@ -328,7 +331,7 @@ def _present(build: Callable[[], App], path: Path, size: tuple[int, int]) -> lis
 
 
 def _captions(app: App) -> list[str]:
-    return [body.caption for body in app.grid.bodies.values()]
+    return [part.caption for part in app.grid.parts.values()]
 
 
 def made_with() -> str:

@@ -24,12 +24,12 @@ from doors import PUBLIC
 from drawing import missing
 
 import igl_spheremap as ism
+from benchmarks.pages import fill
+from benchmarks.reproduction import settings
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.cli.parser import COMMANDS, build_parser
 from igl_spheremap.apps.reproduce.figures import FIGURES
-from igl_spheremap.apps.reproduce.page import fill
-from igl_spheremap.apps.reproduce.runs import settings
 from igl_spheremap.apps.reproduce.tables import TABLES as REPRODUCED_TABLES
 from igl_spheremap.io.files import write_mesh
 from igl_spheremap.io.formats import FORMATS

@@ -10,6 +10,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.measure import face_areas
 from ..sphere.rows import row_crosses, row_lengths
 
 #: A cluster of folded faces that colours fewer pixels than a square with this side gets a mark, to be seen at all.
@@ -78,7 +79,8 @@ class Clusters:
 class Marks:
     """Clusters of folded faces as pictures mark them: their middles (c, 3), and the vector areas (k, 3) of their faces.
 
-    The vectors point out of the surface, whichever way the faces turn.
+    There are none where folded faces cover much of the surface. The vectors point out of the surface, whichever way the
+    faces turn.
     """
 
     clusters: Clusters
@@ -88,7 +90,8 @@ class Marks:
     @classmethod
     def of(cls, x: FloatArray, f: IntArray, folded: IntArray, sphere: bool) -> Marks:
         """Marks of faces that are folded, on a map to the sphere or the plane z = 0, or on a surface."""
-        clusters = Clusters.of(f, folded)
+        areas = face_areas(x, f)
+        clusters = Clusters.of(f, folded if areas[folded].sum() < MANY * areas.sum() else folded[:0])
         a, b, c = (x[f[clusters.faces, k]] for k in range(3))
         outward, middles = row_crosses(b - a, c - a) / 2, (a + b + c) / 3
         plane = not x[:, 2].any()
@@ -102,8 +105,8 @@ class Marks:
 
         `towards` is the unit vector to the viewer; a unit of length takes `pixels` pixels.
 
-        >>> x = np.array([[0.0, 0, 1], [0.1, 0, 1], [0, 0.1, 1]])
-        >>> marks = Marks.of(x, np.array([[0, 2, 1]]), np.array([0]), sphere=True)
+        >>> x = np.array([[0.0, 0, 1], [0.1, 0, 1], [0, 0.1, 1], [-1, 0, 0], [0, -1, 0]])
+        >>> marks = Marks.of(x, np.array([[0, 2, 1], [0, 3, 4]]), np.array([0]), sphere=True)
         >>> [len(marks.unseen(x[0], pixels)[0]) for pixels in (30, 300)], marks.unseen(-x[0], 300)[1].tolist()
         ([1, 0], [False])
         """

@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 from .._version import __version__
 from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.measure import face_areas
-from .folds import ABOVE, MANY, NEARER, SEEN, Marks
+from .folds import ABOVE, NEARER, SEEN, Marks
 from .palette import FOLDED, Colour, Ramp
 
 
@@ -159,14 +158,12 @@ def _content(f: IntArray, view: View) -> dict[str, object]:
     """What scene.js draws: the surface, and the marks of folded faces unless these cover much of it."""
     painted = view.colours.copy()
     painted[view.folded] = FOLDED
-    sizes = face_areas(view.x, f)
-    few = sizes[view.folded].sum() < MANY * sizes.sum()
-    marks = Marks.of(view.x, f, view.folded if few else view.folded[:0], view.sphere)
+    marks = Marks.of(view.x, f, view.folded, view.sphere)
     return {
         "caption": view.caption,
         "legend": legend(view.shown) if view.shown else "",
         "sphere": view.sphere,
-        "nearer": NEARER if few and view.image else ABOVE,
+        "nearer": NEARER if len(marks.clusters) and view.image else ABOVE,
         "positions": _base64(view.x.astype("<f4")),
         "colours": _base64(np.rint(255 * painted).astype(np.uint8)),
         "folded": _base64(view.folded.astype("<u4")),

@@ -50,8 +50,8 @@ def test_what_is_marked_covers_fewer_pixels_than_are_seen_or_lies_behind(sphere)
 
 
 def test_a_fold_in_the_plane_is_seen_from_above_whichever_way_its_face_turns():
-    x = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    x = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-9, 0, 0], [0, -9, 0]])
     for face in ([0, 1, 2], [0, 2, 1]):
-        marks = Marks.of(x, np.array([face]), np.array([0]), True)
+        marks = Marks.of(x, np.array([face, [0, 3, 4]]), np.array([0]), True)
         assert len(marks.unseen(np.array([0.0, 0, 1]), 1.01 * SEEN * np.sqrt(2))[0]) == 0
         assert marks.unseen(np.array([0.0, 0, 1]), 0.99 * SEEN * np.sqrt(2))[1].tolist() == [True]

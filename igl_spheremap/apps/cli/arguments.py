@@ -159,7 +159,7 @@ def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
         SCREENSHOT,
         goes_with("--screenshot", argument("--frame", "K", "which frame --screenshot shows, from 0; -1 is the last",
                                            type=int)),
-        argument("--video", "OUT", "write all frames: OUT.gif, OUT.mp4 (needs imageio-ffmpeg), or a folder of PNGs; "
+        argument("--video", "OUT", "write all frames: OUT.gif, or OUT.mp4 (needs imageio-ffmpeg); "
                  "needs no display"),
         goes_with("--video", argument("--length", "N", "the most pictures of --video, evenly chosen; those at star "
                                       f"maps and repairs are added (default {LENGTH})", type=POSITIVE_COUNT,

@@ -22,7 +22,7 @@ from ...io.formats import CONVENTIONS, FORMATS
 from ...shapes.correspondence import STIFFNESS, USUAL
 from ...shapes.groups import FARTHEST
 from ...shapes.harmonics import LARGEST_DEGREE
-from ..reproduce.items import ALL, ITEMS, PICTURES
+from ..reproduce.items import ALL, ITEMS
 from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, SHOWN
 from . import arguments as shared
 from .arguments import (
@@ -350,9 +350,6 @@ COMMANDS = (
         argument("--out", "DIR", "where results and finished runs are kept (default: reproduction); run again to "
                  "continue", type=Path, default=Path("reproduction")),
         argument("--max-iterations", "N", "of each minimisation; default: the methods' own", type=COUNT),
-        choice("--format", PICTURES, "of the figures (default: %(default)s)", default=PICTURES[0]),
-        argument("--page", "FILE", "write the tables into this Markdown file, too, between <!-- table NAME --> and "
-                 "<!-- end -->", type=Path),
         shared.SILENT,
     )),
     Command("completion", "info", (choice("shell", ("bash", "zsh", "tcsh"), "which shell"),)),

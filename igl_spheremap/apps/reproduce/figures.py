@@ -10,7 +10,9 @@ import numpy as np
 
 from ... import samples
 from ...draw.folds import Clusters
-from ...draw.palette import CHECKS, FOLDED, GUIDE, INK, LINES
+from ...draw.lens import follow
+from ...draw.palette import CHECKS, FACTORS, FOLDED, GUIDE, INK, LINES, diverging, fitting, round_up
+from ...draw.plot import pose
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...paper.star_map import weighted_eigen_projection
@@ -18,19 +20,7 @@ from ...sphere.cayley import cayley_step
 from ...sphere.rows import unit_rows
 from ...verify.distortion import conformal_factor
 from ...verify.signs import folded_faces
-from .canvas import (
-    TEXT,
-    caption,
-    function_scale,
-    page_figure,
-    show_angles,
-    show_fold,
-    show_function,
-    show_map,
-    show_shape,
-    show_source,
-    show_surface,
-)  # fmt: skip
+from .canvas import TEXT, caption, page_figure, show_angles, show_function, show_image, show_source, show_surface
 from .runs import Runs
 from .surfaces import PaperSurface
 from .tables import TABLE_1, TABLE_2, TABLE_3, WAYS
@@ -44,8 +34,6 @@ _PHI_RADIUS = np.sqrt(3 / (4 * np.pi))
 _UNIT = 0.5 * np.log(4 * np.pi)
 #: Squares of the checkerboard of Fig. 1 in a quarter of a circle, and how often its faces are divided by four.
 _SQUARES, _DIVIDED = 3, 2
-#: Colours of the quarters of the sphere's halves.
-_QUARTERS = np.array([CHECKS[0], *LINES[1:4]])
 
 
 def figure_1(runs: Runs) -> Any:
@@ -56,18 +44,11 @@ def figure_1(runs: Runs) -> Any:
     figure, ((source, sphere),) = page_figure(1, 2, title, 3.6)
     v, f = igl.upsample(surface.v, surface.f, _DIVIDED)  # smooth borders of the squares
     x = unit_rows(igl.upsample(result.sphere, surface.f, _DIVIDED)[0])
-    colours = _checkerboard(unit_rows(x[f].mean(axis=1)))
+    longitude, latitude = np.arctan2(*x[f].mean(axis=1).T[:2]), np.arcsin(x[f, 2].mean(axis=1))
+    odd = sum(np.floor(angle / (np.pi / 2 / _SQUARES)).astype(np.int64) for angle in (longitude, latitude)) % 2
     for ax, where, words in ((source, v, named(surface)), (sphere, x, "the same squares on the unit sphere")):
-        show_surface(ax, PaperSurface("", v, f, "", "", surface.up), where, words, colours=colours)
+        show_surface(ax, PaperSurface("", v, f, "", "", surface.up), where, words, colours=np.array(CHECKS)[odd])
     return figure
-
-
-def _checkerboard(x: FloatArray) -> FloatArray:
-    """Colours of directions: squares of latitude and longitude, of another colour in each eighth of the sphere."""
-    longitude, latitude = np.arctan2(x[:, 1], x[:, 0]), np.arcsin(np.clip(x[:, 2], -1, 1))
-    across, up = (np.floor(angle / (np.pi / 2 / _SQUARES)).astype(np.int64) for angle in (longitude, latitude))
-    colours = _QUARTERS[(across // _SQUARES + 2 * (up >= 0)) % len(_QUARTERS)]
-    return np.where(((across + up) % 2 == 0)[:, None], colours, CHECKS[1])
 
 
 def figure_2(runs: Runs) -> Any:
@@ -104,8 +85,9 @@ def figure_3(runs: Runs) -> Any:
         surface = runs.surface(row.surface)
         result = runs.get(surface, "Algorithm 1").result
         show_source(column[0], surface, title=named(surface))
-        show_map(column[1], surface, result.sphere, title=f"{result.certificate.foldings:,} foldings")
-        show_function(column[2], surface, relative_u(surface, result.sphere), title="u (0: areas as on average)")
+        show_image(column[1], surface, result.sphere, title=f"{result.certificate.foldings:,} foldings")
+        u = relative_u(surface, result.sphere)
+        show_function(column[2], surface, u, fitting(FACTORS, u), title="u (0: areas as on average)")
     return figure
 
 
@@ -144,8 +126,10 @@ def figure_5(runs: Runs) -> Any:
         folded = np.flatnonzero(folded_faces(x, surface.f))
         share = len(folded) / len(surface.f)
         show_source(source, surface, x, title=f"{named(surface)},\n{share:.0%} of the faces folded")
-        show_map(sphere, surface, x, title=f"map: {len(folded):,} of {len(surface.f):,}\nfaces folded")
-        show_fold(close, surface, x, Clusters.of(surface.f, folded))
+        show_image(sphere, surface, x, title=f"map: {len(folded):,} of {len(surface.f):,}\nfaces folded")
+        clusters = Clusters.of(surface.f, folded)
+        (lens,) = follow([x], surface.f, clusters[0] if clusters else folded, facing=pose(surface.v, surface.up))
+        show_image(close, surface, lens(x), title=f"the largest patch,\nmagnified {lens.power:,.0f} times")
     return figure
 
 
@@ -155,11 +139,11 @@ def figure_6(runs: Runs) -> Any:
     surface = PaperSurface("Sphere", v, f, "sample sphere", "the same")
     projection = weighted_eigen_projection(v, f, v)
     figure, axes = page_figure(1, 4, "Fig. 6. Laplace-Beltrami eigenfunctions of the sphere, and their surface", 2.3)
-    scale = function_scale(projection.phi.ravel())
+    ramp = diverging("", round_up(np.abs(projection.phi).max()))
     for k in range(3):
         title = f"$\\phi_{k + 1}$, eigenvalue {projection.eigenvalues[k]:.4f}"
-        show_function(axes[0][k], surface, projection.phi[:, k], scale, title=title)
-    show_shape(axes[0][3], surface, projection.phi, _PHI_RADIUS, title=f"$\\Phi = (\\phi_1, \\phi_2, \\phi_3)$\n"
+        show_function(axes[0][k], surface, projection.phi[:, k], ramp, title=title)
+    show_image(axes[0][3], surface, projection.phi, _PHI_RADIUS, title=f"$\\Phi = (\\phi_1, \\phi_2, \\phi_3)$\n"
                                                                        f"{_roundness(projection.phi)}")
     return figure
 
@@ -170,18 +154,11 @@ def figure_7(runs: Runs) -> Any:
     one = runs.get(surface, "Algorithm 2")
     stages = [(name, x) for record, *pair in zip(one.result.rounds, one.starts, one.ends, strict=True)
               for name, x in zip((record.start, "Algorithm 1"), pair, strict=True)]
-    figure, (axes,) = page_figure(1, 1 + len(stages), "Fig. 7. Algorithm 2", 2.2)
-    figure.set_layout_engine(None)  # the usual one leaves no room for arrows between axes
-    figure.subplots_adjust(0.01, 0.14, 0.99, 0.84, wspace=0.2)
+    figure, (axes,) = page_figure(1, 1 + len(stages), "Fig. 7. Algorithm 2: star maps, while faces are folded", 1.7)
     show_source(axes[0], surface, title=named(surface))
     for ax, (name, x) in zip(axes[1:], stages, strict=True):
         foldings = int(folded_faces(x, surface.f).sum())
-        show_map(ax, surface, x, title=f"{name[0].upper()}{name[1:]}\n{foldings:,} foldings")
-        _arrow(ax, (-0.11, 0.5), (0.0, 0.5))
-        if name == "star map":
-            _arrow(ax, (1.6, 0.0), (0.5, 0.0), bend=-0.2)
-            ax.annotate("while faces are folded", (1.05, -0.22), xycoords="axes fraction", ha="center", va="center",
-                        fontsize=TEXT)
+        show_image(ax, surface, x, title=f"→ {name}:\n{foldings:,} foldings")
     return figure
 
 
@@ -201,17 +178,17 @@ def figure_9(runs: Runs) -> Any:
     states = [(f"{way},\n{f'after removal {step}' if step else 'before'}", x) for way, name in ways.items()
               for step, x in enumerate(runs.get(surface, name).ends)]
     us = [relative_u(surface, x) for _, x in states]
-    scale = function_scale(*us)
-    title = f"Fig. 9. Algorithm 2 on {surface.relation}: folded faces, map, u, $Φ^u$ (dotted: the sphere of Theorem 2)"
+    ramp = fitting(FACTORS, np.concatenate(us))
+    title = f"Fig. 9. Algorithm 2 on {surface.relation}: folded faces, map, u, $Φ^u$ (circle: the sphere of Theorem 2)"
     figure, axes = page_figure(len(states), 4, title, 1.6)
     for k, (line, (state, x), u) in enumerate(zip(axes, states, us, strict=True)):
         folded = np.flatnonzero(folded_faces(x, surface.f))
         show_source(line[0], surface, x, title=f"{state}: {len(folded):,} folded faces")
-        show_map(line[1], surface, x, title="map")
-        show_function(line[2], surface, u, scale, title="u", box=folded, bar=k == len(states) - 1)
+        show_image(line[1], surface, x, title="map")
+        show_function(line[2], surface, u, ramp, folded, title="u", bar=k == len(states) - 1)
         projection = weighted_eigen_projection(surface.v, surface.f, x)
         values = ", ".join(f"{value:.2g}" for value in projection.eigenvalues)
-        show_shape(line[3], surface, projection.phi, _PHI_RADIUS,
+        show_image(line[3], surface, projection.phi, _PHI_RADIUS,
                    title=f"eigenvalues {values}\n{_roundness(projection.phi)}")
     return figure
 
@@ -226,24 +203,14 @@ def figure_10(runs: Runs) -> Any:
         show_source(line[0], surface, title=name)
         results = _results(runs, surface, "Algorithm 2", ways)
         for ax, (way, result) in zip(line[1:], results.items(), strict=False):
-            show_map(ax, surface, result.sphere, title=f"{way}:\n{result.certificate.foldings:,} foldings")
+            show_image(ax, surface, result.sphere, title=f"{way}:\n{result.certificate.foldings:,} foldings")
         show_angles(line[-1], results)
     return figure
 
 
 #: The figures by the names of their files.
-FIGURES = {
-    "fig1": figure_1,
-    "fig2": figure_2,
-    "fig3": figure_3,
-    "fig4": figure_4,
-    "fig5": figure_5,
-    "fig6": figure_6,
-    "fig7": figure_7,
-    "fig8": figure_8,
-    "fig9": figure_9,
-    "fig10": figure_10,
-}
+FIGURES = {f"fig{k}": figure for k, figure in enumerate((
+    figure_1, figure_2, figure_3, figure_4, figure_5, figure_6, figure_7, figure_8, figure_9, figure_10), 1)}
 
 
 def _results(runs: Runs, surface: PaperSurface, algorithm: str, ways: Sequence[str]) -> dict[str, SphereMap]:
@@ -254,13 +221,6 @@ def _results(runs: Runs, surface: PaperSurface, algorithm: str, ways: Sequence[s
 def named(surface: PaperSurface) -> str:
     """The paper's name, and what stands for its surface."""
     return f"{surface.name}:\n{surface.relation}"
-
-
-def _arrow(ax: Any, start: tuple[float, float], end: tuple[float, float], bend: float = 0.0) -> None:
-    """An arrow in fractions of the axes, which may lead out of them."""
-    style = {"arrowstyle": "-|>", "color": INK, "linewidth": 1.5, "connectionstyle": f"arc3,rad={bend}"}
-    ax.annotate("", end, start, xycoords="axes fraction", textcoords="axes fraction", annotation_clip=False,
-                arrowprops=style)
 
 
 def _mean_angle(result: SphereMap) -> float:

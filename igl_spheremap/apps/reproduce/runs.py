@@ -101,8 +101,3 @@ def run(surface: PaperSurface, method: Method) -> PaperRun:
     result = spherical_conformal_map(surface.v, surface.f, method=method, listener=listen)
     seconds = time.process_time() - began
     return PaperRun(result, seconds, *(np.array(list(found.values())) for found in (starts, ends)))
-
-
-def settings() -> str:
-    """All methods with their options, as JSON: what tables were made by is known from it."""
-    return json.dumps({name: asdict(method) for name, method in METHODS.items()}, indent=1, sort_keys=True) + "\n"

@@ -1,26 +1,22 @@
-"""One surface on the grid, and the lens through which a sphere is seen."""
+"""One surface on the grid."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from ...draw import palette
-from ...draw.folds import ABOVE, MANY, NEARER, Marks
+from ...draw.folds import ABOVE, NEARER, Marks
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
-from ...mesh.measure import face_areas
 from ...samples import sphere
-from ...sphere.rows import from_chart, row_dets, to_chart
+from ...sphere.rows import row_dets
 from .colouring import Colouring
 from .window import MATERIAL, linear, ps
 
 #: Points (k, 3) on a surface, their colour, and their radius.
 Dots = tuple[FloatArray, palette.Colour, float]
-
-_TINIEST = np.finfo(float).tiny
 
 #: Dots are drawn by this factor farther out than the surface.
 _OUT = 1.012
@@ -29,71 +25,8 @@ _EDGES = 10_000
 EDGE_WIDTH = 0.5
 #: Folded faces keep their colour in every light, to be found by it alone; polyscope applies no gamma to it.
 _UNLIT = "flat"
-#: Angle that most of a large cluster takes to each side of the place: the rest of the view shows what is around it.
-_SPREAD = 0.6
-#: Angle for one face; a cluster of k faces takes sqrt(k) as much, so that faces of all clusters look equally large.
-_FACE = 0.1
-#: Percentage of the corners of a cluster within that angle; the rest may be the ends of long faces.
-_WITHIN = 95
-#: Power of the strongest lens: beyond it the rounding of float64 shows.
-STRONGEST = 1e9
 #: Directions in which the farthest vertices are looked for that must stay within the cell.
 _DIRECTIONS = 162
-
-
-@dataclass(frozen=True, eq=False)
-class Lens:
-    """Moebius map that magnifies angles at a unit vector `place` by `power`, with the place towards +z.
-
-    With a rotation `facing` it is +z after that.
-    """
-
-    place: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
-    power: float = 1.0
-    facing: FloatArray = field(default_factory=lambda: np.eye(3))
-
-    def __call__(self, x: FloatArray) -> FloatArray:
-        """Apply to unit rows: scale the stereographic chart that is centred at the place.
-
-        >>> import numpy as np
-        >>> Lens(power=3.0)(np.array([[0.0, 0.6, 0.8], [0.0, 0.0, -1.0]])).round(12)
-        array([[ 0.,  1.,  0.],
-               [ 0.,  0., -1.]])
-        """
-        pole = self.place[None]
-        return from_chart(self.power * to_chart(x, pole), pole) @ self.axes().T
-
-    def axes(self) -> FloatArray:
-        """The shortest turn of the place to +z, in the frame in which the viewer is there."""
-        p, z = self.facing @ self.place, np.array([0.0, 0.0, 1.0])
-        turn = np.diag([-1.0, 1.0, -1.0])
-        if p[2] >= -1 + 1e-12:
-            turn = np.eye(3) - np.outer(p + z, p + z) / (1 + p[2]) + 2 * np.outer(z, p)
-        return np.asarray(self.facing.T @ turn @ self.facing)
-
-
-def follow(
-    maps: Sequence[FloatArray], f: IntArray, faces: IntArray, aim: int = 0, power: float | None = None,
-    facing: FloatArray | None = None,
-) -> list[Lens]:  # fmt: skip
-    """Lenses on the same faces of several maps, of one power: the one that fits the map `aim` unless it is given.
-
-    Without faces they are the plain view. The faces are in front after a rotation `facing`.
-    """
-    if not len(faces):
-        return [Lens()] * len(maps)
-    lenses = [look_at(x, f[faces]) for x in maps]
-    shared = lenses[aim].power if power is None else power
-    return [replace(lens, power=shared, facing=np.eye(3) if facing is None else facing) for lens in lenses]
-
-
-def look_at(x: FloatArray, faces: IntArray) -> Lens:
-    """Lens on faces of a map, given as rows of vertex indices."""
-    corners = x[np.unique(faces)]
-    place = corners[int(np.argmax(corners @ corners.mean(axis=0)))]
-    radius = float(np.percentile(np.abs(to_chart(corners, place[None])), _WITHIN))  # 2 tan of half the angle
-    spread = min(_SPREAD, _FACE * float(np.sqrt(len(faces))))
-    return Lens(place, float(np.clip(2 * np.tan(spread / 2) / max(radius, _TINIEST), 1.0, STRONGEST)))
 
 
 class Body:
@@ -114,7 +47,6 @@ class Body:
         self.points: dict[str, tuple[Any, float]] = {}
         self._folded: Any = None
         self._nearer = 0.0
-        self._marks: Marks | None = None
         self._shown: Colouring | None = None
         self._colours: FloatArray | None = None
 
@@ -155,18 +87,15 @@ class Body:
             shown = self._linear.copy()
             shown[folded] = linear(np.array(palette.FOLDED))
             self.mesh.add_color_quantity("colour", shown, defined_on="faces", enabled=True)
-        areas = face_areas(self.x, self.f)
-        few = len(folded) > 0 and bool(areas[folded].sum() < MANY * areas.sum())
-        self._marks = Marks.of(self.x, self.f[:, :: self._outside], folded, self.image) if few else None
-        self._nearer = NEARER if few and self.image else ABOVE if checks is not None else 0.0
+        self._marks = Marks.of(self.x, self.f[:, :: self._outside], folded, self.image)
+        self._nearer = NEARER if len(self._marks.clusters) and self.image else ABOVE if checks is not None else 0.0
         self._bring_to_front(folded if self.image or checks is not None else folded[:0])
 
     def marks(self, turn: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:
         """Places (c, 3) of folds that are not seen where a unit takes `pixels`, and which of them face the viewer."""
-        if self._marks is None or not self.visible:
-            return np.empty((0, 3)), np.empty(0, dtype=bool)
         places, front = self._marks.unseen(turn[2], pixels)
-        return (places[front], front[front]) if self.magnified else (places, front)
+        shown = front & self.visible if self.magnified else np.full(len(front), self.visible)
+        return places[shown], front[shown]
 
     def _dot(self, label: str, positions: FloatArray, colour: palette.Colour, radius: float) -> None:
         """Show (k, 3) points on the surface in place of those of that label; k = 0 takes them away."""

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from ...draw import palette
+from ...draw.lens import Lens
 from ...mesh.arrays import FloatArray, IntArray
-from .body import Body, Dots, Lens
+from .body import Body, Dots
 from .colouring import Colouring, Legend
 from .window import UNITS_PER_PIXEL, aim, imgui, ps, to_world
 

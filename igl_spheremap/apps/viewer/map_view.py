@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from ...draw.folds import Clusters
+from ...draw.lens import Lens, follow
 from ...draw.plot import fit, pose
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
@@ -20,7 +21,7 @@ from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
 from .app import ColouredApp, SaveWidgets
 from .background_run import BackgroundRun, Source
-from .body import EDGE_WIDTH, Lens, follow
+from .body import EDGE_WIDTH
 from .choices import SUBJECTS
 from .grid import Grid, Part
 from .widgets import Colours, lens_widgets, panel, paragraph, tip

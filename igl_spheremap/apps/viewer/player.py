@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from ... import samples
 from ...draw.folds import Clusters
+from ...draw.lens import follow
 from ...draw.plot import fit, pose
 from ...io.files import read_mesh
 from ...maps.options import METHODS, Method
@@ -28,7 +29,6 @@ from ...result.recording import Frame, Recording
 from ...result.run import Listener
 from .app import App, SaveWidgets, present
 from .background_run import BackgroundRun, ShownRun, Source
-from .body import follow
 from .choices import KEEP, SIZE, SUBJECTS
 from .curves import energy_plot, folding_plot
 from .grid import Grid, Part, text_width
@@ -448,8 +448,8 @@ def play(
     method : str or options of a method
         What is watched, such as "lai2014", the paper's algorithms (the default), or "auto".
     out : path, optional
-        Write a picture (.png, .jpg) of the last step with foldings and the end, or a video (.gif, .mp4, or a folder of
-        pictures), in place of opening a window; needs no display.
+        Write a picture (.png, .jpg) of the last step with foldings and the end, or a video (.gif, .mp4), in place of
+        opening a window; needs no display.
     up : str
         Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
         stands safely; "left" and "right" show it from that side, with z up.

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
+from ...draw.lens import STRONGEST
 from ...draw.palette import Ramp
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
-from .body import STRONGEST
 from .choices import SUBJECTS
 from .colouring import SCALES, SQUARES, Colouring, checkerboard, colouring, deepest_tips, poles_at, scale
 from .grid import magnification

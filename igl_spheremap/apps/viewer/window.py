@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ...draw import palette
 from ...draw.plot import LIGHT
 from ...errors import DisplayError, FileError, import_optional
-from ...io.replacing import check_writable, make_folder, replacing
+from ...io.replacing import check_writable, replacing
 from ...mesh.arrays import FloatArray
 from .choices import SIZE
 
@@ -65,7 +65,7 @@ Picture = NDArray[np.uint8]
 Write = Callable[[Picture, int], None]
 #: Brightness of faces that are turned away from the light, and what the light adds to those that face it.
 _AMBIENT, _DIFFUSE = 0.62, 0.42
-#: Files that hold a video; any other name is that of a folder.
+#: Files that hold a video.
 VIDEOS = (".gif", ".mp4")
 _offscreen: bool | None = None
 
@@ -238,10 +238,9 @@ def show(callback: Callable[[], None]) -> None:
 
 def check_video(path: Path) -> None:
     """Raise a FileError before the work starts if a video can't be written."""
-    if path.suffix.lower() in VIDEOS:
-        check_writable(path, force=True)
-    elif path.is_file() or (path.suffix and not path.is_dir()):
-        raise FileError(f"{path}: a video is a {' or '.join(VIDEOS)} file, or a folder, whose name has no ending")
+    if path.suffix.lower() not in VIDEOS:
+        raise FileError(f"{path}: a video is a {' or '.join(VIDEOS)} file")
+    check_writable(path, force=True)
     if path.suffix.lower() == ".mp4":
         import_optional("imageio_ffmpeg", "an MP4 video", "video")
     else:
@@ -251,14 +250,9 @@ def check_video(path: Path) -> None:
 @contextmanager
 def open_video(path: Path, rate: int) -> Iterator[Write]:
     """A function that adds pictures to a file, at `rate` a second; the ending of `path` chooses the format."""
-    formats = {".gif": _gif, ".mp4": _mp4}
-    kind = formats.get(path.suffix.lower())
-    if kind is None:
-        with _folder(path) as write:
-            yield write
-    else:
-        with replacing(path, force=True) as partial, kind(partial, rate) as write:
-            yield write
+    kind = _mp4 if path.suffix.lower() == ".mp4" else _gif
+    with replacing(path, force=True) as partial, kind(partial, rate) as write:
+        yield write
 
 
 @contextmanager
@@ -301,20 +295,3 @@ def _mp4(path: Path, rate: int) -> Iterator[Write]:
     yield write
     if stream is not None:
         stream.close()
-
-
-@contextmanager
-def _folder(path: Path) -> Iterator[Write]:
-    images = import_optional("PIL.Image", "a video", "io")
-    make_folder(path)
-    count = 0
-
-    def write(picture: Picture, times: int) -> None:
-        nonlocal count
-        images.fromarray(picture).save(path / f"{count:05d}.png")
-        count += 1
-
-    yield write
-    for left in path.glob("[0-9][0-9][0-9][0-9][0-9].png"):
-        if int(left.stem) >= count:  # of a longer video that was here
-            left.unlink()

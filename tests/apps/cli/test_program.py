@@ -102,8 +102,6 @@ def test_a_wrong_word_is_answered_by_the_one_that_may_be_meant(words, meant, cap
     ("map a.ply b.obj --up z", "--up goes with --report"),
     ("play a.ply --frame 3", "--frame goes with --screenshot"),
     ("match a.ply b.ply c.ply --colours places", "--colours goes with --show, --screenshot or --video"),
-    ("reproduce fig2 --page a.md", "fig2, which is no table, takes no --page"),
-    ("reproduce table1 --format pdf", "table1, which is no figure, takes no --format"),
     ("view a.ply s.ply --balance 1", "s.ply, a map that is there, takes no --balance"),
 ])
 def test_a_flag_that_would_be_ignored_is_refused(words, said, capsys):

@@ -98,20 +98,6 @@ def test_finished_runs_are_not_run_again_and_interrupted_ones_go_on(small, tmp_p
     assert len(calls) == 3 * methods + 1
 
 
-def test_tables_are_written_between_the_sentences_of_a_page(small, tmp_path):
-    (page_path := tmp_path / "page.md").write_text(
-        "Before\n\n<!-- table table1 -->\nprevious\n<!-- end -->\n\n<!-- table other -->\nkept\n<!-- end -->\n")
-    written = reproduce(["table1"], tmp_path, page=page_path, max_iterations=10)
-    assert written == [tmp_path / "table1.md", page_path, tmp_path / "methods.json"]
-    text, table = (path.read_text(encoding="utf-8") for path in (page_path, tmp_path / "table1.md"))
-    assert table.partition("\n\n")[2] in text
-    assert "previous" not in text
-    assert "kept" in text
-    page_path.write_text("<!-- table other -->\n<!-- end -->\n")
-    with pytest.raises(ism.FileError, match="asks for none of the tables"):
-        reproduce(["table1"], tmp_path, page=page_path)
-
-
 def test_every_item_is_listed_once():
     assert sorted(ITEMS) == sorted([*TABLES, *FIGURES])
 
@@ -163,7 +149,7 @@ def marked(surface, x):
     """Whether a picture of a map has vermilion in it."""
     images, plot = pytest.importorskip("PIL.Image"), pytest.importorskip("matplotlib.figure")
     figure = plot.Figure(figsize=(3, 3), dpi=100)
-    canvas.show_map(figure.subplots(), surface, x)
+    canvas.show_image(figure.subplots(), surface, x)
     picture = io.BytesIO()
     figure.savefig(picture, format="png")
     r, g, b = np.asarray(images.open(picture).convert("RGB"), dtype=int).transpose(2, 0, 1)
@@ -194,13 +180,6 @@ def test_a_map_without_foldings_shows_none_where_rounding_to_unit_length_would_f
             break
     assert folded_faces(unit_rows(x), f).any()
     assert not marked(PaperSurface("Sphere", v, f, "", ""), x)
-
-
-def test_a_figure_can_be_a_pdf(tmp_path):
-    pytest.importorskip("matplotlib")
-    (path,) = reproduce(["fig2"], tmp_path, suffix="pdf")
-    assert path.name == "fig2.pdf"
-    assert path.read_bytes().startswith(b"%PDF")
 
 
 def test_views_are_rotations_and_show_the_long_side():

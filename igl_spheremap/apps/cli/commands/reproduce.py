@@ -2,8 +2,7 @@
 
 from argparse import Namespace
 
-from ...reproduce.items import ALL, DRAWN, ITEMS, WRITTEN, reproduce
-from ..arguments import refuse_flags
+from ...reproduce.items import ALL, ITEMS, reproduce
 
 
 def run_reproduce(args: Namespace) -> None:
@@ -13,16 +12,11 @@ def run_reproduce(args: Namespace) -> None:
     igl-spheremap reproduce all --meshes meshes --out reproduction
     """
     names = ITEMS if ALL in args.names else tuple(dict.fromkeys(args.names))
-    for flag, kind, needed in (("--page", "table", WRITTEN), ("--format", "figure", DRAWN)):
-        if not set(names) & set(needed):
-            refuse_flags(args, (flag,), f"{' '.join(names)}, which is no {kind},")
     written = reproduce(
         names,
         args.out,
         meshes=args.meshes,
         max_iterations=args.max_iterations,
-        page=args.page,
-        suffix=args.format,
         report=(lambda line: None) if args.quiet else args.progress.write,
     )
     if not args.quiet:

@@ -5,7 +5,7 @@ import pytest
 from drawing import drive, needs_drawing
 
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer.body import Lens, follow
+from igl_spheremap.draw.lens import Lens, follow
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.verify.certificate import orientation_signs
 
@@ -54,7 +54,6 @@ def test_a_fold_planted_at_a_limb_s_tip_comes_to_the_front_and_is_seen():
 @needs_drawing
 def test_a_fold_is_seen_from_every_side_however_small_it_is():
     figures = drive("""
-from igl_spheremap.apps.viewer.body import Lens
 from igl_spheremap.apps.viewer.colouring import Colouring
 from igl_spheremap.apps.viewer.compare import PartsView
 from igl_spheremap.apps.viewer.grid import Part

@@ -1,0 +1,76 @@
+"""Moebius maps that magnify a place of the sphere, for pictures of what is tiny there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..mesh.arrays import FloatArray, IntArray
+from ..sphere.rows import from_chart, to_chart
+
+#: Angle that most of a large cluster takes to each side of the place: the rest of the view shows what is around it.
+_SPREAD = 0.6
+#: Angle for one face; a cluster of k faces takes sqrt(k) as much, so that faces of all clusters look equally large.
+_FACE = 0.1
+#: Percentage of the corners of a cluster within that angle; the rest may be the ends of long faces.
+_WITHIN = 95
+#: Power of the strongest lens: beyond it the rounding of float64 shows.
+STRONGEST = 1e9
+_TINIEST = np.finfo(float).tiny
+
+
+@dataclass(frozen=True, eq=False)
+class Lens:
+    """Moebius map that magnifies angles at a unit vector `place` by `power`, with the place towards +z.
+
+    With a rotation `facing` it is +z after that.
+    """
+
+    place: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    power: float = 1.0
+    facing: FloatArray = field(default_factory=lambda: np.eye(3))
+
+    def __call__(self, x: FloatArray) -> FloatArray:
+        """Apply to unit rows: scale the stereographic chart that is centred at the place.
+
+        >>> import numpy as np
+        >>> Lens(power=3.0)(np.array([[0.0, 0.6, 0.8], [0.0, 0.0, -1.0]])).round(12)
+        array([[ 0.,  1.,  0.],
+               [ 0.,  0., -1.]])
+        """
+        pole = self.place[None]
+        return from_chart(self.power * to_chart(x, pole), pole) @ self.axes().T
+
+    def axes(self) -> FloatArray:
+        """The shortest turn of the place to +z, in the frame in which the viewer is there."""
+        p, z = self.facing @ self.place, np.array([0.0, 0.0, 1.0])
+        turn = np.diag([-1.0, 1.0, -1.0])
+        if p[2] >= -1 + 1e-12:
+            turn = np.eye(3) - np.outer(p + z, p + z) / (1 + p[2]) + 2 * np.outer(z, p)
+        return np.asarray(self.facing.T @ turn @ self.facing)
+
+
+def follow(
+    maps: Sequence[FloatArray], f: IntArray, faces: IntArray, aim: int = 0, power: float | None = None,
+    facing: FloatArray | None = None,
+) -> list[Lens]:  # fmt: skip
+    """Lenses on the same faces of several maps, of one power: the one that fits the map `aim` unless it is given.
+
+    Without faces they are the plain view. The faces are in front after a rotation `facing`.
+    """
+    if not len(faces):
+        return [Lens()] * len(maps)
+    lenses = [look_at(x, f[faces]) for x in maps]
+    shared = lenses[aim].power if power is None else power
+    return [replace(lens, power=shared, facing=np.eye(3) if facing is None else facing) for lens in lenses]
+
+
+def look_at(x: FloatArray, faces: IntArray) -> Lens:
+    """Lens on faces of a map, given as rows of vertex indices."""
+    corners = x[np.unique(faces)]
+    place = corners[int(np.argmax(corners @ corners.mean(axis=0)))]
+    radius = float(np.percentile(np.abs(to_chart(corners, place[None])), _WITHIN))  # 2 tan of half the angle
+    spread = min(_SPREAD, _FACE * float(np.sqrt(len(faces))))
+    return Lens(place, float(np.clip(2 * np.tan(spread / 2) / max(radius, _TINIEST), 1.0, STRONGEST)))
