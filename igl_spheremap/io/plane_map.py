@@ -14,7 +14,7 @@ from ..errors import FileError, MeshError, own_errstate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles
 from ..mesh.disk import check_disk
 from ..mesh.objects import MeshLike, vertices_and_faces
-from ..plane.plane_map import PlaneMap, UnitSquare, given_map
+from ..plane.plane_map import PlaneMap, given_map, unit_square
 from ..resampling.texture import checker_image, plane_atlas
 from ..verify.certificate import Certificate
 from . import npz
@@ -83,8 +83,7 @@ def write_plane_map(
     mesh = result.mesh
     mark = {"mark": make_mark(mesh.v, mesh.f, result.run.method, result.run.settings)}
     vertex = np.arange(len(mesh.v)) if rows is None else rows
-    square = UnitSquare.of(result.plane)
-    known = {"factor": square.factor, "corner": square.corner.tolist()}
+    uv, known = unit_square(result.plane)
     if is_patch(path):
         if len(np.unique(vertex)) < len(vertex) or (vertex < 0).any():
             raise FileError(f"{path}: a patch holds vertices of the whole surface, each once; write a surface that was "
@@ -100,9 +99,9 @@ def write_plane_map(
             groups += [("g caps\n", np.empty((1, 0))), (groups[0][0], corners[mesh.caps])]
         with replacing(path, force) as partial:
             write_text(partial, f"# vt: {json.dumps(known)}\n", mark, ("v %r %r %r\n", mesh.v[first]),
-                       ("vt %r %r\n", square.uv), *groups)
+                       ("vt %r %r\n", uv), *groups)
     elif str(path).lower().endswith(".glb"):
-        atlas = plane_atlas(square.uv, mesh.f, np.arange(len(mesh.v)), len(mesh.v))
+        atlas = plane_atlas(uv, mesh.f, np.arange(len(mesh.v)), len(mesh.v))
         write_textured(path, mesh.v, mesh.f, atlas, checker_image(), force=force,
                        metadata={"up": up, "extras": known} | mark)
     elif format_of(path).name == "NPZ":

@@ -227,8 +227,6 @@ def method_of(method: str | Method, *kinds: type[Method]) -> Method:
     """The record of options for a method's name or record; a TypeError unless it is of one of `kinds`, if given."""
     if isinstance(method, kinds or Method):
         return method
-    if isinstance(method, type) and issubclass(method, Method):
-        raise TypeError(f"method is the class {method.__name__}; give a record of it, {method.__name__}()")
     if kinds or not isinstance(method, str):
         names = " or ".join(f"{kind.__name__}()" for kind in kinds or METHODS.values())
         raise TypeError(f"method is {method!r}; give a record of options, such as {names}")

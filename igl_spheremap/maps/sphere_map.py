@@ -8,7 +8,7 @@ from typing import Any
 from ..draw.markup import table
 from ..draw.shown import Drawing, area_drawing
 from ..errors import FoldingsRemain, Remedy, own_errstate
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..result.findings import Finding, angles, areas, energy, verdict
 from ..result.recording import plot_run
@@ -45,16 +45,6 @@ class SphereMap(Result):
 
     def __post_init__(self) -> None:
         self.sphere.flags.writeable = False
-
-    @property
-    def vertices(self) -> FloatArray:
-        """The source as it was given, (n, 3) float64."""
-        return self.mesh.v
-
-    @property
-    def faces(self) -> IntArray:
-        """The input's faces, (m, 3) int64; positively oriented (outward) on the sphere."""
-        return self.mesh.f
 
     @property
     def _images(self) -> FloatArray:

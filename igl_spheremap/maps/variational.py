@@ -133,9 +133,8 @@ def p_harmonic_map(
     history = History(listener)
     mesh = check_mesh(v, f, caps=caps)
     problem = p_harmonic_problem(mesh, p)
-    x, run = descend(mesh, problem, *start_of(mesh, start), options, gradient_tolerance, history)
-    found = in_gauge(mesh, x, run, "centred" if problem.gauge else "free")
-    return replace(found, run=history.complete(found.run, options.name, options.settings()))
+    gauge: PaperGauge = "centred" if problem.gauge else "free"
+    return descend(mesh, problem, *start_of(mesh, start), options, gradient_tolerance, gauge, history)
 
 
 @takes_mesh
@@ -246,9 +245,7 @@ def _with_fidelity(mesh: Mesh, term: Energy, name: str, x: FloatArray, options: 
         raise ValueError(f"the fidelity term is {value} at the start; give a start where it is finite")
     harmonic = HarmonicEnergy.of(mesh)
     problem = Problem.of(mesh, SumEnergy((harmonic, term)), SobolevH2.of(harmonic.L, mesh.f, x), gauge == "centred")
-    x, run = descend(mesh, problem, name, x, options, options.sobolev_gradient_tolerance, history)
-    found = in_gauge(mesh, x, run, "free")
-    return replace(found, run=history.complete(found.run, options.name, options.settings()))
+    return descend(mesh, problem, name, x, options, options.sobolev_gradient_tolerance, "free", history)
 
 
 @takes_mesh
@@ -346,7 +343,9 @@ def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: Ar
     bad = np.flatnonzero((index < 0) | (index >= n))
     if len(bad):
         raise MeshError(f"landmark {bad[0]} is vertex {index[bad[0]]}; give one from 0 to {n - 1}")
-    y = check_directions(targets, len(index), "landmark targets")
+    y = check_directions(targets, name="landmark targets")
+    if len(y) != len(index):
+        raise MeshError(f"{len(index)} landmarks have {len(y)} targets; give one row each")
     w = plain_array(weights, "weights").astype(np.float64)
     if w.shape not in ((), index.shape):
         raise MeshError(f"weights have shape {w.shape}; give one number, or one for each of {len(index)} landmarks")
@@ -389,14 +388,15 @@ def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float =
 
 
 def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Variational, tolerance: float,
-            listener: Listener) -> tuple[FloatArray, Run]:
+            gauge: PaperGauge, history: History) -> SphereMap:
     """Minimise a problem's energy by Algorithm 1, with the safeguards."""
     beside = Safeguards(mesh, problem, options.may_fold)
     minimum = minimize(CayleyBB().iterates(problem, x, beside), tolerance=tolerance,
-                       max_iterations=options.max_iterations, plateau=options.plateau, listener=listener)
+                       max_iterations=options.max_iterations, plateau=options.plateau, listener=history)
     record = minimum.as_round(mesh, Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0]))
     y = minimum.last.x
-    return y, Run(record.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=(record,))
+    found = in_gauge(mesh, y, Run(record.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=(record,)), gauge)
+    return replace(found, run=history.complete(found.run, options.name, options.settings()))
 
 
 def start_of(mesh: Mesh, start: ArrayLike | None) -> tuple[str, FloatArray]:

@@ -59,10 +59,8 @@ def laplacian(
         weight = by_libigl(igl.cotmatrix_entries, v, f)  # algorithm (1)
     elif weights == "mollified":
         weight = igl.cotmatrix_entries(mollified_edge_lengths(v, f))
-    elif weights == "uniform":
-        weight = np.full(f.shape, 0.5)
     else:
-        raise ValueError(f"unknown weights {weights!r}: choose 'cotangent', 'mollified', 'delaunay' or 'uniform'")
+        weight = np.full(f.shape, 0.5)
     edges = edges or half_edges(f, len(v))
     assert edges is not None, "the mesh is not closed"
     return _assemble(weight, edges)

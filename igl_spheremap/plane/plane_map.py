@@ -49,16 +49,6 @@ class PlaneMap(Result):
     conformal: PlaneMap | None = None
 
     @property
-    def vertices(self) -> FloatArray:
-        """The source as it was given, (n, 3) float64."""
-        return self.mesh.v
-
-    @property
-    def faces(self) -> IntArray:
-        """The input's faces, (m, 3) int64; counterclockwise in the plane."""
-        return self.mesh.f
-
-    @property
     def _images(self) -> FloatArray:
         return self.plane
 
@@ -148,30 +138,14 @@ def given_map(mesh: Disk, p: FloatArray) -> PlaneMap:
     return PlaneMap(mesh, p, Certificate.of_plane(p, mesh.f, mesh.rim), run)
 
 
-@dataclass(frozen=True, eq=False)
-class UnitSquare:
-    """Texture coordinates of a map to the plane, ``uv = factor * (plane - corner)``: its longer side becomes 1.
+def unit_square(p: FloatArray) -> tuple[FloatArray, dict[str, Any]]:
+    """Texture coordinates uv of a map to the plane, and what files say of them: ``uv = factor * (p - corner)``.
 
-    Attributes
-    ----------
-    uv : (n, 2) float64 array
-        From 0 to 1.
-    factor : float
-        What lengths are multiplied by.
-    corner : (2,) float64 array
-        The point of the plane that goes to 0, 0.
+    The longer side of the image becomes 1.
     """
-
-    uv: FloatArray
-    factor: float
-    corner: FloatArray
-
-    @classmethod
-    def of(cls, p: FloatArray) -> UnitSquare:
-        """Of the images of all vertices."""
-        corner = p.min(axis=0)
-        size = float((p.max(axis=0) - corner).max())
-        return cls((p - corner) / size, 1 / size, corner)
+    corner = p.min(axis=0)
+    size = float((p.max(axis=0) - corner).max())
+    return (p - corner) / size, {"factor": 1 / size, "corner": corner.tolist()}
 
 
 def in_space(p: FloatArray) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -121,7 +122,9 @@ def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
         maps_to, weights, notes = "sphere", operators.weights, operators.notes
     except MeshError as fault:
         error, repair = str(fault), None if fault.remedy is None else fault.remedy.options
-        maps_to = "plane" if _is_disk(vertices, faces) else None
+        with suppress(MeshError):
+            check_disk(vertices, faces)
+            maps_to = "plane"
     if repair is not None:
         try:
             actions = repair_mesh(vertices, faces, **repair).actions
@@ -129,14 +132,6 @@ def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
             repair = None
     return MeshInfo(len(vertices), len(faces), int((~finite).sum()), topology, quality, maps_to, error,
                     repair if actions else None, actions, weights, notes)
-
-
-def _is_disk(v: ArrayLike, f: ArrayLike) -> bool:
-    try:
-        check_disk(v, f)
-    except MeshError:
-        return False
-    return True
 
 
 def mesh_findings(found: MeshInfo) -> list[Finding]:

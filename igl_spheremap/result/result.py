@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from ..draw.shown import Shown
 from ..errors import check_number, own_errstate
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.check import Mesh
+from ..mesh.disk import Disk
 from ..mesh.timings import timed
 from ..verify.certificate import Certificate
 from .findings import Finding
@@ -45,11 +47,19 @@ class Result(Shown):
         @property
         def run(self) -> Run: ...
         @property
-        def vertices(self) -> FloatArray: ...
-        @property
-        def faces(self) -> IntArray: ...
+        def mesh(self) -> Mesh | Disk: ...
         @property
         def _images(self) -> FloatArray: ...
+
+    @property
+    def vertices(self) -> FloatArray:
+        """The source as it was given, (n, 3) float64."""
+        return self.mesh.v
+
+    @property
+    def faces(self) -> IntArray:
+        """The input's faces, (m, 3) int64; outward on the sphere, counterclockwise in the plane."""
+        return self.mesh.f
 
     energy: float = _of_run("energy", "Harmonic energy, eq. (6), about 4 pi; in the plane what was lowered.")
     status: Status = _of_run("status", "How the last minimisation ended.")

@@ -155,7 +155,7 @@ def test_keywords_are_refused_as_options_of_records_are(call, options, error, me
     lambda: ism.map_many([], "", method=ism.Auto),
 ])
 def test_a_class_is_no_record(call):
-    with pytest.raises(TypeError, match=r"method is the class Auto; give a record of it, Auto\(\)"):
+    with pytest.raises(TypeError, match=r"method is <class .*Auto.*>; give a record of options, such as Auto\(\)"):
         call()
 
 

@@ -86,7 +86,7 @@ def test_the_history_holds_the_objective_and_the_result_the_harmonic_energy():
         ([0, 9999], np.eye(3)[:2], 1, "landmark 1 is vertex 9999"),
         ([0.5], np.eye(3)[:1], 1, "whole number"),
         ([0, 1], np.eye(3), 1, "2 landmarks have 3 targets"),
-        ([0, 1], np.zeros((2, 3)), 1, "target of landmark 0"),
+        ([0, 1], np.zeros((2, 3)), 1, "landmark targets are zero or not finite in 2 rows, e.g. 0, 1"),
         ([0, 1], np.eye(3)[:2], [1, -1], "weight of landmark 1"),
         ([0, 1], np.eye(3)[:2], [1, 2, 3], "one for each of 2 landmarks"),
     ],

@@ -99,8 +99,3 @@ def test_delaunay_weights_are_not_negative():
 def test_delaunay_weights_equal_libigl():
     v, f = bumpy_sphere(amplitude=0.6)
     assert abs(laplacian(v, f, "delaunay") + igl.intrinsic_delaunay_cotmatrix(v, f)[0]).max() < 1e-9
-
-
-def test_unknown_weights():
-    with pytest.raises(ValueError, match="'cotangent', 'mollified', 'delaunay' or 'uniform'"):
-        laplacian(*bumpy_sphere(1), "cubic")

@@ -15,7 +15,7 @@ from ....io.scalars import write_scalars
 from ....io.textured import TexturedMesh, read_picture, read_textured, write_textured
 from ....mesh.arrays import FloatArray, own_unit
 from ....mesh.check import check_mesh
-from ....plane.plane_map import UnitSquare
+from ....plane.plane_map import unit_square
 from ....resampling.texture import SIDE, Atlas, Projection, bake, checker_image, plane_atlas, texture_atlas
 from ....verify.distortion import vertex_maps
 from ...viewer.choices import Z_UP, guess_up
@@ -166,7 +166,7 @@ def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
     if (whole := source.rows.max() + 1) < len(v):  # cut along a seam
         v, f = np.empty((whole, 3)), source.rows[f]
         v[source.rows] = source.v
-    square = UnitSquare.of(p)
+    uv, known = unit_square(p)
     args.progress.begin(f"writing {args.target}")
     if args.texture == "carried":
         texture = read_textured(args.source)
@@ -174,11 +174,11 @@ def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
         f = source.f
     else:
         rows = source.rows if len(v) < len(p) else np.arange(len(p))
-        atlas = plane_atlas(square.uv, source.f, rows, len(v))
+        atlas = plane_atlas(uv, source.f, rows, len(v))
         image = _image(args, replace(source, v=v, f=f), atlas)
     write_textured(args.target, v, f, atlas, image, force=args.force,
                    metadata={"up": "z" if guess_up(source.name) in Z_UP else "y",
-                             "extras": {"factor": square.factor, "corner": square.corner.tolist()}})
+                             "extras": known})
     found = Findings(source=source.name, sphere=args.sphere, target=args.target, show=args.show, texture=args.texture)
     found.add("written", f"{args.target}: {args.texture or args.show}, {len(atlas.uv)} texture coordinates, "
               f"{len(atlas.f)} faces")
