@@ -24,6 +24,7 @@ from ..verify.certificate import Certificate
 from .formats import PathLike
 from .reading import check_expansion
 from .records import Label, Metadata, RawMesh, of_triangles
+from .replacing import replacing
 
 #: The array beside maps of labels that holds their table.
 LABEL_TABLE = "label_table"
@@ -141,6 +142,12 @@ def write_arrays(path: Path, arrays: dict[str, Any], metadata: Metadata | None =
         for name, array in (mark | arrays).items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
+
+
+def save_arrays(path: PathLike, arrays: dict[str, Any], force: bool = True) -> None:
+    """Write an archive whole or not at all; it replaces a file that is there only with `force`."""
+    with replacing(path, force) as partial:
+        write_arrays(partial, arrays)
 
 
 def _pack(run: Run) -> dict[str, Any]:

@@ -20,7 +20,6 @@ from ..._version import __version__
 from ...balance import IN_PLANE, ON_SPHERE
 from ...io.formats import CONVENTIONS, FORMATS
 from ...shapes.correspondence import STIFFNESS, USUAL
-from ...shapes.groups import FARTHEST
 from ...shapes.harmonics import LARGEST_DEGREE
 from ..reproduce.items import ALL, ITEMS
 from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, SHOWN
@@ -248,7 +247,7 @@ COMMANDS = (
     )),
     Command("template", "template", (
         argument("sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*"),
-        argument("--out", "DIR", "folder of the group: archive, mean surface, table, page, film and the members' "
+        argument("--out", "DIR", "folder of the group: archive, mean surface, table, page and the members' "
                  "maps", required=True),
         switch("--series", help="follow points of one body: IN are its frames in their order, each is registered to "
                "the one before; DIR holds archive, table, frames, film and page"),
@@ -264,8 +263,6 @@ COMMANDS = (
         argument("--exclude", "IN", "leave this one of the surfaces out; may be given again", action="append",
                  default=[]),
         shared.RATINGS,
-        argument("--farthest", "X", "leave out members that lie more than X times as far from the mean as the median "
-                 f"member (default: {FARTHEST:g})", type=POSITIVE, default=FARTHEST),
         *shared.ENGINE,
         argument("--add", "NEW", "place these surfaces into the group in DIR, which stays as it is", nargs="+",
                  default=[]),

@@ -10,7 +10,6 @@ import numpy as np
 
 from ...io import npz
 from ...io.formats import PathLike
-from ...io.replacing import replacing
 from ...io.tables import write_cells
 from ...mesh.arrays import FloatArray
 from ..harmonics.harmonics import SphericalHarmonics
@@ -77,8 +76,7 @@ def write_coefficient_table(path: PathLike, table: CoefficientTable, *, force: b
         write_cells(path, _rows(table), force=force)
         return
     arrays = {"names": np.array(table.names, dtype=str), "coefficients": table.coefficients}
-    with replacing(path, force) as partial:
-        npz.write_arrays(partial, arrays | ({} if table.modes is None else table.modes._asdict()))
+    npz.save_arrays(path, arrays | ({} if table.modes is None else table.modes._asdict()), force)
 
 
 def _rows(table: CoefficientTable) -> Iterator[Sequence[object]]:

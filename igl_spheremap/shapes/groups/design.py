@@ -17,7 +17,6 @@ from ...errors import MeshError
 from ...io import npz
 from ...io.files import write_mesh
 from ...io.reading import reading
-from ...io.replacing import replacing
 from ...io.tables import SEPARATORS, read_cells
 from ...io.textured import write_picture
 from ...mesh.arrays import FloatArray
@@ -108,9 +107,8 @@ def test_names(variables: Sequence[str]) -> list[str]:
 
 def write_test(place: str, group: Group, found: PointTest) -> None:
     """Write arrays (.npz), and of what lies at the vertices the mean surface with effects and p (.ply, .png)."""
-    with replacing(f"{place}.npz", force=True) as partial:
-        npz.write_arrays(partial, vars(found) | {name: np.array(getattr(found, name), dtype=str)
-                                                       for name in ("levels", "notes")})
+    texts = {name: np.array(getattr(found, name), dtype=str) for name in ("levels", "notes")}
+    npz.save_arrays(f"{place}.npz", vars(found) | texts)
     if len(found.p) != len(group.vertices):
         return
     lengths = np.linalg.norm(found.effect, axis=2).max(axis=0)

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...errors import Remedy
 from ...mesh.arrays import HALF_DIGITS, FloatArray
 from .laying import Laid
 
@@ -96,16 +95,3 @@ def two_kinds(scores: FloatArray) -> tuple[int, int] | None:
         if (k * low.mean() ** 2 + len(high) * high.mean() ** 2) > _KINDS * total:
             return k, len(high)
     return None
-
-
-def too_far(distance: float, distances: Sequence[float] | FloatArray, farthest: float) -> str:
-    """Why a member that lies that far from the mean is left out, given the members' distances; empty if it is not.
-
-    >>> too_far(9, [1, 2, 3], farthest=4)
-    'it lies 4.5 times as far from the mean as half of the members: look at it, or give a larger farthest'
-    """
-    usual = float(np.median(np.asarray(distances)))
-    if distance <= farthest * usual:
-        return ""
-    return (f"it lies {distance / usual:.1f} times as far from the mean as half of the members: look at it, or give a "
-            f"larger {Remedy(options={'farthest': None})}")

@@ -16,7 +16,7 @@ from ...errors import MeshError, own_errstate
 from ...io import npz
 from ...io.files import write_mesh
 from ...io.reading import reading
-from ...io.replacing import make_folder, replacing
+from ...io.replacing import make_folder
 from ...io.scalars import write_scalars
 from ...io.tables import write_cells
 from ...io.written_map import write_map
@@ -72,8 +72,7 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
              "changes": group.changes, "rigid": group.rigid, "balance": group.balance,
              "feature_names": group.feature_names, "notes": group.notes,
              "doubts": [member.doubts for member in group.members]}
-    with replacing(place / ARCHIVE, force) as partial:
-        npz.write_arrays(partial, arrays | {"json": json.dumps(known)})
+    npz.save_arrays(place / ARCHIVE, arrays | {"json": json.dumps(known)}, force)
     over = {"area": group.areas, "spread": group.spread}
     names = group.feature_names or [f"feature_{k + 1}" for k in range(group.feature_mean.shape[1])]
     over |= dict(zip(names, group.feature_mean.T, strict=True))
@@ -81,7 +80,7 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     moves = {f"mode_{k + 1}": mode * np.sqrt(variance)
              for k, (mode, variance) in enumerate(zip(group.modes, group.variances, strict=True))}
     write_mean(place, group.vertices, group.faces, over, moves, force=force)
-    write_cells(place / "members.tsv", _rows(group), force=force)
+    write_cells(place / "members.tsv", member_rows(group), force=force)
     for member, name in zip(group.members, file_names([member.name for member in group.members]), strict=True):
         if member.map is not None:
             write_map(place / "members" / f"{name}.npz", member.map, force=force)
@@ -133,8 +132,8 @@ def read_group(folder: str | os.PathLike[str]) -> Group:
                      feature_names=tuple(known["feature_names"]), notes=tuple(known["notes"]))
 
 
-def _rows(group: Group) -> Iterator[Sequence[object]]:
-    """The table of members."""
+def member_rows(group: Group) -> Iterator[Sequence[object]]:
+    """The table of members, and of what was left out."""
     yield "member", "status", "reason", "doubts", *FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes)))
     for member, scores in zip(group.members, group.scores, strict=True):
         yield member_row(member, scores)

@@ -19,7 +19,6 @@ from ...mesh.check import check_mesh
 from ...sphere.moebius import best_rotation
 from ...sphere.rows import row_lengths, weighted_sum
 from ...untangle.local_repair import unfolded
-from .doubts import too_far
 from .procrustes import generalised_procrustes, placed
 
 _ROUNDS = 10  # at most: 3 to 5 are usual, each of which moves the mean by a quarter of what the one before did
@@ -53,7 +52,7 @@ Register = Callable[[Sequence[int], SphereMap, bool], Registered]
 
 
 class FixedPoint(NamedTuple):
-    """Members registered to their mean, and who lies too far from it.
+    """Members registered to their mean.
 
     Attributes
     ----------
@@ -65,28 +64,24 @@ class FixedPoint(NamedTuple):
         How far it moved in each round, as a share of its root mean square radius.
     settled : bool
         Whether that is less, in the last one, than the mesh's faces are from the sphere.
-    left_out : dict of int to str
-        Numbers of members that lie too far off, and why.
     """
 
     members: list[int]
     mean: FloatArray
     changes: tuple[float, ...]
     settled: bool
-    left_out: dict[int, str]
 
 
 def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x: FloatArray, f: IntArray, *,
-                balance: float, rigid: bool, farthest: float) -> FixedPoint:
+                balance: float, rigid: bool) -> FixedPoint:
     """Register members to a first template (n, 3), on the mesh x, f of the sphere, and to their mean until it stays.
 
     The mean keeps the rotation of the first template's sphere. Once it stays, or if it will not for some rounds, other
-    rotations of the members are tried, until none of them fits better. Members that lie too far off are left out, and
-    rounds go on with the others.
+    rotations of the members are tried, until none of them fits better.
     """
     finest = 1 - float(row_lengths(x[f].mean(axis=1)).min())  # how far the mesh's faces are from the sphere
     before, target = first, certified(check_mesh(first, f), x)
-    changes, left_out = list[float](), dict[int, str]()
+    changes = list[float]()
     searches, searched, began = 0, False, 0
     for step in count(1):
         found = register(members, target, search := not searched and step > 1 and (
@@ -99,24 +94,12 @@ def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x
             began = step if found.turned else began
         settled = changes[-1] < finest
         if searched and (settled or step - began >= _ROUNDS):
-            far = _far(found.members, aligned.distances, farthest)
-            if not far:
-                return FixedPoint(found.members, aligned.mean, tuple(changes), settled, left_out)
-            left_out |= far
-            members, began = [k for k in found.members if k not in far], step
-            kept = [k not in far for k in found.members]
-            aligned = generalised_procrustes(found.shapes[kept], found.areas, rigid)
+            return FixedPoint(members, aligned.mean, tuple(changes), settled)
         before = aligned.mean
         target = balanced_spherical_map(before, f, balance=balance)
         as_before = best_rotation(target.sphere, x, found.areas)
         target = certified(target.mesh, unfolded(target.mesh, target.sphere @ as_before))
     raise AssertionError  # the rounds are counted without end
-
-
-def _far(members: Sequence[int], distances: FloatArray, farthest: float) -> dict[int, str]:
-    """Members that lie too far from the mean, and why."""
-    return {k: why for k, distance in zip(members, distances, strict=True)
-            if (why := too_far(distance, distances, farthest))}
 
 
 def _change(before: FloatArray, mean: FloatArray, areas: FloatArray) -> float:

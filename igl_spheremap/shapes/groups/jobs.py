@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from hashlib import sha256
-from typing import Any
 
 import numpy as np
 
 from ...io import npz
 from ...io.npz import read_arrays
-from ...io.replacing import replacing
 from ...io.written_map import read_map, write_map
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
@@ -62,13 +60,6 @@ class MemberTask(Task[MemberJob]):
 
     icosphere: str
 
-    def empty(self, job: MemberJob) -> JobRow:
-        return JobRow(job.source, job.target)
-
-    def write(self, path: str, arrays: dict[str, Any]) -> None:
-        """Write an archive in the place of what is there."""
-        write_arrays(self.place(path), arrays)
-
     def surface(self, path: str) -> SphereMap:
         """A surface on the icosphere, whose points are its map unless it has a sphere of its own."""
         x, f = sphere_mesh(self.icosphere)
@@ -94,9 +85,10 @@ class MapMember(MemberTask):
         powers = np.sqrt(power(spherical_harmonics(coarse, degree=_DEGREE).coefficients)[1:])
         content = (result.vertices, result.faces, result.sphere, values)
         digest = sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in content)).digest()
-        self.write(job.target, npz.arrays_of(result) | {"values": values})
-        self.write(job.more[0], {"points": coarse.vertices, "powers": powers / np.linalg.norm(powers),
-                                 "digest": np.frombuffer(digest, dtype=np.uint8)})
+        npz.save_arrays(self.place(job.target), npz.arrays_of(result) | {"values": values})
+        npz.save_arrays(self.place(job.more[0]), {
+            "points": coarse.vertices, "powers": powers / np.linalg.norm(powers),
+            "digest": np.frombuffer(digest, dtype=np.uint8)})
         return replace(self.empty(job), vertices=n)
 
 
@@ -110,7 +102,8 @@ class RegisterMember(MemberTask):
         check()
         registered = laid(coarse, target, *before, search=job.search)
         points, f = resample(certified(coarse.mesh, registered.sphere), (coarse.sphere, coarse.faces))
-        self.write(job.target, registered._asdict() | {"points": points, "areas": vertex_areas(points, f)})
+        arrays = registered._asdict() | {"points": points, "areas": vertex_areas(points, f)}
+        npz.save_arrays(self.place(job.target), arrays)
         return replace(self.empty(job), vertices=len(points))
 
 
@@ -128,12 +121,7 @@ class PlaceMember(MemberTask):
         onto = carried(npz.map_of(arrays), coarse, y @ np.array(self.turn))
         there = coarse.sphere, coarse.faces
         write_map(self.place(job.target), onto, force=True)
-        self.write(job.more[0], {"points": resample(onto, there).v, "areas": own_areas(onto, *there),
-                                 "features": transfer(onto, arrays["values"], there)})
+        npz.save_arrays(self.place(job.more[0]), {
+            "points": resample(onto, there).v, "areas": own_areas(onto, *there),
+            "features": transfer(onto, arrays["values"], there)})
         return replace(self.empty(job), vertices=len(onto.sphere))
-
-
-def write_arrays(path: str, arrays: dict[str, Any]) -> None:
-    """Write an archive in the place of what is there: the same bytes for the same arrays."""
-    with replacing(path, force=True) as partial:
-        npz.write_arrays(partial, arrays)

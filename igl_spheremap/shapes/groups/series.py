@@ -14,7 +14,7 @@ from ...draw.markup import table
 from ...draw.shown import Drawing, Shown, place_drawing
 from ...errors import MeshError, check_list, check_number, own_errstate
 from ...io import npz
-from ...io.npz import read_arrays
+from ...io.npz import read_arrays, save_arrays
 from ...io.written_map import read_map
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
@@ -25,7 +25,6 @@ from ...populations.engine import USUAL, Engine
 from ...resampling.transfer import resample, sphere_mesh
 from .doubts import drift_doubts
 from .features import check_features
-from .jobs import write_arrays
 from .placing import Source, carried, names_of
 from .procrustes import generalised_procrustes
 from .workplace import Entry, stacked, workplace
@@ -155,11 +154,11 @@ def series(
         last = replace(frames[-1])  # to the first frame directly
         place.registered("pairs", [*frames[1:], last], [*paths[:-1], paths[0]], [False] * (len(frames) - 1) + [True])
         frames[0].sphere = place.place("work", "chain", "0.npz")
-        write_arrays(frames[0].sphere, {"sphere": mesh[0]})
+        save_arrays(frames[0].sphere, {"sphere": mesh[0]})
         for k, (before, frame) in enumerate(pairwise(frames)):  # to the first sphere, through that of the one before
             onto = carried(certified(coarse[k + 1].mesh, _sphere(frame)), coarse[k], _sphere(before))
             frame.sphere = place.place("work", "chain", f"{k + 1}.npz")
-            write_arrays(frame.sphere, {"sphere": onto.sphere})
+            save_arrays(frame.sphere, {"sphere": onto.sphere})
         place.placed(frames, np.eye(3))
         points, areas, data = stacked([place.of(frame, "placed") for frame in frames], "points", "areas", "features")
         onto = carried(npz.map_of(read_arrays(place.of(last, "map"))), coarse[-1], _sphere(last))

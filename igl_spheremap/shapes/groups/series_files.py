@@ -10,7 +10,7 @@ import numpy as np
 
 from ...io import npz
 from ...io.files import write_mesh
-from ...io.replacing import make_folder, replacing
+from ...io.replacing import make_folder
 from ...io.tables import write_cells
 from ...mesh.arrays import FloatArray
 from .files import write_mean
@@ -30,9 +30,8 @@ def write_series(folder: str | os.PathLike[str], found: Series, names: Sequence[
     space, with drift and means in time. `series` writes each frame's map.
     """
     place = make_folder(Path(folder) / "frames").parent
-    with replacing(place / ARCHIVE, force=True) as partial:
-        npz.write_arrays(partial, {name: getattr(found, name) for name in _ARRAYS}
-                         | {"names": np.array(names, dtype=str), "feature_names": np.array(feature_names, dtype=str)})
+    npz.save_arrays(place / ARCHIVE, {name: getattr(found, name) for name in _ARRAYS} | {
+        "names": np.array(names, dtype=str), "feature_names": np.array(feature_names, dtype=str)})
     write_cells(place / "frames.tsv", frame_rows(found, names, feature_names), force=True)
     for k, (v, area, features) in enumerate(zip(found.vertices, found.areas, found.features, strict=True)):
         data = {"area": area, **dict(zip(feature_names, features.T, strict=True))}

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MeshError, check_list, check_number, check_whole, one_line, own_errstate
-from ...io.npz import read_arrays
+from ...io.npz import read_arrays, save_arrays
 from ...io.written_map import read_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
@@ -17,12 +17,10 @@ from ...mesh.check import check_mesh
 from ...populations.engine import USUAL, Engine
 from ...resampling.transfer import sphere_mesh
 from ...sphere.moebius import best_rotation, orientation_target
-from . import FARTHEST
 from .doubts import group_doubts, member_doubts, symmetric
 from .features import check_features
 from .fixed_point import FixedPoint, Registered, fixed_point
 from .group import Group, Member
-from .jobs import write_arrays
 from .modes import principal_modes
 from .placing import Source, names_of
 from .procrustes import generalised_procrustes
@@ -40,7 +38,6 @@ def template(
     target: str = "ico:4",
     balance: float = 1.0,
     rigid: bool = False,
-    farthest: float = FARTHEST,
     out: str | os.PathLike[str] | None = None,
     engine: Engine = USUAL,
 ) -> Group:
@@ -66,8 +63,6 @@ def template(
         Of the maps: 0 is conformal, 1 preserves areas and is for bodies with limbs; .85 is better for cortices.
     rigid : bool, default False
         Remove place and pose of the members, but keep their sizes.
-    farthest : float, default 6
-        Members are left out whose distance from the mean is larger than this many times the median of all.
     out : path-like, optional
         A folder for results: the members' maps in its folder ``members``, intermediate results in ``work``, and a
         manifest, by which another call continues where this one ended. Without it a temporary folder is used, and the
@@ -79,8 +74,7 @@ def template(
     -------
     Group
         The mean surface, modes and scores, and the members with their registered maps. What could not be read, mapped
-        or registered, or lies too far off, is in its ``left_out``. With `out`, its members hold no maps, and its shapes
-        are read from a file there as they are used.
+        or registered is in its ``left_out``. With `out`, its members hold no maps.
 
     Raises
     ------
@@ -102,7 +96,6 @@ def template(
     """
     check_whole(modes, "modes", 1)
     check_number(balance, "balance", most=1)
-    check_number(farthest, "farthest", 1)
     mesh = sphere_mesh(target)
     sources = check_list(sources, "sources")
     if len(sources) < _FEWEST:
@@ -111,8 +104,7 @@ def template(
     with workplace(out, "members", target, engine, least=_FEWEST) as place:
         members = _Members(place, mesh)
         first = members.mapped(sources, features, balance)
-        fixed = fixed_point(members.registered, members.numbers, first, *mesh, balance=balance, rigid=rigid,
-                            farthest=farthest)
+        fixed = fixed_point(members.registered, members.numbers, first, *mesh, balance=balance, rigid=rigid)
         return members.group(fixed, modes, balance=balance, rigid=rigid, keep=out is None)
 
 
@@ -150,7 +142,7 @@ class _Members:
         self._round += 1
         folder = f"rounds/{self._round}"
         template = self._place.place("work", folder, "template.npz")
-        write_arrays(template, {"points": target.vertices, "sphere": target.sphere})
+        save_arrays(template, {"points": target.vertices, "sphere": target.sphere})
         found = self._place.registered(folder, [self._known[k] for k in numbers], [template] * len(numbers),
                                        [search] * len(numbers))
         points, areas, turned = stacked([member.sphere for member in found], "points", "areas", "turned")
@@ -176,12 +168,11 @@ class _Members:
                 for member, each, correlation, size, distance in zip(
                     members, laid, *(array.tolist() for array in (correlations, aligned.sizes, aligned.distances)),
                     strict=True)]
-        left_out = {name: one_line(error) for name, error in self._place.left_out.items()}
-        left_out |= {self._known[k].name: why for k, why in fixed.left_out.items()}
         order = np.argsort([member.number for member in members])  # as the sources came
         return Group(
             aligned.mean, self._f, self._x, aligned.shapes[order], found.modes, found.variances, found.scores[order],
             tuple(rows[k] for k in order), areas, np.sqrt((away**2).sum(axis=(0, 2)) / (len(members) - 1)),
-            features[order], left_out, fixed.changes, rigid, balance,
+            features[order], {name: one_line(error) for name, error in self._place.left_out.items()},
+            fixed.changes, rigid, balance,
             notes=tuple(group_doubts(fixed.changes, fixed.settled, laid, found.scores)),
         )  # fmt: skip

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...errors import MeshError, without_name
 from ...io import npz
-from ...io.npz import read_arrays
+from ...io.npz import read_arrays, save_arrays
 from ...io.replacing import make_folder, replacing
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
@@ -29,7 +29,7 @@ from ...populations.run_many import run_many
 from ...populations.table import MAPPED, JobRow
 from .features import FeatureFiles
 from .files import file_names
-from .jobs import MapMember, MemberJob, MemberTask, PlaceMember, RegisterMember, write_arrays
+from .jobs import MapMember, MemberJob, MemberTask, PlaceMember, RegisterMember
 from .laying import Laid
 from .placing import Source, names_of
 
@@ -100,11 +100,11 @@ class Workplace:
         if not isinstance(source, str | os.PathLike):
             path = self.place("work", "given", f"{member.short}.npz")
             if isinstance(source, SphereMap):
-                write_arrays(path, npz.arrays_of(source))
+                save_arrays(path, npz.arrays_of(source))
             else:
                 mesh = check_mesh(*vertices_and_faces(source), caps=getattr(source, "caps", None))
-                write_arrays(path, {"vertices": mesh.v, "faces": mesh.f}
-                             | ({} if mesh.caps is None else {"caps": mesh.caps}))
+                save_arrays(path, {"vertices": mesh.v, "faces": mesh.f}
+                            | ({} if mesh.caps is None else {"caps": mesh.caps}))
         columns: tuple[str, ...] = ()
         if isinstance(features, FeatureFiles):
             columns = features.paths

@@ -31,7 +31,7 @@ def test_numbers_out_of_range_are_one_line(words, problem, capsys):
     ("match", ism.shapes.match, {"feature_weight": "feature_weight", "position_weight": "position_weight"}),
     ("register", ism.shapes.register, {"stiffness": "stiffness"}),
     ("template", ism.shapes.template,
-     {name: name for name in ("modes", "balance", "farthest")} | {"to": "target"}),
+     {name: name for name in ("modes", "balance")} | {"to": "target"}),
     ("template", ism.shapes.permutation_test, {"permutations": "permutations"}),
     ("harmonics", ism.shapes.spherical_harmonics, {"degree": "degree"}),
     ("grid", ism.shapes.to_grid, {"kind": "kind", "rows": "rows"}),

@@ -69,7 +69,7 @@ def test_what_repairs_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, c
     assert main(["info", str(path), *flags]) == 0
 
 
-SHELL = Shell({"--repair": False, "--weld": True, "--cut": True, "--force": False, "--farthest": True, "--hemi": True})
+SHELL = Shell({"--repair": False, "--weld": True, "--cut": True, "--force": False, "--hemi": True})
 
 
 @pytest.mark.parametrize(("remedy", "in_python", "in_the_shell"), [
@@ -80,7 +80,6 @@ SHELL = Shell({"--repair": False, "--weld": True, "--cut": True, "--force": Fals
     (Remedy("repair_foldings", given="v, f, x"), "repair_foldings(v, f, x)", "the command repair"),
     (Remedy("write_map", given="path, result"), "write_map(path, result)", "the command map"),
     (Remedy(options={"force": True}), "force=True", "--force"),
-    (Remedy(options={"farthest": None}), "farthest", "--farthest"),
     (Remedy(options={"hemisphere": None}), "hemisphere", "--hemi"),
     (Remedy(options={"gauge": "centred"}), "gauge='centred'", "gauge='centred' in Python"),
 ])

@@ -148,14 +148,13 @@ def test_a_shape_of_given_scores(group):
 def test_what_does_not_fit_is_left_out_with_its_reason(maps, here, tmp_path):
     v, f = ism.samples.make("spheroid", n_vertices=200)
     ism.write_mesh(tmp_path / "open.ply", v, f[1:])
-    sources = [*maps[:3], tmp_path / "open.ply", tmp_path / "none.ply", (v, f[1:]), (v * [1, 1, 6], f)]
-    found = ism.shapes.template(sources, target="ico:1", farthest=2, engine=here)
+    sources = [*maps[:3], tmp_path / "open.ply", tmp_path / "none.ply", (v, f[1:])]
+    found = ism.shapes.template(sources, target="ico:1", engine=here)
     assert len(found.members) == 3
-    assert {*found.left_out} == {str(tmp_path / "open.ply"), str(tmp_path / "none.ply"), "5", "6"}
+    assert {*found.left_out} == {str(tmp_path / "open.ply"), str(tmp_path / "none.ply"), "5"}
     assert all("open surface" in found.left_out[name] for name in (str(tmp_path / "open.ply"), "5"))
     assert not any(name in reason for name, reason in found.left_out.items() if "ply" in name)
     assert "can't read it" in found.left_out[str(tmp_path / "none.ply")]
-    assert "times as far" in found.left_out["6"]
     with pytest.raises(ism.MeshError, match="a group needs 3 surfaces or more, not 2"):
         ism.shapes.template(maps[:2])
     with pytest.raises(ism.MeshError, match="2 of 3 surfaces are left, 3 are needed; surface"):
@@ -167,7 +166,6 @@ def test_what_does_not_fit_is_left_out_with_its_reason(maps, here, tmp_path):
     ({"balance": 2}, ValueError, "balance"), ({"features": [[1.0]]}, ValueError, "features are of 1 surfaces"),
     ({"features": [[1.0], None, [1.0]]}, ism.MeshError, "surface b.ply have shape"),
     ({"features": [[1.0], [[1.0, 2.0]], [1.0]]}, ism.MeshError, "surface b.ply have 2 columns, those of a.ply have 1"),
-    ({"farthest": 0}, ValueError, "farthest"),
 ])
 def test_options_are_checked(options, error, words):
     with pytest.raises(error, match=words):

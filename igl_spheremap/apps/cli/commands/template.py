@@ -19,12 +19,10 @@ from ....maps.balanced import balanced_spherical_map
 from ....populations.map_many import filled
 from ....populations.ratings import FAIL, read_ratings
 from ....shapes.groups.design import data_of, read_design, test_names, write_test
-from ....shapes.groups.doubts import too_far
 from ....shapes.groups.features import FeatureFiles
-from ....shapes.groups.files import ARCHIVE, FIGURES, file_names, member_row, read_group, write_group
-from ....shapes.groups.film import write_mode_film, write_series_film
+from ....shapes.groups.files import ARCHIVE, file_names, member_row, member_rows, read_group, write_group
 from ....shapes.groups.group import Group
-from ....shapes.groups.page import write_group_page, write_series_page
+from ....shapes.groups.page import write_group_page, write_series_film, write_series_page
 from ....shapes.groups.permutation import LEVEL, indicators, permutation_test
 from ....shapes.groups.series import series
 from ....shapes.groups.series_files import ARCHIVE as SERIES
@@ -36,12 +34,12 @@ from ..inputs import expand
 from ..output import LISTED, Findings
 from .batch import engine_of
 
-_PAGE, _FILM, _SERIES_FILM = "index.html", "mode_1.gif", "frames.gif"
+_PAGE, _FILM = "index.html", "frames.gif"
 _COMMON = ("out", "json", "quiet")
 #: Uses of the command besides the one that makes a group, and the flags that each takes.
 _TAKEN = {"series": ("feature", "to", "balance", "exclude", "ratings", "force", "jobs", "scheduler", "resume",
                      "retry-failed", "timeout", "retries"),
-          "add": ("farthest",), "design": ("of", "permutations", "augment")}
+          "add": (), "design": ("of", "permutations", "augment")}
 
 
 def run_template(args: Namespace) -> Exit:
@@ -71,16 +69,15 @@ def _refuse_unused(args: Namespace) -> None:
 
 def _make(args: Namespace) -> Exit:
     """A new group, in files."""
-    kept, excluded, features = _given(args, ARCHIVE)
+    kept, excluded, names, features = _given(args, ARCHIVE)
     out = make_folder(args.out)
     group = template(kept, features=features, modes=args.modes, target=args.to, balance=args.balance, rigid=args.rigid,
-                     farthest=args.farthest, out=out, engine=engine_of(args))
+                     out=out, engine=engine_of(args))
     failed = Exit.FAILED if group.left_out else Exit.OK
-    group = replace(group, left_out={**excluded, **group.left_out}, feature_names=_feature_names(args))
+    group = replace(group, left_out={**excluded, **group.left_out}, feature_names=names)
     args.progress.begin("writing")
     write_group(out, group, force=True)
     write_group_page(out / _PAGE, group, shlex.join(("igl-spheremap", *args.words)))
-    write_mode_film(out / _FILM, group)
     shutil.rmtree(out / "work" / "rounds", ignore_errors=True)  # the maps stay, for another group of these surfaces
     _describe(args, group)
     return failed
@@ -88,14 +85,14 @@ def _make(args: Namespace) -> Exit:
 
 def _follow(args: Namespace) -> Exit:
     """A series, in files."""
-    kept, _, features = _given(args, SERIES)
+    kept, _, names, features = _given(args, SERIES)
     found = series(kept, features=features, target=args.to, balance=args.balance, out=make_folder(args.out),
                    engine=engine_of(args))
     args.progress.begin("writing")
-    out, names = Path(args.out), _feature_names(args)
+    out = Path(args.out)
     mean = write_series(out, found, kept, names)
-    write_series_film(out / _SERIES_FILM, found, mean)
-    write_series_page(out / _PAGE, found, mean, _SERIES_FILM, kept, names, shlex.join(("igl-spheremap", *args.words)))
+    write_series_film(out / _FILM, found, mean)
+    write_series_page(out / _PAGE, found, mean, _FILM, kept, names, shlex.join(("igl-spheremap", *args.words)))
     summary, off = Findings(), np.sqrt((found.drift**2).mean())
     summary.add("frames", f"{len(kept)}, followed at {len(mean)} points", frames=kept)
     for label, values in (("area", found.surface_areas), ("volume", found.volumes)):
@@ -110,18 +107,19 @@ def _follow(args: Namespace) -> Exit:
     return Exit.OK
 
 
-def _given(args: Namespace, archive: str) -> tuple[list[str], dict[str, str], list[FeatureFiles] | None]:
-    """The surfaces that are taken, those that the user leaves out and why, and where the features lie of the former."""
+def _given(args: Namespace, archive: str) -> tuple[
+        list[str], dict[str, str], tuple[str, ...], list[FeatureFiles] | None]:
+    """The surfaces that are taken, those that the user leaves out and why, names and files of features."""
     import_optional("PIL", "the page of a group", "io")
     names = expand(args.sources)
     excluded = _excluded(args, names)
     if not re.fullmatch(r"ico:[0-9]", args.to):
         raise UsageError(f"--to {args.to} is not an icosphere: give ico:4, or ico:5 for cortices")
     kept = [name for name in names if name not in excluded]
-    features = _feature_files(args, kept)
+    feature_names, features = _features(args, kept)
     if (Path(args.out) / archive).exists() and not args.force:
         raise FileError(f"{Path(args.out) / archive} exists already; {REPLACE} replaces it")
-    return kept, excluded, features
+    return kept, excluded, feature_names, features
 
 
 def _excluded(args: Namespace, names: Sequence[str]) -> dict[str, str]:
@@ -134,26 +132,19 @@ def _excluded(args: Namespace, names: Sequence[str]) -> dict[str, str]:
     return dict.fromkeys(args.exclude, "excluded by --exclude") | failed
 
 
-def _feature_names(args: Namespace) -> tuple[str, ...]:
-    """The names of --feature NAME=PATTERN, which are those of arrays in the files that are written."""
-    names = tuple(word.partition("=")[0] for word in args.feature)
+def _features(args: Namespace, sources: Sequence[str]) -> tuple[tuple[str, ...], list[FeatureFiles] | None]:
+    """The names of --feature NAME=PATTERN, those of arrays that are written, and the files of each source, if any."""
+    names, patterns = (tuple(word.partition("=")[k] for word in args.feature) for k in (0, 2))
     wrong = [word for name, word in zip(names, args.feature, strict=True) if not re.fullmatch(r"[A-Za-z]\w*=.+", word)
              or names.count(name) > 1]
     if wrong:
         raise UsageError(f"--feature {wrong[0]}: give NAME=PATTERN, such as thickness={{folder}}/{{stem}}.thickness, "
                          "each name once")
-    return names
-
-
-def _feature_files(args: Namespace, sources: Sequence[str]) -> list[FeatureFiles] | None:
-    """Where the features of each source lie; None without --feature."""
-    _feature_names(args)
-    patterns = [word.partition("=")[2] for word in args.feature]
     try:
-        files = [[filled(pattern, source, "feature ") for pattern in patterns] for source in sources]
+        files = [FeatureFiles(tuple(filled(pattern, source, "feature ") for pattern in patterns)) for source in sources]
     except ValueError as error:
         raise UsageError(f"--{error}") from None
-    return [FeatureFiles(tuple(paths)) for paths in files] if patterns else None
+    return names, files if names else None
 
 
 def _describe(args: Namespace, group: Group) -> None:
@@ -187,7 +178,6 @@ def _add(args: Namespace) -> Exit:
     out = Path(args.out)
     group = read_group(out)
     table, folder = out / "added.tsv", make_folder(out / "added")
-    distances = [member.distance for member in group.members]
     rows = _earlier(table)
     names = expand(args.add)
     found, refused = Findings(), False
@@ -198,8 +188,6 @@ def _add(args: Namespace) -> Exit:
         try:
             placed = group.place(balanced_spherical_map(read_mesh(name), balance=group.balance))
             member = placed.member
-            if reason := too_far(member.distance, distances, args.farthest):
-                raise MapError(reason)
             if member.map is not None:
                 write_map(folder / f"{short}.npz", member.map, force=True)
             cells = (name, "added", *member_row(member, placed.scores)[2:])
@@ -211,8 +199,7 @@ def _add(args: Namespace) -> Exit:
             refused, cells = True, (name, "left out", reason)
             found.add("left out", f"{name}: {reason}")
         rows[name] = cells
-    header = ("member", "status", "reason", "doubts", *FIGURES,
-              *(f"mode_{k + 1}" for k in range(len(group.modes))))
+    header = next(member_rows(group))
     write_cells(table, [header, *rows.values()], force=True)
     found.figures["members"] = [dict(zip(header, rows[name], strict=False)) for name in names]
     found.report(args)
