@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from ..errors import FileError, Remedy
-from .formats import Convention, PathLike
+from .formats import CONVENTIONS, Convention, PathLike
 from .gifti import structure_of
 
 LEFT, RIGHT = "CortexLeft", "CortexRight"
@@ -128,82 +127,54 @@ def atlas_of(path: PathLike) -> str:
     return found[1] if found else _SIDE.sub("", _ENDS.sub("", name)) or "labels"
 
 
+#: How names of files end by what they hold, by each of `CONVENTIONS`; words in braces are those of `Names.of`.
+_ENDINGS = {
+    "sulc": ("sulc.shape.gii", "sulc", "sulc.native.shape.gii"),
+    "curv": ("curv.shape.gii", "curv", "curvature.native.shape.gii"),
+    "area": ("area.shape.gii", "area", "area.native.shape.gii"),
+    "sphere": ("sphere.surf.gii", "sphere", "sphere.native.surf.gii"),
+    "midthickness": ("midthickness.surf.gii", "midthickness", "midthickness.native.surf.gii"),
+    "registered": ("space-{label}_desc-reg{mirrored}_sphere.surf.gii", "{frame}sphere.reg",
+                   "{registered}{dotted}.native.surf.gii"),
+    "distortion": ("space-{label}_desc-reg{mirrored}_arealdistortion.shape.gii", "{frame}distortion",
+                   "ArealDistortion_{name}{dotted}.native.shape.gii"),
+    "resampled": ("space-{label}_den-{density}{desc}_{kind}.surf.gii", "{kind}{dotted}.{name}",
+                  "{kind}{dotted}.{density}_{mesh}.surf.gii"),
+    "labels": ("seg-{label}{desc}_dseg.label.gii", "{name}{dotted}.annot", "{name}{dotted}.native.label.gii"),
+    "margin": ("seg-{label}_desc-margin{mirrored}_probseg.shape.gii", "{name}{dotted}.margin",
+               "{name}_margin{dotted}.native.shape.gii"),
+}
+
+
 @dataclass(frozen=True)
 class Names:
-    """The names of all files of a hemisphere, by one convention.
-
-    Those of a registration take the frame, and `mirrored` if the hemisphere's mirror image was registered; resampled
-    surfaces their number of vertices, too.
-    """
+    """The names of all files of a hemisphere, by one convention; `mirrored` if its mirror image was registered."""
 
     convention: Convention
     hemisphere: Hemisphere
     mirrored: bool = False
 
-    def scalars(self, quantity: Literal["sulc", "curv", "area"]) -> str:
-        """Data at the vertices of the surface."""
-        words = {"curv": "curvature"} if self.convention == "hcp" else {}
-        return self._name(bids=f"{quantity}.shape.gii", freesurfer=quantity,
-                          hcp=f"{words.get(quantity, quantity)}.native.shape.gii")
+    def of(self, what: str, name: str = "", *, kind: str = "", vertices: int = 0) -> str:
+        """The name of the file of ``sulc``, ``curv``, ``area``, ``sphere`` or ``midthickness``, or of the others below.
 
-    def surface(self, kind: Literal["sphere", "midthickness"]) -> str:
-        """The sphere, as it was mapped, or the midthickness."""
-        return self._name(bids=f"{kind}.surf.gii", freesurfer=kind, hcp=f"{kind}.native.surf.gii")
-
-    def registered(self, space: str) -> str:
-        """The registered sphere."""
-        hcp = {"fsaverage": "sphere.reg", "fsLR": "sphere.reg.reg_LR"}.get(space, f"sphere.reg.{space}")
-        return self._name(bids=f"space-{_label(space)}_desc-{self._tag('reg')}_sphere.surf.gii",
-                          freesurfer=f"{self._frame(space)}sphere.reg", hcp=f"{hcp}{self._dotted}.native.surf.gii")
-
-    def distortion(self, space: str) -> str:
-        """How areas changed."""
-        return self._name(bids=f"space-{_label(space)}_desc-{self._tag('reg')}_arealdistortion.shape.gii",
-                          freesurfer=f"{self._frame(space)}distortion",
-                          hcp=f"ArealDistortion_{space}{self._dotted}.native.shape.gii")
-
-    def resampled(self, space: str, vertices: int, kind: str) -> str:
-        """The surface with the vertices of the template."""
-        thousands = f"{round(vertices / 1000)}k" if vertices >= 1000 else str(vertices)
-        side = _letter(self.hemisphere.other if self.mirrored else self.hemisphere.structure)
-        hcp = {"fsaverage": f"fsavg_{side}", "fsLR": "fs_LR"}.get(space, space)
-        desc = "_desc-mirrored" if self.mirrored else ""
-        return self._name(bids=f"space-{_label(space)}_den-{thousands}{desc}_{kind}.surf.gii",
-                          freesurfer=f"{kind}{self._dotted}.{space}",
-                          hcp=f"{kind}{self._dotted}.{thousands}_{hcp}.surf.gii")
-
-    def labels(self, atlas: str) -> str:
-        """Labels of an atlas."""
-        return self._name(bids=f"seg-{_label(atlas)}{'_desc-mirrored' * self.mirrored}_dseg.label.gii",
-                          freesurfer=f"{atlas}{self._dotted}.annot", hcp=f"{atlas}{self._dotted}.native.label.gii")
-
-    def margin(self, atlas: str) -> str:
-        """How sure labels are."""
-        return self._name(bids=f"seg-{_label(atlas)}_desc-{self._tag('margin')}_probseg.shape.gii",
-                          freesurfer=f"{atlas}{self._dotted}.margin",
-                          hcp=f"{atlas}_margin{self._dotted}.native.shape.gii")
-
-    def _name(self, *, bids: str, freesurfer: str, hcp: str) -> str:
-        h = self.hemisphere
-        return {"bids": f"{h.entities}_hemi-{h.side}_{bids}", "freesurfer": f"{h.hemi}.{freesurfer}",
-                "hcp": f"{h.subject}.{h.side}.{hcp}"}[self.convention]
-
-    @property
-    def _dotted(self) -> str:
-        return ".mirrored" if self.mirrored else ""
-
-    def _tag(self, word: str) -> str:
-        return f"{word}mirrored" if self.mirrored else word
-
-    def _frame(self, space: str) -> str:
-        """FreeSurfer's own frame is not named; others are, as `surfreg` names them: lh.fsLR.sphere.reg."""
-        words = [word for word, there in ((space, space != "fsaverage"), ("mirrored", self.mirrored)) if there]
-        return "".join(f"{word}." for word in words)
-
-
-def _label(text: str) -> str:
-    """A value of an entity of BIDS, which has letters and digits only."""
-    return re.sub(r"[^A-Za-z0-9]", "", text) or "x"
+        Of a frame `name` ``registered`` is the sphere, ``distortion`` how areas changed, ``resampled`` the surface of a
+        kind with the vertices of the template; of an atlas `name` ``labels``, and ``margin``, how sure they are.
+        """
+        h, mirrored = self.hemisphere, "mirrored" * self.mirrored
+        side = _letter(h.other if self.mirrored else h.structure)
+        words = {
+            "name": name, "kind": kind, "mirrored": mirrored,
+            "label": re.sub(r"[^A-Za-z0-9]", "", name) or "x",  # of an entity of BIDS
+            "dotted": mirrored and f".{mirrored}", "desc": mirrored and f"_desc-{mirrored}",
+            # FreeSurfer's own frame is not named; others are, as `surfreg` names them: lh.fsLR.sphere.reg.
+            "frame": "".join(f"{word}." for word in (name, mirrored) if word not in ("fsaverage", "")),
+            "registered": {"fsaverage": "sphere.reg", "fsLR": "sphere.reg.reg_LR"}.get(name, f"sphere.reg.{name}"),
+            "density": f"{round(vertices / 1000)}k" if vertices >= 1000 else str(vertices),
+            "mesh": {"fsaverage": f"fsavg_{side}", "fsLR": "fs_LR"}.get(name, name),
+        }
+        end = _ENDINGS[what][CONVENTIONS.index(self.convention)]
+        begin = {"bids": f"{h.entities}_hemi-{h.side}_", "freesurfer": f"{h.hemi}.", "hcp": f"{h.subject}.{h.side}."}
+        return begin[self.convention] + end.format(**words)
 
 
 def fill_sides(pattern: str, structure: str) -> str:

@@ -76,21 +76,14 @@ def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positio
 
 def _rounded(given: ArrayLike, array: NDArray[Any], rows: FloatArray) -> BoolArray:
     """Which of the given numbers differ from their float64 `rows`; `array` is what numpy makes of those given."""
-    if np.can_cast(array.dtype, np.float64) and array.dtype.kind == "f":
-        large = np.abs(rows) >= _LARGEST_WHOLE
-        if isinstance(given, np.ndarray) or not large.any():
-            return np.zeros(rows.shape, dtype=bool)
-        # Numpy has rounded whole numbers already where a list mixes them with floats: compare the list itself.
+    if array.dtype.kind == "f" and array.dtype.itemsize > rows.itemsize:
+        return np.asarray((rows.astype(array.dtype) != array) & ~np.isnan(array))
+    large = np.abs(rows) >= _LARGEST_WHOLE
+    if large.any():  # where a list mixes whole numbers with floats, numpy has rounded them: compare the list itself
         each = np.array(given, dtype=object)
         large[large] = [isinstance(a, (int, np.integer)) and int(a) != int(b)
                         for a, b in zip(each[large], rows[large].tolist(), strict=True)]
-        return large
-    if array.dtype.kind == "f":
-        return np.asarray((rows.astype(array.dtype) != array) & ~np.isnan(array))
-    if array.dtype.kind == "b" or array.dtype.itemsize < 8:
-        return np.zeros(rows.shape, dtype=bool)
-    beyond = rows >= 2.0 ** np.iinfo(array.dtype).bits / (2 if array.dtype.kind == "i" else 1)
-    return np.asarray(beyond | (np.where(beyond, 0, rows).astype(array.dtype) != array))
+    return large
 
 
 def check_directions(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:

@@ -46,8 +46,9 @@ def test_the_side_may_come_from_the_file():
 )
 def test_files_have_the_names_that_pipelines_expect(convention, expected):
     names = Names(convention, hemisphere_of("sub-1_hemi-L_white.surf.gii"))
-    assert [names.surface("sphere"), names.registered("fsaverage"), names.registered("fsLR"), names.scalars("curv"),
-            names.resampled("fsLR", 32_492, "midthickness"), names.labels("aparc")] == expected
+    assert [names.of("sphere"), names.of("registered", "fsaverage"), names.of("registered", "fsLR"), names.of("curv"),
+            names.of("resampled", "fsLR", vertices=32_492, kind="midthickness"),
+            names.of("labels", "aparc")] == expected
 
 
 @pytest.mark.parametrize("convention", ["bids", "freesurfer", "hcp"])
@@ -55,11 +56,11 @@ def test_no_two_files_have_one_name(convention):
     """Neither of two frames, nor of a surface and its mirror image; what belongs to the surface alone has one name."""
     half = hemisphere_of("rh.white")
     found = [name for mirrored in (False, True) for names in [Names(convention, half, mirrored)] for name in (
-        *(of(space) for space in ("fsaverage", "fsLR", "mine") for of in (names.registered, names.distortion)),
-        *(names.resampled(space, 642, "white") for space in ("fsaverage", "fsLR")), names.labels("a"),
-        names.margin("a"))]
+        *(names.of(what, space) for space in ("fsaverage", "fsLR", "mine") for what in ("registered", "distortion")),
+        *(names.of("resampled", space, vertices=642, kind="white") for space in ("fsaverage", "fsLR")),
+        names.of("labels", "a"), names.of("margin", "a"))]
     assert len(set(found)) == len(found)
-    assert Names(convention, half, True).scalars("sulc") == Names(convention, half).scalars("sulc")
+    assert Names(convention, half, True).of("sulc") == Names(convention, half).of("sulc")
 
 
 def test_the_pial_surface_beside_a_white_one_is_found(tmp_path):

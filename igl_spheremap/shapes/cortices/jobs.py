@@ -65,16 +65,16 @@ class HemisphereJob(Job):
 
     def _files(self, names: Names) -> Iterator[str]:
         for template in self.templates:
-            yield names.registered(template.space)
-        yield names.surface("sphere")
-        yield from (names.scalars("sulc"), names.scalars("curv"), names.scalars("area"))
+            yield names.of("registered", template.space)
+        yield names.of("sphere")
+        yield from (names.of("sulc"), names.of("curv"), names.of("area"))
         if self.pial:
-            yield names.surface("midthickness")
+            yield names.of("midthickness")
         for template in self.templates:
-            yield names.distortion(template.space)
-            yield names.resampled(template.space, template.size, self.kind)
+            yield names.of("distortion", template.space)
+            yield names.of("resampled", template.space, vertices=template.size, kind=self.kind)
         for atlas in self.atlases:
-            yield from (names.labels(atlas_of(atlas.path)), names.margin(atlas_of(atlas.path)))
+            yield from (names.of("labels", atlas_of(atlas.path)), names.of("margin", atlas_of(atlas.path)))
 
 
 def hemisphere_jobs(

@@ -84,21 +84,22 @@ class SphereRegistration(Task[HemisphereJob]):
         foldings = moved = 0
         for names in job.names:
             writer = Writer(self.place(job.folder), names, given, mark)
-            writer.sphere(names.surface("sphere"), own.sphere)  # the first, since its mark tells whose the others are
+            writer.sphere(names.of("sphere"), own.sphere)  # the first, since its mark tells whose the others are
             for files, sphere in zip(job.templates, spheres, strict=True):
-                writer.sphere(names.registered(files.space), sphere.sphere)
+                writer.sphere(names.of("registered", files.space), sphere.sphere)
             writer.features(own, given.v)
             if job.pial:
-                writer.surface(names.surface("midthickness"), v, given.f)
+                writer.surface(names.of("midthickness"), v, given.f)
             for files, template, each, sphere in zip(job.templates, templates, found, spheres, strict=True):
                 ratio = vertex_areas(sphere.sphere, given.f) / vertex_areas(own.sphere, given.f)
-                writer.scalars(names.distortion(files.space), "arealdistortion", np.log2(ratio))
+                writer.scalars(names.of("distortion", files.space), "arealdistortion", np.log2(ratio))
                 side = job.hemisphere.other if self.reflect else job.hemisphere.structure
                 on_template, faces = resample(each.map, template)
-                writer.surface(names.resampled(files.space, files.size, job.kind), on_template, faces, side)
+                resampled = names.of("resampled", files.space, vertices=files.size, kind=job.kind)
+                writer.surface(resampled, on_template, faces, side)
             for (atlas, _, table), (labels, margin) in zip(atlases, taken, strict=True):
-                writer.labels(names.labels(atlas_of(atlas.path)), atlas_of(atlas.path), labels, table)
-                writer.scalars(names.margin(atlas_of(atlas.path)), "margin", margin)
+                writer.labels(names.of("labels", atlas_of(atlas.path)), atlas_of(atlas.path), labels, table)
+                writer.scalars(names.of("margin", atlas_of(atlas.path)), "margin", margin)
             foldings, moved = foldings + writer.foldings, moved + writer.moved
         return replace(self.empty(job), **_figures(found, [margin for _, margin in taken]), vertices=len(v),
                        status="folded" if foldings else "certified", foldings=foldings,
@@ -113,7 +114,7 @@ class SphereRegistration(Task[HemisphereJob]):
         """Raise a FileError if there are files, but no sphere among them that this task made of this surface."""
         for names in job.names:
             there = [target for target in job.files(names) if os.path.lexists(self.place(target))]
-            sphere = self.place(os.path.join(job.folder, names.surface("sphere")))
+            sphere = self.place(os.path.join(job.folder, names.of("sphere")))
             if there and not self.force and not (os.path.isfile(sphere) and read_mark(sphere) == mark):
                 raise FileError(f"{there[0]} exists, and not from this version and surface; it is kept, {REPLACE} "
                                 "replaces it")

@@ -47,9 +47,9 @@ class Writer:
         """Write what FreeSurfer calls sulc and curv, in mm and 1/mm, and the areas of the given surface's vertices."""
         unit = np.sqrt(surface_area(own.vertices, own.faces) / (4 * np.pi))
         sulc, curv = (-self._turn * depth_potential(own.vertices, own.faces, ell=ell) for ell in (SULC, _CURV))
-        self.scalars(self._names.scalars("sulc"), "sulc", unit * sulc)
-        self.scalars(self._names.scalars("curv"), "curv", curv / (2 * _CURV**2 * unit))  # the potential is 2 H ell^2
-        self.scalars(self._names.scalars("area"), "area", vertex_areas(v, own.faces))
+        self.scalars(self._names.of("sulc"), "sulc", unit * sulc)
+        self.scalars(self._names.of("curv"), "curv", curv / (2 * _CURV**2 * unit))  # the potential is 2 H ell^2
+        self.scalars(self._names.of("area"), "area", vertex_areas(v, own.faces))
 
     def scalars(self, name: str, quantity: str, values: FloatArray) -> None:
         """Write data at the vertices."""
