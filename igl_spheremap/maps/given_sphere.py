@@ -18,14 +18,11 @@ from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener, Round, Run, Status
 from ..sphere.rows import row_lengths, unit_rows
-from ..untangle.effort import Effort
 from ..untangle.local_repair import repair_locally
-from ..untangle.match_angles import is_worth_steps, polish_map
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
 from .methods import check_start
-from .options import Auto, Polish
 from .sphere_map import SphereMap
 
 
@@ -106,8 +103,6 @@ def repair_foldings(
     f: ArrayLike,
     x: ArrayLike,
     *,
-    polish: Polish | None = None,
-    effort: Effort = Effort(),  # noqa: B008 - it is frozen
     caps: ArrayLike | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
@@ -124,11 +119,6 @@ def repair_foldings(
     x : (n, 3) array_like
         Images of the vertices: finite, nonzero rows, which are scaled to unit length. A map that turns the
         sphere inside out is reflected first; one of the wrong degree is rebuilt.
-    polish : {"auto", "angles"}, optional
-        Lower the angle differences of the whole map afterwards, as `Auto` says: always ("angles"), or where that is
-        predicted to gain enough for its cost ("auto"). By default what was not folded stays where it is.
-    effort : Effort
-        What these steps may cost, by default as in `Effort`; with `polish` only.
     caps : (m,) array_like of bool, optional
         As of `check_mesh`.
     listener : callable, optional
@@ -145,10 +135,6 @@ def repair_foldings(
     ------
     MeshError
         If the mesh is invalid, or `x` has not one finite, nonzero row per vertex.
-    ValueError
-        If `polish` is unknown, or `effort` is given without it.
-    TypeError
-        If `effort` is not an `Effort`.
 
     Notes
     -----
@@ -168,11 +154,6 @@ def repair_foldings(
     >>> ism.certify(x, f).folding_free, ism.repair_foldings(v, f, x).certificate.folding_free
     (False, True)
     """
-    options = Auto(polish=polish, effort=effort)  # checks both; makes a dict an `Effort`
-    effort = options.effort
-    if polish is None and effort != Effort():
-        raise ValueError("effort is what a polish may cost; give polish='auto' or polish='angles', too")
-    settings = {} if polish is None else {"polish": polish} | options.settings()
     history = History(listener)
     mesh = check_mesh(v, f, caps=caps)
     began, places = time.perf_counter(), count()
@@ -189,13 +170,9 @@ def repair_foldings(
     if before.orientation is None:
         y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
         record("repaired", y)
-    price = effort.polish_gain if polish == "angles" else effort.price(len(y))
-    if polish == "angles" or (polish == "auto" and is_worth_steps(mesh, y, price)):
-        y = polish_map(mesh, y, effort.systems, price)
-        record("polished", y)
     after = Certificate.of(y, mesh.f)
     energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
     done = Round(0, "map", before.foldings, after.foldings, 0, energy, mean_angle_difference(mesh, y),
                  Status.DONE, time.perf_counter() - began)
     run = Run(Status.DONE, energy, rounds=(done,), gauge="given", notes=tuple(notes))
-    return SphereMap(mesh, y, after, history.complete(run, "repair", settings))
+    return SphereMap(mesh, y, after, history.complete(run, "repair"))

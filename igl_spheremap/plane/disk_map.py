@@ -13,7 +13,7 @@ from ..mesh.objects import takes_mesh
 from ..mesh.timings import phase, timed
 from ..result.run import History, Listener, Status
 from .plane_map import PlaneMap
-from .sliding import balanced_disk, conformal_disk
+from .sliding import balanced_disk, conformal_disk, presentable
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -160,7 +160,8 @@ def balanced_disk_map(
 def map_conformally(disk: Disk, history: History) -> DiskMap:
     """The map of `disk_conformal_map`, of a mesh that is checked."""
     with phase("disk"):
-        p, certificate, run = conformal_disk(disk, history)
+        p, run = conformal_disk(disk, history)
+        p, certificate = presentable(disk, p)
     result = DiskMap(disk, p, certificate, history.complete(run, "disk"))
     if not certificate.folding_free and run.status is not Status.STOPPED:
         raise FoldingsRemain(f"no map to the disk without foldings was found: {certificate}; "

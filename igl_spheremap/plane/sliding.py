@@ -31,12 +31,6 @@ _EVEN_WEIGHTS = (0.99, 0.997)
 _POWER = 0.5
 
 
-def conformal_disk(disk: Disk, listener: Listener) -> tuple[FloatArray, Certificate, Run]:
-    """The conformal map by doubling, or else by sliding; it folds only if rounding folds every start."""
-    p, run = _conformal(disk, listener)
-    return *_presentable(disk, p), run
-
-
 def balanced_disk(disk: Disk, conformal: FloatArray, p: FloatArray, balance: float,
                   listener: Listener) -> tuple[FloatArray, Certificate, Run]:
     """The map of a balance from a map p without foldings, given the conformal one."""
@@ -47,7 +41,7 @@ def balanced_disk(disk: Disk, conformal: FloatArray, p: FloatArray, balance: flo
         if run.status is not Status.STOPPED:
             p, run = min(((p, run), slide(disk, replace(energy, weight=weight), p, listener, system)),
                          key=lambda each: energy.area_error(RADIUS * each[0]))
-    return *_presentable(disk, p), run
+    return *presentable(disk, p), run
 
 
 def slide(disk: Disk, energy: BalancedEnergy, p: FloatArray, listener: Listener,
@@ -57,8 +51,11 @@ def slide(disk: Disk, energy: BalancedEnergy, p: FloatArray, listener: Listener,
     return minimum.last.x / RADIUS, Run(minimum.status, minimum.last.energy, gauge="turned")
 
 
-def _conformal(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
-    """A conformal map without foldings: by doubling, else by sliding, else by a double that is embedded."""
+def conformal_disk(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
+    """A conformal map by doubling, else by sliding, else by a double that is embedded.
+
+    It folds only if rounding folds every start.
+    """
     if found := _doubled(disk, listener, symmetric=True):
         return found
     p, run = slid_map(disk, listener)
@@ -110,7 +107,7 @@ def slid_map(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
 
 def _is_free(disk: Disk, p: FloatArray) -> bool:
     """Whether a map is certified free of foldings, as it would be returned."""
-    return _presentable(disk, p)[1].folding_free
+    return presentable(disk, p)[1].folding_free
 
 
 def _starts(disk: Disk, found: list[tuple[FloatArray, Run]]) -> Iterator[FloatArray]:
@@ -126,7 +123,7 @@ def _starts(disk: Disk, found: list[tuple[FloatArray, Run]]) -> Iterator[FloatAr
         yield tutte_map(disk, evenly(disk))
 
 
-def _presentable(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
+def presentable(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
     """A map as it is returned: balanced, upright, and its boundary on the circle; unless that folds faces, as it is."""
     for q in (upright(centred(p, disk), disk), upright(p, disk)):
         q[disk.rim] /= np.hypot(q[disk.rim, 0], q[disk.rim, 1])[:, None]

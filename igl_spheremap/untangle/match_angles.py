@@ -13,15 +13,13 @@ from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import marked, touching
 from ..mesh.measure import by_blocks, corner_angles, log_edges, spread
-from ..mesh.timings import phase
 from ..newton.loop import Levenberg, Model, Trial, newton
 from ..newton.system import VertexSystem, gram_blocks
 from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows, weighted_sum
-from ..verify.distortion import mean_angle_difference, mean_difference
+from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces, signed_volumes
 from .embedding import dilate, embed_locally
 from .local_repair import FEW, RELAXED_RINGS, small_moves
-from .race import Candidate, race
 from .relax import AngleLoss, relax_angles
 
 #: In steps, differences below this share of their mean count by their squares; with a smaller share steps stall: with
@@ -48,21 +46,6 @@ _THIN = np.radians(30)
 #: alike (tried by hand), and with half of it every eighth part of the set tune ends the same (`python -m benchmarks
 #: versions . FOLDER/tune --every 8 --set untangle.match_angles._SAMPLE=250`).
 _SAMPLE = 500
-
-
-@phase("polish")
-def polish_map(mesh: Mesh, x: FloatArray, systems: int, price: float) -> FloatArray:
-    """Lower the angle differences of a certified map by rounds of steps; its centroid stays.
-
-    A round of up to `systems` systems has to gain the share `price`.
-    """
-    system, centroid = VertexSystem(mesh.f, len(x), limbs=True), weighted_sum(mesh.A, x)
-
-    def steps(before: Candidate) -> Candidate:
-        y, further = match_angles(mesh, before.x, centroid, system, systems, price, damping=HALF_DIGITS)
-        return Candidate(y, mean_angle_difference(mesh, y), further=further)
-
-    return race([Candidate(x, mean_angle_difference(mesh, x))], steps, price).x
 
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, systems: int,
@@ -107,7 +90,7 @@ class Aitken:
         return self.further < self._least if predicts else gain < self._least**2
 
 
-def is_worth_steps(mesh: Mesh, x: FloatArray, price: float, harmonic: bool = False) -> bool:
+def is_worth_steps(mesh: Mesh, x: FloatArray, price: float) -> bool:
     """True if steps are predicted, by a sample, to lower the angle differences of a map by more than the share `price`.
 
     The prediction is what a sweep gains, times the share of the differences that can be lowered. The sum of the
@@ -124,7 +107,7 @@ def is_worth_steps(mesh: Mesh, x: FloatArray, price: float, harmonic: bool = Fal
     curvature = np.bincount(around[own], difference[own], len(x))
     lowerable = 1 - np.abs(curvature).sum() / np.abs(difference[own]).sum()
     mean = float(np.degrees(np.abs(difference).mean()))
-    thin = _THIN / source.min(axis=1).mean() if harmonic else 1.0
+    thin = _THIN / source.min(axis=1).mean()
     y = relax_angles(x, around, AngleLoss(source.T, _SAMPLE_SMOOTHING * np.radians(mean)), movable, sweeps=1)
     gain = 1 - mean_difference(source, y, around) / mean
     return bool(_STEPS_PER_SWEEP * gain * lowerable * thin > price)

@@ -94,7 +94,7 @@ def plan_repair(mesh: Mesh, x: FloatArray, certificate: Certificate, polish: str
         return Plan(angles, price, itself=True, layouts=effort.layouts(n), holes=effort.holes)
     if polish == "angles":  # row 3
         return Plan(folded, price, itself=True)
-    if polish == "auto" and is_worth_steps(mesh, x, price, harmonic=True):  # row 4
+    if polish == "auto" and is_worth_steps(mesh, x, price):  # row 4
         return Plan(f"{folded}, and steps are predicted to pay", price, itself=True)
     little = f", and steps are predicted to gain less than {100 * price:.2g} percent"
     return Plan(folded + little * (polish == "auto"), itself=not free)  # rows 5 and 6

@@ -93,24 +93,6 @@ def test_a_map_turned_inside_out_is_reflected():
     assert np.abs(result.angle_differences()).mean() == pytest.approx(np.abs(ism.angle_differences(v, f, x)).mean())
 
 
-def test_effort_bounds_the_steps_of_a_polish():
-    v, f = ism.samples.make("spheroid", n_vertices=400)
-    x = ism.spherical_conformal_map(v, f, polish=None).sphere.copy()
-    x[[10, 20]] = x[[20, 10]]
-    repaired, polished, cut = (ism.repair_foldings(v, f, x, **options).sphere for options in (
-        {}, {"polish": "angles"}, {"polish": "angles", "effort": ism.Effort(systems=1)}))
-    assert not np.array_equal(repaired, polished)
-    assert not np.array_equal(cut, polished)
-
-
-def test_an_unknown_polish_and_an_effort_without_one_are_refused():
-    x, f = icosphere(1)
-    with pytest.raises(ValueError, match="unknown polish 'floor'"):
-        ism.repair_foldings(x, f, x, polish="floor")
-    with pytest.raises(ValueError, match="effort is what a polish may cost"):
-        ism.repair_foldings(x, f, x, effort=ism.Effort(systems=2))
-
-
 @pytest.mark.parametrize("bad", [0.0, np.nan, np.inf])
 def test_rows_without_direction_are_refused(bad):
     x, f = icosphere(1)
