@@ -41,11 +41,11 @@ BENCHMARKS = ROOT / "benchmarks"
 BUILT = {DOCS / "_build", DOCS / "gallery", DOCS / "reference" / "generated", REPRODUCED}
 PAGES = [ROOT / "README.md", *(p for p in sorted(DOCS.rglob("*.md")) if not BUILT & set(p.parents))]
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
-EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "completion": ("shtab",), "display": ("polyscope",),
+EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "display": ("polyscope",),
           "pyvista": ("pyvista",), "nitransforms": ("nitransforms",), "mne": ("mne",), "neuromaps": ("neuromaps",)}
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 #: Words of command lines that open a window, take long or go on from those; their own tests run them.
-ELSEWHERE = {"view", "play", "reproduce", "batch", "summarise", "match", "template", "spharm-pdm", "--modes",
+ELSEWHERE = {"view", "play", "reproduce", "batch", "match", "template", "spharm-pdm", "--modes",
              "--report", "--plot"}
 #: A sample that is as large as it is for the reader only.
 SMALLER = {"sample:bunny ": "sample:bunny:n_vertices=2000 ", 'make("bunny")': 'make("bunny", n_vertices=2000)'}
@@ -105,7 +105,6 @@ def files(tmp_path_factory):
         write_mesh(folder / f"{name}.ply", *ism.samples.make(shape, n_vertices=400))
         (folder / f"{name}.vts").write_text("0\n200\n")
     write_mesh(folder / "face.ply", *half(v, f)[:2])
-    (folder / "landmarks.txt").write_text("0 0.6 0 0.8\n")
     (folder / "bunny.vts").write_text("0 0 0 0\n")
     (folder / "scan.pinned").write_text("lk 7\n")
     x = np.array(ism.gauss_map(v, f))
@@ -187,8 +186,6 @@ def commands(page: Path) -> list[str]:
 
 
 def needs(words):
-    if words[1:2] == ["completion"]:
-        return ["completion"]
     ours = (".glb", ".gltf", ".gii", ".pial", ".white", ".sphere", ".conformal")
     textured = {"equirectangular", "octahedral"} & set(words)
     return ["io"] if textured or any(word.endswith(ours) or "lh" in word for word in words) else []
@@ -231,7 +228,7 @@ def written_by(lines):
     """Names of files that lines of the shell write."""
     for line in lines:
         words = shlex.split(re.split("[|<>]", line)[0])
-        if words[0] == "igl-spheremap" and words[1] not in ("completion", "reproduce"):
+        if words[0] == "igl-spheremap" and words[1] != "reproduce":
             args = parser().parse_args(words[1:])
             yield from (name for key in ("target", "out") if (name := getattr(args, key, None)))
 

@@ -119,9 +119,9 @@ def reached(path):
 
 
 def test_the_first_door_needs_nothing_of_the_second():
-    """Nor do its commands, the demos and reports; `info.py` reads the parser, which knows the options of all."""
+    """Nor do its commands, the demos and reports."""
     apps, demos = ROOT / "apps", sorted((ARCHITECTURE.parents[1] / "demos").glob("*.py"))
-    modules = {row.module for row in COMMANDS if row.name not in GROUPS[SHAPES]} - {"info"}
+    modules = {row.module for row in COMMANDS if row.name not in GROUPS[SHAPES]}
     commands = [apps / "cli" / "commands" / f"{module}.py" for module in modules]
     others = (DOORS[""], ROOT / "__main__.py", apps, ROOT / "shapes")
     first = [path for path in files() if not {path, *path.parents} & {*others}]

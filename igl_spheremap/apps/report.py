@@ -8,7 +8,6 @@ import platform
 import sys
 import tempfile
 from collections.abc import Callable, Iterable
-from datetime import datetime, timezone
 from html import escape
 from importlib import metadata
 from pathlib import Path
@@ -104,7 +103,7 @@ def _write_page(
     verdict = "free" if certificate.folding_free else "folded"
     body = [
         f"<h1>{escape(title)}</h1>",
-        made_by(command, datetime.now(timezone.utc)),
+        made_by(command),
         f'<p class="verdict {verdict}">{escape(str(certificate))}</p>',
         *parts,
         "<h2>Versions</h2>",

@@ -10,7 +10,7 @@ import struct
 import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, timezone
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -104,10 +104,10 @@ def page_file(place: str | os.PathLike[str], name: str) -> Path:
     return path / name
 
 
-def made_by(command: str, began: datetime) -> str:
+def made_by(command: str) -> str:
     """The line below a page's title: when it was made, by which version and by which command."""
     code = f"<br><code>{escape(command)}</code>" if command else ""
-    return f'<p class="made">{began:%Y-%m-%d %H:%M} UTC, igl_spheremap {__version__}{code}</p>'
+    return f'<p class="made">{datetime.now(timezone.utc):%Y-%m-%d %H:%M} UTC, igl_spheremap {__version__}{code}</p>'
 
 
 def legend(shown: Ramp | tuple[str, Colour]) -> str:

@@ -41,10 +41,11 @@ def reading(path: Path) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def opening(path: PathLike) -> Iterator[None]:
+def opening(path: PathLike, pipes: bool = False) -> Iterator[None]:
     """Turn what the system refuses into a FileError of one line; parsers' own OSErrors have no `strerror`."""
     try:
-        check_regular(Path(path))
+        if not pipes:
+            check_regular(Path(path))
         yield
     except OSError as error:
         if isinstance(error, FileError) or error.strerror is None:
@@ -61,9 +62,12 @@ def check_regular(path: Path) -> None:
         raise FileError(f"can't read {path}: it is a device or a pipe; write its content to a file first")
 
 
-def read_lines(path: PathLike) -> list[str]:
-    """Lines of a small text file in UTF-8; bytes that can't be decoded become surrogates, as in names of files."""
-    with opening(path):
+def read_lines(path: PathLike, *, pipes: bool = False) -> list[str]:
+    """Lines of a small text file in UTF-8; bytes that can't be decoded become surrogates, as in names of files.
+
+    With `pipes` it may be one, as `<(find ...)` of a shell is.
+    """
+    with opening(path, pipes):
         return Path(path).read_text(encoding="utf-8", errors="surrogateescape").splitlines()
 
 

@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 
 from .._version import __version__
 from ..errors import FileError, FoldingsRemain, MeshError, Say, WorkersUnavailable, one_line, said_by, said_here
-from ..io.replacing import remove_partial_files
+from ..io.replacing import make_folder, remove_partial_files
 from .child import WorkerDied, own_child, peak_memory
 from .manifest import Fingerprints, JobResult, are_still, fingerprints
 from .table import JobRow
@@ -103,6 +103,8 @@ def run_job(job: JobT, task: Task[JobT]) -> JobResult:
 
     with said_by(task.say):
         try:
+            for target in task.places(job.targets):
+                make_folder(os.path.dirname(target))
             row = task.run(job, check)
         except Exception as error:  # one input must not end the others
             status = next((status for kind, status in _STATUS.items() if isinstance(error, kind)), "failed")

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..errors import FileError, Remedy
-from ..io.replacing import check_writable
+from ..io.replacing import check_writable, make_folder
 from .table import MAPPED, ROW_ERRORS, JobRow, from_plain, json_lines, plain
 
 _BEGIN = b'{"igl_spheremap run": '
@@ -88,6 +88,7 @@ class Manifest:
     """
 
     def __init__(self, path: str | os.PathLike[str], run: Mapping[str, Any]) -> None:
+        make_folder(Path(path).parent)
         check_writable(path, force=True)
         self.path = Path(os.path.realpath(path))
         self._results: dict[str, JobResult] = {}
@@ -173,13 +174,6 @@ class Manifest:
 
     def __exit__(self, *_: object) -> None:
         self._file.close()
-
-
-def began(path: str | os.PathLike[str]) -> str:
-    """When the last run of a manifest began, by ISO 8601."""
-    with open(path, encoding="utf-8", errors="replace") as file:
-        runs = [entry["igl_spheremap run"] for entry in json_lines(file) if "igl_spheremap run" in entry]
-    return str(runs[-1]["began"])
 
 
 def _lock(file: IO[bytes]) -> bool:

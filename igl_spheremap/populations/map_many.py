@@ -14,7 +14,6 @@ from ..maps.options import Auto, Method, method_of
 from ..mesh.clean import asked_for
 from .engine import USUAL, Engine
 from .job import Job, check_places
-from .manifest import began
 from .mapping import SphereMapping
 from .page import check_page, map_sheet, write_page
 from .run_many import run_many
@@ -115,7 +114,7 @@ def map_many(
     jobs = [Job(source, target) for source, target in zip(names, targets, strict=True)]
     rows = run_many(jobs, task, log, engine, listener)
     if report is not None:
-        write_page(report, rows, map_sheet(rows, task), engine.processes, began=began(log))
+        write_page(report, rows, map_sheet(rows, task), engine.processes)
     return rows
 
 
@@ -135,15 +134,13 @@ def targets_of(pattern: str, sources: Sequence[str]) -> list[str]:
     return targets
 
 
-def manifest_of(pattern: str) -> str:
+def manifest_of(pattern: str, kind: str = "maps") -> str:
     """The manifest's place, in the folder that the pattern gives to all targets.
 
     >>> manifest_of("spheres/{stem}.ply"), manifest_of("{folder}/lh.sphere.conformal")
-    ('spheres/stem.ply.manifest.jsonl', 'folder_lh.sphere.conformal.manifest.jsonl')
+    ('spheres/maps.manifest.jsonl', 'maps.manifest.jsonl')
     """
-    folder = pattern.partition("{")[0].rpartition("/")[0]
-    name = pattern.removeprefix(f"{folder}/").replace("{", "").replace("}", "").replace("/", "_")
-    return str(Path(folder or ("/" if pattern.startswith("/") else ""), f"{name}.manifest.jsonl"))
+    return os.path.join(os.path.dirname(pattern.partition("{")[0]), f"{kind}.manifest.jsonl")
 
 
 def filled(pattern: str, source: str, option: str = "") -> str:

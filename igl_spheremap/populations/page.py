@@ -7,7 +7,6 @@ import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from functools import partial
 from html import escape
 from pathlib import Path
@@ -94,13 +93,12 @@ def check_page(place: str | os.PathLike[str]) -> Path:
 
 def write_page(
     place: str | os.PathLike[str], rows: Sequence[JobRow], sheet: Sheet, processes: int | None = None, *,
-    began: str, command: str = "",
+    command: str = "",
 ) -> Path:  # fmt: skip
     """Write a page with all rows and a picture of each, the worst first, and return its path.
 
     It is one file if `place` ends in .html, with pictures of the worst, else `index.html` in that folder with the
-    pictures beside it, which are kept for the next page. They are drawn by processes. `began` is when the run began,
-    by ISO 8601.
+    pictures beside it, which are kept for the next page. They are drawn by processes.
     """
     path = check_page(place)
     make_folder(path.parent)
@@ -125,7 +123,7 @@ def write_page(
     plots = [histogram(name, label, np.array([getattr(row, name) for row in rows], dtype=np.float64), limits[name],
                        _AXES[name.rpartition("_")[2]], sheet.nouns) for name, label in figures_of(rows).items()]
     body = [_OURS, f"<h1>{escape(sheet.heading)}</h1>",
-            made_by(command, datetime.fromisoformat(began)),
+            made_by(command),
             f"<p>Files {escape(where)}</p>" if where else "",
             f'<div class="plots">{"".join(plots)}</div>',
             f"<h2>{sheet.nouns.capitalize()}</h2><p>Worst first: files without a map, then by foldings, then by the "

@@ -1,8 +1,7 @@
-"""The table of a population: one row an input, as TSV, CSV or JSON lines; and which maps stand out."""
+"""The table of a population: one row an input, as TSV or CSV; and which maps stand out."""
 
 from __future__ import annotations
 
-import contextlib
 import io
 import json
 import math
@@ -10,22 +9,17 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, asdict, dataclass, fields
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from ..errors import FileError
-from ..io.reading import reading
-from ..io.replacing import replacing
-from ..io.tables import SEPARATORS, read_cells, text_of
+from ..io.tables import SEPARATORS, write_cells
 from ..mesh.arrays import FloatArray
 
 #: Suffixes of tables.
-TABLES = (*SEPARATORS, ".jsonl")
+TABLES = tuple(SEPARATORS)
 _CONVERT: dict[str, Callable[[Any], Any]] = {
-    "bool": lambda value: str(value).lower() == "true", "int": int, "str": str,
-    "float": lambda value: math.nan if value in (None, "") else float(value),
+    "bool": bool, "int": int, "str": str, "float": lambda value: math.nan if value is None else float(value),
 }  # fmt: skip
 #: What `from_plain` raises for what is not a row.
 ROW_ERRORS = (AttributeError, KeyError, OverflowError, TypeError, ValueError)
@@ -154,7 +148,7 @@ def plain(row: JobRow) -> dict[str, Any]:
 
 
 def from_plain(entry: Mapping[str, Any]) -> JobRow:
-    """The row that `plain` or a line of a table describes; raises one of ROW_ERRORS where it is something else."""
+    """The row that `plain` describes; raises one of ROW_ERRORS where it is something else."""
     values = {}
     kind = next((kind for kind in _KINDS if entry.keys() >= kind.FIGURES.keys()), Row)
     for field in fields(kind):
@@ -168,58 +162,24 @@ def from_plain(entry: Mapping[str, Any]) -> JobRow:
 def check_table(path: str | os.PathLike[str]) -> None:
     """Raise a ValueError unless the name is one of a table."""
     if not str(path).lower().endswith(TABLES):
-        raise ValueError(f"{path}: give a {', '.join(TABLES[:-1])} or {TABLES[-1]} file")
+        raise ValueError(f"{path}: give a {' or '.join(TABLES)} file")
 
 
 def write_table(path: str | os.PathLike[str], rows: Sequence[JobRow]) -> None:
-    """Write a table; what is not finite is left empty, or null."""
-    with replacing(path, force=True) as partial:
-        partial.write_text(_text(rows, Path(path).suffix.lower()), encoding="utf-8", errors="backslashreplace")
-
-
-def _text(rows: Sequence[JobRow], suffix: str) -> str:
-    entries = [plain(row) for row in rows]
-    if suffix not in SEPARATORS:
-        return "".join(json.dumps(entry) + "\n" for entry in entries)
+    """Write a table; what is not finite is left empty."""
     names = [field.name for field in fields(rows[0] if rows else Row)]
-    return text_of([names, *([entry[name] for name in names] for entry in entries)], suffix)
-
-
-def read_table(path: str | os.PathLike[str]) -> list[JobRow]:
-    """The rows of a table, or those that a manifest holds so far: the last one of each target."""
-    path = Path(path)
-    with reading(path):
-        rows = {row.target: row for row in _rows(path)}
-    if not rows:
-        raise FileError(f"{path} has no row; give a table or a manifest of igl-spheremap batch")
-    return list(rows.values())
-
-
-def _rows(path: Path) -> Iterator[JobRow]:
-    if path.suffix.lower() in SEPARATORS:
-        header, *rows = read_cells(path)
-        yield from (from_plain(dict(zip(header, row, strict=False))) for row in rows)
-        return
-    with path.open(encoding="utf-8", newline="") as file:
-        for entry in json_lines(file):
-            with contextlib.suppress(*ROW_ERRORS):  # a line that holds something else
-                yield from_plain(entry.get("row", entry))
+    write_cells(path, [names, *(list(plain(row).values()) for row in rows)], force=True)
 
 
 def json_lines(file: io.TextIOBase | io.TextIOWrapper) -> Iterator[dict[str, Any]]:
     """The objects of a file of JSON lines; a line that was cut off or is not JSON is left out."""
     for line in file:
         try:
-            entry = json.loads(line, parse_constant=_refuse)
+            entry = json.loads(line)
         except (ValueError, RecursionError):
             continue
         if isinstance(entry, dict):
             yield entry
-
-
-def _refuse(constant: str) -> None:
-    """Python's parser accepts NaN and Infinity, which are not JSON."""
-    raise ValueError(constant)
 
 
 def figures_of(rows: Sequence[JobRow]) -> Mapping[str, str]:

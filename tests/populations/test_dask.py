@@ -12,6 +12,7 @@ from collections import Counter
 import errands
 import pytest
 from corpus import ROOT
+from shell import read_table
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
@@ -19,7 +20,6 @@ from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.populations.child import own_child
 from igl_spheremap.populations.engine import connect, deaths_in
 from igl_spheremap.populations.map_many import map_many
-from igl_spheremap.populations.table import read_table
 
 pytest.importorskip("distributed")
 
@@ -100,7 +100,7 @@ def test_a_worker_that_dies_loses_nothing_and_doubles_nothing(executor, cluster,
     assert [row.source for row in rows] == sources
     assert {row.status for row in rows} == {"certified"}
     assert len({row.energy for row in rows}) == len(sources)
-    with open("stem.obj.manifest.jsonl") as file:
+    with open("maps.manifest.jsonl") as file:
         lines = [json.loads(line) for line in file]
     assert set(Counter(line["key"] for line in lines if "row" in line).values()) == {1}
     again = map_many(sources, "{stem}.obj", engine=ism.Engine(executor=executor))

@@ -8,7 +8,7 @@ import pytest
 
 from igl_spheremap.errors import FileError
 from igl_spheremap.populations.manifest import JobResult, Manifest, fingerprint, fingerprints
-from igl_spheremap.populations.table import Row, plain, read_table
+from igl_spheremap.populations.table import Row, plain
 
 RUN = {"options": "-", "by": "host:1"}
 ROWS = {f"key{k}": Row(f"{k}.ply", f"{k}.obj", vertices=k) for k in range(3)}
@@ -38,7 +38,6 @@ def found(path):
 
 def test_results_are_found_again(written):
     assert found(written[0]) == PLAIN
-    assert [plain(row) for row in read_table(written[0])] == PLAIN
 
 
 def test_a_manifest_that_was_cut_off_anywhere_holds_what_came_before(written):
@@ -94,8 +93,9 @@ def test_inputs_are_known_again_without_being_read(tmp_path):
 
 
 def test_a_manifest_that_cannot_be_written_is_refused(tmp_path):
-    with pytest.raises(FileError, match="no folder"):
-        Manifest(tmp_path / "none" / "all.jsonl", RUN)
+    (tmp_path / "file").touch()
+    with pytest.raises(FileError, match="can't make the folder"):
+        Manifest(tmp_path / "file" / "all.jsonl", RUN)
 
 
 @pytest.mark.parametrize("text", ["v 0 0 0", "{\n}", '{"run": {}}\n', '{"source": "a.ply"}\n', "[", "\n"])
@@ -109,7 +109,7 @@ def test_no_other_file_is_taken_for_a_manifest(text, tmp_path):
 #: Lines of a manifest that no run wrote.
 BAD = ["x", "[]", "5", "{}", "null", '{"row": 5}', '{"row": {}}', '{"row": null, "key": 1}', "[" * 200_000,
        '{"a":' * 100_000, '{"igl_spheremap run": 5}', "\ud800".encode("utf-8", "surrogatepass").decode("latin-1")]
-ROW_FAULTS = [{"vertices": float("inf")}, {"vertices": 10**400}, {"energy": 10**400}, {"energy": float("nan")},
+ROW_FAULTS = [{"vertices": float("inf")}, {"vertices": 10**400}, {"energy": 10**400}, {"energy": "x"},
               {"vertices": None}, {"vertices": []}, {"seconds": {}}]
 
 
@@ -121,7 +121,6 @@ def test_lines_that_no_run_wrote_are_ignored(written):
     with path.open("a", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
     assert found(path) == PLAIN
-    assert sorted(row.source for row in read_table(path)) == ["0.ply", "1.ply", "2.ply"]
 
 
 def test_one_run_writes_at_a_time(written):

@@ -200,10 +200,10 @@ def test_one_folder_that_takes_no_file_stops_no_other(run):
     for folder in ("a", "b"):
         os.mkdir(folder)
         write_mesh(f"{folder}/lh.ply", *ism.samples.sphere(42))
-    os.mkdir("b/spheres")
+    Path("a/spheres").touch()
     rows = run(["a/lh.ply", "b/lh.ply"], "{folder}/spheres/{stem}.obj")
     assert [row.status for row in rows] == ["file", "certified"]
-    assert "no folder" in rows[0].notes
+    assert "can't make the folder a/spheres" in rows[0].notes
 
 
 def test_threads_give_equal_bits(desk):
@@ -245,7 +245,7 @@ def test_a_run_is_written_down_before_its_first_job(desk):
             found.append([line.partition('"')[2].partition('"')[0] for line in manifest.read_text().splitlines()])
             return super().submit(call, job, options)
 
-    found, manifest = [], Path("stem.obj.manifest.jsonl")
+    found, manifest = [], Path("maps.manifest.jsonl")
     with Reader(1) as executor:
         map_many(["100.ply", "200.ply"], "{stem}.obj", engine=Engine(executor=executor))
     assert found[0] == ["igl_spheremap run"]
@@ -389,12 +389,17 @@ def test_what_would_be_lost_is_refused(sources, pattern):
         targets_of(pattern, sources)
 
 
-def test_manifests_of_two_patterns_are_two():
-    patterns = ["{stem}.ply", "{stem}.obj", "out/{stem}.ply", "{folder}/{stem}.ply", "/tmp/{stem}.ply", "one.ply"]
-    places = [manifest_of(pattern) for pattern in patterns]
-    assert len(set(places)) == len(places)
-    assert places[4] == "/tmp/stem.ply.manifest.jsonl"
-    assert not any(set("{}") & set(place) for place in places)
+def test_a_manifest_lies_in_the_folder_of_all_targets():
+    patterns = ["{stem}.ply", "out/{stem}.ply", "{folder}/{stem}.ply", "/tmp/{stem}.ply", "out/a_{stem}/b.ply",
+                "one.ply"]
+    assert [os.path.dirname(manifest_of(pattern)) for pattern in patterns] == ["", "out", "", "/tmp", "out", ""]
+    assert {os.path.basename(manifest_of(pattern)) for pattern in patterns} == {"maps.manifest.jsonl"}
+
+
+def test_folders_of_targets_are_made(run):
+    (row,) = run(out="a/b/{stem}.ply")
+    assert row.status == "certified"
+    assert sorted(os.listdir("a/b")) == ["300.ply", "maps.manifest.jsonl"]
 
 
 def test_holes_are_filled_and_caps_are_no_figure(tmp_path):

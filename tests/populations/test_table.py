@@ -1,14 +1,13 @@
 """Tables hold what is known of every input, whatever its name."""
 
 import csv
-import json
 import math
 import os
 
 import pytest
+from shell import read_table
 
-from igl_spheremap.errors import FileError
-from igl_spheremap.populations.table import TABLES, Row, plain, read_table, write_table
+from igl_spheremap.populations.table import TABLES, Row, plain, write_table
 
 NAMES = ["=1+1", "+x", "-x", "@x", "\tx", "'quoted", "'=x", "a,b", "two\nlines", "plain"]
 ROWS = [Row(f"{name}.ply", f"{name}.obj", vertices=k, energy=0.1 + k, notes="=x") for k, name in enumerate(NAMES)]
@@ -21,12 +20,6 @@ def test_tables_are_read_back_as_they_were_written(suffix, tmp_path):
     assert [plain(row) for row in read_table(tmp_path / f"all{suffix}")] == [plain(row) for row in rows]
 
 
-def test_tables_that_a_spreadsheet_saved_are_read(tmp_path):
-    write_table(path := tmp_path / "all.csv", [Row("a", "b", resumed=True)])
-    path.write_text(path.read_text().replace("True", "TRUE"))
-    assert read_table(path)[0].resumed
-
-
 def test_no_cell_of_a_table_is_a_formula(tmp_path):
     write_table(tmp_path / "rows.csv", ROWS)
     with open(tmp_path / "rows.csv", newline="", encoding="utf-8") as file:
@@ -36,9 +29,8 @@ def test_no_cell_of_a_table_is_a_formula(tmp_path):
 
 
 def test_what_is_not_finite_is_null_or_empty(tmp_path):
-    write_table(tmp_path / "row.jsonl", [Row("a", "b", energy=math.nan)])
+    assert plain(Row("a", "b", energy=math.nan))["energy"] is None
     write_table(tmp_path / "row.tsv", [Row("a", "b", energy=math.inf)])
-    assert json.loads((tmp_path / "row.jsonl").read_text())["energy"] is None
     head, cells = (line.split("\t") for line in (tmp_path / "row.tsv").read_text().splitlines())
     assert cells[head.index("energy")] == ""
 
@@ -48,9 +40,3 @@ def test_a_name_without_an_encoding_spoils_no_table(tmp_path):
     for suffix in TABLES:
         write_table(tmp_path / f"all{suffix}", [Row(name, "b")])
         assert "udcff.ply" in (tmp_path / f"all{suffix}").read_text("utf-8")
-
-
-def test_a_file_without_rows_is_no_table(tmp_path):
-    (tmp_path / "notes.jsonl").write_text('{"a": 1}\nnot a line\n')
-    with pytest.raises(FileError, match="has no row"):
-        read_table(tmp_path / "notes.jsonl")

@@ -2,7 +2,8 @@
 
 import signal
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import IntEnum
 from types import FrameType
@@ -51,6 +52,17 @@ def status_help(of_disks: bool = False) -> str:
 
 class UsageError(Exception):
     """A contradiction in the command line; the message is one line."""
+
+
+@contextmanager
+def usage(before: str) -> Iterator[None]:
+    """Say a ValueError of an option as one of the command line, with words before what is wrong."""
+    try:
+        yield
+    except errors.MeshError:
+        raise
+    except ValueError as error:
+        raise UsageError(f"{before}{error}") from None
 
 
 #: The first row that fits counts: `FileError` is an OSError.

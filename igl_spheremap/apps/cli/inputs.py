@@ -1,4 +1,4 @@
-"""What commands read: meshes, their maps, data over their vertices, landmarks, and lists of files."""
+"""What commands read: meshes, their maps, data over their vertices, and lists of files."""
 
 import glob
 import os
@@ -7,7 +7,7 @@ import shutil
 import sys
 import tempfile
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from ...io.files import SAMPLE, read_mesh, read_sphere
 from ...io.hemispheres import other_side
 from ...io.reading import read_lines
 from ...io.records import Label, LoadedMesh
-from ...io.scalars import LANDMARK_LISTS, read_labels, read_landmarks, read_named
+from ...io.scalars import read_labels, read_named
 from ...io.templates import TEMPLATES, template_files
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
@@ -30,7 +30,7 @@ from ...resampling.transfer import regular_mesh
 from ...sphere.rows import row_lengths
 from ..viewer.choices import guess_up
 from .arguments import repair_options
-from .exits import UsageError
+from .exits import UsageError, usage
 
 #: The name of stdin and stdout on the command line.
 STREAM = "-"
@@ -179,10 +179,8 @@ def _face_set(f: IntArray) -> IntArray:
 def read_any(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> LoadedMesh:
     """Read a file, a sample:NAME, or stdin as a file of that kind where the name is `-`."""
     if name.startswith(SAMPLE):
-        try:
+        with usage(""):
             return read(name)
-        except ValueError as error:
-            raise UsageError(str(error)) from None
     if name != STREAM:
         return read(name)
     if sys.stdin is None:
@@ -209,10 +207,8 @@ def read_target_sphere(to: str, source: InputMesh | None = None) -> tuple[FloatA
     if not to.startswith("ico:"):
         x, f = read_sphere(to)
         return x, check_faces(f, len(x))
-    try:
+    with usage("--to "):
         return regular_mesh(to)
-    except ValueError as error:
-        raise UsageError(f"--to {error}") from None
 
 
 def read_data(path: str, mesh: InputMesh) -> FloatArray:
@@ -236,44 +232,6 @@ def read_table(path: str) -> tuple[Label, ...] | None:
     return read_labels(file if colon and not Path(path).exists() else path)
 
 
-def read_points(
-    path: str, weight: float, onto: Sequence[str] | None = None
-) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Landmarks: vertices (k,), targets (k, 3) and weights (k,) from lines of four or five numbers; # begins a comment.
-
-    `weight` is that of lines with four numbers; a FileError names a line that is something else. Lists of vertices
-    alone go with `onto`, such a list of another surface and its sphere, which holds the targets.
-    """
-    if (onto is not None) != path.lower().endswith(LANDMARK_LISTS):
-        raise UsageError(f"--points with {' or '.join(LANDMARK_LISTS)} lists vertices; --onto LIST SPHERE gives their "
-                         "targets")
-    if onto is not None:
-        vertices, others, (x, _) = read_landmarks(path), read_landmarks(onto[0]), read_sphere(onto[1])
-        if len(vertices) != len(others):
-            raise FileError(f"{path} has {len(vertices)} landmarks but {onto[0]} has {len(others)}; give lists of the "
-                            "same landmarks in the same order")
-        if others.max() >= len(x):
-            raise FileError(f"{onto[0]} names vertex {others.max()} but {onto[1]} has {len(x)}; give the sphere of "
-                            "its surface")
-        return vertices, x[others], np.full(len(vertices), weight)
-    rows = []
-    for number, line in enumerate(read_lines(path), 1):
-        words = line.partition("#")[0].replace(",", " ").split()
-        if not words:
-            continue
-        try:
-            row = [int(words[0]), *map(float, words[1:])]
-        except ValueError:
-            row = []
-        if len(row) not in (4, 5):
-            raise FileError(f"{path}, line {number}: give a vertex, three coordinates, and optionally a weight")
-        rows.append([*row, weight][:5])
-    if not rows:
-        raise FileError(f"{path} has no landmarks")
-    table = np.array(rows)
-    return table[:, 0].astype(np.int64), table[:, 1:4], table[:, 4]
-
-
 def expand(words: Iterable[str]) -> list[str]:
     """Files in the order given; of a list `@FILE` one a line, of a glob in alphabetical order, numbers by their value.
     """
@@ -282,7 +240,7 @@ def expand(words: Iterable[str]) -> list[str]:
         if word == STREAM:
             raise UsageError("a batch reads files, not stdin")
         if word.startswith("@") and not os.path.exists(word):
-            lines = map(str.strip, _listed(word[1:]))
+            lines = map(str.strip, read_lines(word[1:], pipes=True))
             names += expand(line for line in lines if line and not line.startswith("#"))
         elif glob.has_magic(word) and not os.path.exists(word):
             found = sorted(glob.glob(word, recursive=True), key=_by_number)
@@ -294,14 +252,6 @@ def expand(words: Iterable[str]) -> list[str]:
     return names
 
 
-def _listed(path: str) -> list[str]:
-    """Lines of a list, which may be a pipe, as `@<(find ...)` of a shell is; paths need not be UTF-8."""
-    try:
-        return Path(path).read_text(encoding="utf-8", errors="surrogateescape").splitlines()
-    except OSError as error:
-        raise FileError(f"can't read the list {path}: {error.strerror}") from None
-
-
 def _by_number(name: str) -> list[tuple[int, str]]:
     """A key by which frame_2 comes before frame_10.
 
@@ -309,11 +259,3 @@ def _by_number(name: str) -> list[tuple[int, str]]:
     ['frame_2.ply', 'frame_10.ply']
     """
     return [(int(part) if part.isdecimal() else -1, part) for part in re.split("([0-9]+)", name)]
-
-
-def subjects(folder: str, surfaces: str) -> list[str]:
-    """Surfaces, named with commas between them, of each subject in a FreeSurfer folder, there or missing."""
-    found = sorted(str(path) for path in Path(folder).glob("*/surf") if path.is_dir())
-    if not found:
-        raise UsageError(f"--subjects-dir {folder} has no subject: give a folder whose subfolders have a folder surf")
-    return [os.path.join(surf, name) for surf in found for name in surfaces.split(",")]

@@ -22,7 +22,7 @@ from ...result.findings import Finding
 from ...verify.certificate import Certificate
 from ..viewer.choices import Pictures
 from .arguments import WRITTEN
-from .exits import Exit, UsageError
+from .exits import Exit, UsageError, usage
 from .inputs import STREAM, InputMesh
 
 _INPUTS = ("source", "other", "sphere", "patch", "other_sphere", "points", "to", "data", "image", "template")
@@ -76,10 +76,8 @@ def check_report(args: Namespace) -> None:
     """Raise an error before the work starts if --report names neither a page nor a folder, or an input or output."""
     if args.report is None:
         return
-    try:
+    with usage("--report "):
         path = page_file(args.report, "index.html")
-    except ValueError as error:
-        raise UsageError(f"--report {error}") from None
     if path == Path(args.report):  # a folder is made if it is missing
         check_writable(path, force=True)
         check_apart(path, (*_inputs(args), *_paths(args, _OUTPUTS)), "--report ")

@@ -1,11 +1,11 @@
-"""What a command does now, as one line on a terminal, drawn by tqdm; of many files a line a minute in logs."""
+"""What a command does now: one line on a terminal, drawn by tqdm, and a line a minute in logs."""
 
 import logging
 import math
 import sys
 import time
 from collections.abc import Callable
-from typing import Any
+from itertools import count
 
 from tqdm import tqdm
 
@@ -16,10 +16,9 @@ from ...verify.signs import folded_faces
 
 #: Phases of the library that take long on large meshes, by what they do.
 _LONG = {"factorisation": "factorising", "repair": "finishing the map", "certificate": "certifying"}
-_PLAIN = "{desc} [{elapsed}{postfix}]"
-_INTERVAL = 0.5  # seconds; foldings are counted anew for each line
-_LONG_LOOP = 2.0  # seconds above which the time that is left is shown
+_INTERVAL = 0.5  # seconds between lines of a terminal; foldings are counted anew for each
 _LOG_INTERVAL = 60.0  # seconds between the lines of a log
+_LONG_LOOP = 2.0  # seconds above which the time that is left is shown
 
 
 class _Line(tqdm):
@@ -31,7 +30,7 @@ class _Line(tqdm):
 
 
 class Progress(logging.Handler):
-    """A context that shows one activity at a time and leaves the terminal clean; silent on any other stream.
+    """A context that says what is done now: on a terminal a line that is cleared, in a log a line a minute.
 
     Activities are those of the command; what the library logs meanwhile is shown beside the name and the time of one,
     and how far a loop is as a share, with the time that is left.
@@ -39,12 +38,13 @@ class Progress(logging.Handler):
 
     def __init__(self, quiet: bool = False) -> None:
         super().__init__(logging.INFO)
-        self._quiet = quiet
+        self._terminal = sys.stderr.isatty() and not quiet
+        self._interval = math.inf if quiet else _INTERVAL if self._terminal else _LOG_INTERVAL
         self._bar: _Line | None = None
         self._activity = ""
         self._loop: object = None  # the outermost one that is counted
         self._share = ""  # what is done of it, and the time that is left
-        self._began, self._shown = 0.0, -math.inf
+        self._began, self._shown = 0.0, -math.inf if self._terminal else time.monotonic()
 
     def __enter__(self) -> "Progress":
         LOGGER.addHandler(self)
@@ -61,42 +61,39 @@ class Progress(logging.Handler):
         if isinstance(record.args, tuple) and len(record.args) == 3:
             name, done, total = record.args
             self._count_loop(name, int(str(done)), int(str(total)))
-        elif record.msg in _LONG and self._loop is None:
+        elif record.msg in _LONG and self._loop is None and (self._terminal or self._due()):
             self._line(f"{self._activity}: {_LONG[record.msg]}" if self._activity else _LONG[record.msg])
 
     def begin(self, name: str) -> None:
         """Begin an activity."""
-        self._open(name, _PLAIN)
+        self.close()
+        self._activity = name
+        if self._terminal:
+            self._bar = _Line(desc=name, bar_format="{desc} [{elapsed}{postfix}]", leave=False, dynamic_ncols=True,
+                              file=sys.stderr)
+        elif self._due():
+            self._line(name)
 
     def steps(self, name: str, total: int) -> Callable[[], object]:
         """Begin an activity of this many steps; call the result for each."""
-        self._open(name, None, total=total, unit="step")
-        assert self._bar is not None
-        return self._bar.update
+        self.begin(name)
+        done = count()
+        self._count_loop(name, next(done), total)
+        return lambda: self._count_loop(name, next(done), total)
 
     def count(self, name: str, total: int) -> Callable[[bool, bool], None]:
-        """Begin to go through files; call the result for each: is its map certified, was it made before?
-
-        On a terminal it is a bar; elsewhere at most a line a minute says how many are done, and when all will be.
-        """
-        self._open(name, None, total=total, unit="mesh")
-        began = said = time.monotonic()
+        """Begin to go through files; call the result for each: is its map certified, was it made before?"""
+        self.begin(name)
+        began = time.monotonic()
         done = failed = new = 0
 
         def take(certified: bool, made_before: bool) -> None:
-            nonlocal done, failed, new, said
+            nonlocal done, failed, new
             done, failed, new = done + 1, failed + (not certified), new + (not made_before)
-            assert self._bar is not None
-            self._bar.update()
-            if not certified:
-                self._bar.set_postfix_str(f"{failed} failed")
-            now = time.monotonic()
-            if self._bar.disable and not self._quiet and new and done < total and now - said >= _LOG_INTERVAL:
-                said = now
-                rate = new / max(now - began, 1e-3)
-                left = _duration((total - done) / rate)
-                self.write(f"igl-spheremap: {name}: {done} of {total} files done, {failed} failed; "
-                           f"{60 * rate:.3g} a minute, {left} left")
+            if new and done < total and (self._terminal or self._due()):
+                rate = new / max(time.monotonic() - began, 1e-3)
+                self._line(f"{name}: {done} of {total} files done, {failed} failed; {60 * rate:.3g} a minute, "
+                           f"{_duration((total - done) / rate)} left")
 
         return take
 
@@ -104,12 +101,9 @@ class Progress(logging.Handler):
         """A listener that shows iterates of a map with faces `f`: energy, residual and foldings."""
 
         def show(iterate: Iterate) -> None:
-            bar, now = self._bar, time.monotonic()
-            if bar is not None and (bar.disable or now - self._shown < _INTERVAL):
-                return
-            self._shown = now
-            foldings = int(folded_faces(iterate.x, f).sum())
-            self._line(title_of(iterate) + self._share, f"foldings {foldings}, {measures(iterate)}")
+            if self._due():
+                foldings = int(folded_faces(iterate.x, f).sum())
+                self._line(f"{title_of(iterate)}{self._share}", f"foldings {foldings}, {measures(iterate)}")
 
         return show
 
@@ -124,10 +118,20 @@ class Progress(logging.Handler):
             self._bar.close()
         self._bar, self._activity, self._loop, self._share = None, "", None, ""
 
+    def _due(self) -> bool:
+        """Whether it is time for another line, which is shown now."""
+        now = time.monotonic()
+        if due := now - self._shown >= self._interval:
+            self._shown = now
+        return due
+
     def _line(self, text: str, postfix: str = "") -> None:
-        """Show a text in the place of the activity's name, without beginning its time anew."""
+        """Show a text in the place of the activity's name, without beginning its time anew; or write it in a log."""
+        if not self._terminal:
+            self.write(f"igl-spheremap: {', '.join(filter(None, (text, postfix)))}")
+            return
         if self._bar is None:
-            self._open("", _PLAIN)
+            self.begin("")
         assert self._bar is not None
         self._bar.set_description_str(text, refresh=False)
         self._bar.set_postfix_str(postfix)
@@ -141,25 +145,12 @@ class Progress(logging.Handler):
             self._loop, self._began, self._share = name, now, ""
         elif done == total:
             self._loop, self._share = None, ""
-            self._line(self._activity)
+            if self._terminal:
+                self._line(self._activity)
         elif (now - self._began) * total > _LONG_LOOP * done:
             self._share = f": {done / total:.0%}, {_duration((now - self._began) * (total - done) / done)} left"
-            if now - self._shown > _INTERVAL:
-                self._shown = now
+            if self._due():
                 self._line(self._activity + self._share)
-
-    def _open(self, name: str, bar_format: str | None, **options: Any) -> None:
-        self.close()
-        self._activity = name
-        self._bar = _Line(
-            desc=name,
-            bar_format=bar_format,
-            disable=True if self._quiet else None,  # None: unless stderr is a terminal
-            leave=False,
-            dynamic_ncols=True,
-            file=sys.stderr,
-            **options,
-        )
 
 
 def measures(iterate: Iterate) -> str:

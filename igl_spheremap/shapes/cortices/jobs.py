@@ -17,7 +17,7 @@ from ...io.files import read_mesh, read_sphere
 from ...io.formats import CONVENTIONS, Convention
 from ...io.gifti import structure_of
 from ...io.hemispheres import SIDES, Hemisphere, Names, atlas_of, fill_sides, hemisphere_of, partner_of
-from ...io.replacing import make_folder, replacing
+from ...io.replacing import replacing
 from ...io.scalars import read_scalars
 from ...io.templates import TEMPLATES, TemplateFiles, template_files
 from ...populations.job import Job, check_places
@@ -145,17 +145,6 @@ def _fit(path: str, templates: tuple[TemplateFiles, ...]) -> LabelFile:
         raise MeshError(f"{path} has {len(values)} labels, but {there} vertices; give labels at the vertices of a "
                         "template that is asked for")
     return LabelFile(path, fitting[0])
-
-
-def registration_manifest(out: str) -> str:
-    """Place the manifest in the folder that the pattern gives to all files, which is made if it is missing.
-
-    >>> registration_manifest("./{subject}/surf").replace(os.sep, "/")
-    './sphere-reg.manifest.jsonl'
-    """
-    folder = out if "{" not in out else os.path.dirname(out.partition("{")[0])
-    make_folder(folder)
-    return os.path.join(folder, "sphere-reg.manifest.jsonl")
 
 
 def describe_datasets(jobs: Sequence[HemisphereJob]) -> None:

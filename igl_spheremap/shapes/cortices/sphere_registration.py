@@ -9,11 +9,11 @@ from typing import Literal
 from ...errors import own_errstate
 from ...io.formats import Convention
 from ...populations.engine import USUAL, Engine
-from ...populations.manifest import began
+from ...populations.map_many import manifest_of
 from ...populations.page import check_page, write_page
 from ...populations.run_many import run_many
 from ...populations.table import RegistrationRow
-from .jobs import describe_datasets, hemisphere_jobs, registration_manifest
+from .jobs import describe_datasets, hemisphere_jobs
 from .page import registration_sheet
 from .task import SphereRegistration
 
@@ -103,9 +103,9 @@ def register_hemispheres(
     if report is not None:
         check_page(report)
     task = SphereRegistration(reflect=reflect, force=force, folder=os.getcwd())
-    log = manifest or registration_manifest(out)
+    log = manifest or manifest_of(f"{out}/", "sphere-reg")
     rows = run_many(jobs, task, log, engine, listener)
     describe_datasets(jobs)
     if report is not None:
-        write_page(report, rows, registration_sheet(rows, jobs, task), engine.processes, began=began(log))
+        write_page(report, rows, registration_sheet(rows, jobs, task), engine.processes)
     return rows

@@ -13,7 +13,7 @@ from ...errors import FileError, FoldingsRemain, MeshError
 from ...io.files import read_mesh
 from ...io.hemispheres import atlas_of
 from ...io.records import Label, LoadedMesh
-from ...io.replacing import REPLACE, make_folder
+from ...io.replacing import REPLACE
 from ...io.scalars import read_labels, read_scalars
 from ...io.written_map import make_mark, read_mark
 from ...maps.balanced import balanced_spherical_map
@@ -80,7 +80,6 @@ class SphereRegistration(Task[HemisphereJob]):
         spheres = [reflected(each.map) if self.reflect else each.map for each in found]  # they fit the surface as it is
         taken = [label_margin(templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR)
                  for atlas, values, _ in atlases]
-        make_folder(self.place(job.folder))
         foldings = moved = 0
         for names in job.names:
             writer = Writer(self.place(job.folder), names, given, mark)

@@ -6,7 +6,6 @@ import os
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import datetime, timezone
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -121,7 +120,7 @@ def _doubtful(note: str) -> str:
 
 def _write(path: str | os.PathLike[str], title: str, body: list[str], command: str) -> None:
     """Write a page whose first part is its heading."""
-    body.insert(1, made_by(command, datetime.now(timezone.utc)))
+    body.insert(1, made_by(command))
     with replacing(path, force=True) as partial:
         partial.write_text(page(title, "\n".join(body)), encoding="utf-8", errors="backslashreplace")
 

@@ -108,8 +108,8 @@ BAD = {
     "torn": soup(V, F[1:]), "flipped": mesh(V, np.vstack((F[:1, ::-1], F[1:]))),
     "handle": mesh(*(lambda v, f: (v, f[1:]))(*torus(12, 6))),
 }  # fmt: skip
-MORE = {"transfer": ["--data", "sphere.npy"], "export": ["--show", "octahedral"], "p-harmonic": ["-p", "3"],
-        "landmarks": ["--points", "points.txt"], "view": ["--screenshot", "a.png"], "play": ["--screenshot", "a.png"]}
+MORE = {"transfer": ["--data", "sphere.npy"], "export": ["--show", "octahedral"],
+        "view": ["--screenshot", "a.png"], "play": ["--screenshot", "a.png"]}
 
 
 READERS = [row for row in COMMANDS if any(names == ("source",) for names, _ in row.arguments)]
@@ -121,7 +121,6 @@ def test_an_error_names_only_flags_of_its_command(command, tmp_path, monkeypatch
     for name, text in BAD.items():
         (tmp_path / f"{name}.obj").write_text(text)
     ism.write_mesh("sphere.ply", V, F)
-    (tmp_path / "points.txt").write_text("0 0 0 1\n")
     flags = {name for names, _ in command.arguments for name in names}
     more = MORE.get(command.name, [])
     places = [names[0] for names, _ in command.arguments if not names[0].startswith("-")][1:]

@@ -96,7 +96,6 @@ def test_a_wrong_word_is_answered_by_the_one_that_may_be_meant(words, meant, cap
 
 
 @pytest.mark.parametrize(("words", "said"), [
-    ("batch a.ply --out {stem}.obj --surface lh.pial", "--surface goes with --subjects-dir"),
     ("harmonics a.ply s.ply c.coef --to ico:3", "--to goes with --surface"),
     ("disk a.ply b.obj --rim 3", "--rim goes with --fill-holes"),
     ("map a.ply b.obj --up z", "--up goes with --report"),

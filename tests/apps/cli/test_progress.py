@@ -46,7 +46,7 @@ def test_stages_are_shown_at_once_and_cleared(monkeypatch):
         progress.begin("reading bunny.ply")
         assert screen(terminal.getvalue()).startswith("reading bunny.ply")
         progress.count("mapping", 4)
-        assert "0/4" in screen(terminal.getvalue())
+        assert screen(terminal.getvalue()).startswith("mapping [")
         progress.write("a line that stays")
         assert terminal.getvalue().count("a line that stays\n") == 1
     assert screen(terminal.getvalue()) == ""
@@ -115,29 +115,58 @@ def test_nothing_is_shown_in_files_or_when_quiet(quiet, monkeypatch):
     assert stream.getvalue() == ""
 
 
-def test_a_bar_says_how_many_failed(monkeypatch):
+def test_the_line_says_how_many_failed(monkeypatch):
     terminal = as_stderr(Terminal(), monkeypatch)
     with Progress() as progress:
-        take = progress.count("mapping", 3)
+        take = progress.count("mapping", 4)
         take(True, False)
         take(True, False)
         take(False, False)
-        assert "1 failed" in screen(terminal.getvalue())
-        assert "3/3" in screen(terminal.getvalue())
+        assert screen(terminal.getvalue()).startswith("mapping: 3 of 4 files done, 1 failed; ")
 
 
-def test_a_log_has_a_line_a_minute(monkeypatch):
-    log = as_stderr(io.StringIO(), monkeypatch)
-    clock = iter([0.0, 1.0, 59.0, 120.0, 150.0, 300.0])
-    monkeypatch.setattr("igl_spheremap.apps.cli.progress.time.monotonic", lambda: next(clock))
+@pytest.fixture
+def log(monkeypatch):
+    """A log, and the clock by which lines come into it."""
+    clock = [0.0]
+    monkeypatch.setattr("igl_spheremap.apps.cli.progress.time.monotonic", lambda: clock[0])
+    return as_stderr(io.StringIO(), monkeypatch), clock
+
+
+def test_a_log_has_a_line_a_minute(monkeypatch, log):
+    stream, clock = log
+    as_stderr(stream, monkeypatch)
     with Progress() as progress:
         take = progress.count("mapping", 10)
-        take(True, True)  # of an earlier run: it counts as done, not for the rate
-        take(True, False)
-        take(False, False)
-        take(True, False)
-        take(True, False)
-    assert log.getvalue().splitlines() == [
+        for seconds, certified, made_before in (
+            (1, True, True),  # of an earlier run: it counts as done, not for the rate
+            (59, True, False), (120, False, False), (150, True, False), (300, True, False),
+        ):
+            clock[0] = seconds
+            take(certified, made_before)
+    assert stream.getvalue().splitlines() == [
         "igl-spheremap: mapping: 3 of 10 files done, 1 failed; 1 a minute, 7 min left",
         "igl-spheremap: mapping: 5 of 10 files done, 1 failed; 0.8 a minute, 7 min left",
     ]
+
+
+def test_a_log_of_one_map_has_a_line_a_minute_too(monkeypatch, log):
+    """Of activities, of iterates and of loops, whichever comes when it is due."""
+    stream, clock = log
+    as_stderr(stream, monkeypatch)
+    x, f = samples.sphere(42)
+    with Progress() as progress:
+        progress.begin("reading bunny.ply")
+        clock[0] = 61
+        progress.begin("mapping bunny.ply")
+        show = progress.listener(f)
+        for k in range(60):
+            clock[0] += 2
+            show(Iterate("harmonic", 0, k, x, 4 * math.pi + 0.01, 1e-3, 0.5))
+        for _ in counted("steps", range(4)):
+            clock[0] += 70
+    lines = [line.removeprefix("igl-spheremap: ") for line in stream.getvalue().splitlines()]
+    assert [line.partition(":")[0].partition(",")[0] for line in lines] == [
+        "mapping bunny.ply", "Algorithm 1", "Algorithm 1", *["mapping bunny.ply"] * 3]
+    assert "iteration 29, foldings 0, energy 4 pi +1.00e-02" in lines[1]
+    assert lines[-1] == "mapping bunny.ply: 75%, 2 min left"

@@ -12,17 +12,18 @@ from ....io.files import write_mesh
 from ....io.npz import array_of, read_arrays, write_arrays
 from ....io.reading import reading
 from ....io.replacing import replacing
-from ....io.tables import SEPARATORS
+from ....io.tables import SEPARATORS, write_cells
 from ....io.textured import write_picture
 from ....mesh.arrays import FloatArray
 from ....mesh.timings import counted
 from ....populations.map_many import filled
+from ....populations.table import check_table
 from ....shapes.groups.coefficients import coefficient_table, in_common_frame, write_coefficient_table
 from ....shapes.harmonics.files import read_coefficients, write_coefficients
 from ....shapes.harmonics.geometry_image import mesh_from_grid
 from ....shapes.harmonics.grid import to_grid
 from ....shapes.harmonics.harmonics import spherical_harmonics
-from ..exits import Exit, UsageError
+from ..exits import Exit, UsageError, usage
 from ..inputs import expand, load_pair, read_data, read_target_sphere
 from ..output import LISTED, Findings, check_outputs, target_format, write_target
 
@@ -104,6 +105,9 @@ def run_harmonics(args: Namespace) -> Exit:
         return _harmonics_of_all(args)
     if args.modes:
         raise UsageError("--modes goes with many surfaces: give SPHERE as a pattern, such as spheres/{stem}.ply")
+    if args.table:
+        with usage("--table "):
+            check_table(args.table)
     check_outputs(args)
     mesh = read_target_sphere(args.to) if args.surface else None
     pair = load_pair(args)
@@ -132,7 +136,8 @@ def run_harmonics(args: Namespace) -> Exit:
     if surface:
         write_mesh(args.surface, *surface, force=args.force)
     if args.table:
-        _write_table(args, error, power)
+        rows = zip(range(args.degree + 1), error.tolist(), power.tolist(), strict=True)
+        write_cells(args.table, [("degree", "error_percent", "power"), *rows], force=args.force)
     found.add("written", ", ".join(filter(None, (args.target, args.surface, args.table))))
     found.report(args)
     return Exit.OK
@@ -146,10 +151,8 @@ def _harmonics_of_all(args: Namespace) -> Exit:
     if not args.target.lower().endswith((*SEPARATORS, ".npz")):
         raise UsageError(f"OUT of many surfaces is a .tsv, .csv or .npz file, not {args.target}")
     names = expand([args.source])
-    try:
+    with usage(""):
         spheres = [filled(args.sphere, name, "SPHERE ") for name in names]
-    except ValueError as error:
-        raise UsageError(str(error)) from None
     check_outputs(args)
     found, shapes, reasons = Findings(target=args.target), {}, {}
     for name, sphere in counted("surfaces", list(zip(names, spheres, strict=True))):
@@ -174,9 +177,3 @@ def _harmonics_of_all(args: Namespace) -> Exit:
     found.add("written", f"{args.target}: degree {args.degree}, a row for each surface")
     found.report(args)
     return Exit.FAILED if reasons else Exit.OK
-
-
-def _write_table(args: Namespace, error: FloatArray, power: FloatArray) -> None:
-    lines = [f"{ell}\t{e:.6g}\t{p:.9g}\n" for ell, (e, p) in enumerate(zip(error, power, strict=True))]
-    with replacing(args.table, args.force) as partial:
-        partial.write_text("degree\terror_percent\tpower\n" + "".join(lines))

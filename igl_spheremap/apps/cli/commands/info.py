@@ -1,14 +1,13 @@
-"""`info`, `samples` and `completion`: what a mesh is, which shapes the package makes, and help for the shell."""
+"""`info` and `samples`: what a mesh is, and which shapes the package makes."""
 
 import inspect
 from argparse import Namespace
 
 from .... import samples
-from ....errors import MeshError, import_optional
+from ....errors import MeshError
 from ....result.mesh_info import info, mesh_findings
 from ..inputs import load_any
 from ..output import Findings, check_outputs
-from ..parser import build_parser
 
 
 def run_info(args: Namespace) -> None:
@@ -47,12 +46,3 @@ def run_samples(args: Namespace) -> None:
         listed = ", ".join(f"{key}={value}" for key, value in parameters.items())
         found.add(name, f"{line} ({listed})", **{name: {"is": line, "parameters": parameters}})
     found.report(args)
-
-
-def run_completion(args: Namespace) -> None:
-    """Print a script that completes command lines in a shell.
-
-    igl-spheremap completion bash > ~/.local/share/bash-completion/completions/igl-spheremap
-    """
-    shtab = import_optional("shtab", "shell completion", "completion")
-    print(shtab.complete(build_parser(), shell=args.shell))

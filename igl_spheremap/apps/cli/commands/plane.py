@@ -25,7 +25,7 @@ from ....verify.certificate import Certificate
 from ...report import write_plane_report
 from ...viewer.choices import Z_UP
 from ..arguments import repair_options
-from ..exits import Exit, UsageError
+from ..exits import Exit, UsageError, usage
 from ..inputs import STREAM, InputMap, InputMesh, load_pair, read_any
 from ..output import Findings, check_outputs, check_plots
 from ..workflow import map_and_report
@@ -107,12 +107,11 @@ def _load(args: Namespace) -> InputMesh:
     options = _disk_options(args)
     if not (args.repair or args.patch or options):
         return InputMesh(args.source, v, f, rows=rows)
-    try:  # the faces of a patch may touch at vertices, or leave some apart
-        disk = repair_disk(v, f, **options)
+    try:
+        with usage("--"):
+            disk = repair_disk(v, f, **options)  # the faces of a patch may touch at vertices, or leave some apart
     except MeshError as error:
         raise within(error, f"{args.source}: ") from None
-    except ValueError as error:
-        raise UsageError(f"--{error}") from None
     if disk.actions:
         args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(disk.actions)}")
     rows = np.where(disk.vertex_source < 0, -1, rows[disk.vertex_source])

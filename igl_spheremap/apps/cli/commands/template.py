@@ -29,7 +29,7 @@ from ....shapes.groups.series_files import ARCHIVE as SERIES
 from ....shapes.groups.series_files import write_series
 from ....shapes.groups.template import template
 from ..arguments import refuse_flags
-from ..exits import Exit, UsageError
+from ..exits import Exit, UsageError, usage
 from ..inputs import expand
 from ..output import LISTED, Findings
 from .batch import engine_of
@@ -140,10 +140,8 @@ def _features(args: Namespace, sources: Sequence[str]) -> tuple[tuple[str, ...],
     if wrong:
         raise UsageError(f"--feature {wrong[0]}: give NAME=PATTERN, such as thickness={{folder}}/{{stem}}.thickness, "
                          "each name once")
-    try:
+    with usage("--"):
         files = [FeatureFiles(tuple(filled(pattern, source, "feature ") for pattern in patterns)) for source in sources]
-    except ValueError as error:
-        raise UsageError(f"--{error}") from None
     return names, files if names else None
 
 

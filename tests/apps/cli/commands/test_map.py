@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 import signal
 from dataclasses import fields
 from typing import get_args, get_type_hints
@@ -17,7 +16,6 @@ import igl_spheremap as ism
 from igl_spheremap import balanced_spherical_map, samples
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.commands import map as map_command
-from igl_spheremap.apps.cli.inputs import read_points
 from igl_spheremap.apps.cli.parser import build_parser
 from igl_spheremap.io.files import read_mesh, write_mesh
 from igl_spheremap.io.float32 import Float32Map
@@ -38,11 +36,6 @@ def test_map_writes_certifies_and_reports(tmp_path, capsys):
     assert written["energy"] == result.energy
     assert written["certificate"]["folding_free"] is True
     assert written["angle_differences"]["mean"] == pytest.approx(np.abs(result.angle_differences()).mean())
-
-
-def test_verbose_logs_every_iteration(tmp_path, capsys):
-    assert main(["map", SAMPLE, str(tmp_path / "a.npz"), "-v", "-q"]) == 0
-    assert len(capsys.readouterr().err.splitlines()) == len(read_map(tmp_path / "a.npz").history)
 
 
 def test_options_reach_the_method(tmp_path):
@@ -72,9 +65,8 @@ def test_max_iterations_count_anew_in_each_round(tmp_path, capsys):
     assert len(rounds) > 1
     assert rounds[0] == 100 < sum(rounds)
     assert max(rounds) == 100
-    for command in ("map", "p-harmonic", "landmarks"):
-        assert main([command, "--help"]) == 0
-        assert "of each minimisation, so of each round" in " ".join(capsys.readouterr().out.split())
+    assert main(["map", "--help"]) == 0
+    assert "of each minimisation, so of each round" in " ".join(capsys.readouterr().out.split())
 
 
 def test_weights_reach_the_method(tmp_path, capsys):
@@ -251,107 +243,6 @@ def test_a_balance_outside_is_refused(tmp_path, capsys):
     assert "give a number from 0 to 1" in one_line(capsys)
 
 
-SOURCE = "sample:spheroid:n_vertices=300"
-V, F = ism.samples.make("spheroid", n_vertices=300)
-
-
-def test_p_harmonic_writes_the_map_of_the_api(tmp_path):
-    out = tmp_path / "out.obj"
-    assert main(["p-harmonic", SOURCE, str(out), "-p", "3", "--quiet"]) == 0
-    assert np.allclose(read_mesh(out).v, ism.p_harmonic_map(V, F, 3).sphere, atol=1e-12)
-
-
-def test_p_at_most_one_is_a_usage_error(tmp_path, capsys):
-    assert main(["p-harmonic", SOURCE, str(tmp_path / "out.obj"), "-p", "1"]) == 64
-    assert "above 1" in capsys.readouterr().err
-
-
-def test_landmarks_come_from_a_file_and_their_misses_are_reported(tmp_path, capsys):
-    points, out = tmp_path / "points.txt", tmp_path / "out.obj"
-    targets = V[[5, 100, 200]] @ [[0, 1, 0], [-1, 0, 0], [0, 0, 1]] + [0.1, 0, 0.1]
-    lines = [f"{vertex} {x} {y} {z}" for vertex, (x, y, z) in zip((5, 100, 200), targets, strict=True)]
-    points.write_text("# vertex x y z weight\n" + lines[0] + " 7\n\n" + lines[1].replace(" ", ", ") + "\n" + lines[2])
-    vertices, read, weights = read_points(str(points), 50.0)
-    assert vertices.tolist() == [5, 100, 200]
-    assert np.array_equal(read, targets)
-    assert weights.tolist() == [7, 50, 50]
-    figures = tmp_path / "figures.json"
-    words = ["landmarks", SOURCE, str(out), "--points", str(points), "--weight", "50", "--json", str(figures)]
-    assert main(words) == 0
-    expected = ism.landmark_map(V, F, vertices, targets, landmark_weights=weights).sphere
-    assert np.allclose(read_mesh(out).v, expected, atol=1e-12)
-    unit = targets / np.linalg.norm(targets, axis=1)[:, None]
-    misses = np.degrees(np.arccos((expected[vertices] * unit).sum(axis=1)))
-    found = json.loads(figures.read_text())["landmarks"]
-    assert [one["vertex"] for one in found] == [5, 100, 200]
-    assert [one["miss"] for one in found] == pytest.approx(misses, rel=1e-6)
-    shown = capsys.readouterr().out
-    assert all(f"misses its target by {miss:.3g} degrees" in shown for miss in misses)
-    assert f"{misses.mean():.3g} degrees on average" in shown
-
-
-@pytest.mark.parametrize(("own", "other"), [("pinned", "vts"), ("vts", "pinned")])
-def test_landmarks_of_two_surfaces_are_lists_of_vertices(own, other, tmp_path):
-    texts = {"pinned": "lk {}\nlk {}\n{}\n", "vts": "{} 0.0 0.0 0.0\n{}\n\n{} 1 -2e0 3 # nose\n"}
-    (tmp_path / f"a.{own}").write_text(texts[own].format(5, 100, 200))
-    (tmp_path / f"b.{other}").write_text(texts[other].format(7, 11, 13))
-    write_mesh(tmp_path / "b.ply", x := samples.sphere(42)[0], samples.sphere(42)[1])
-    words = ["landmarks", SOURCE, str(tmp_path / "out.obj"), "--points", str(tmp_path / f"a.{own}")]
-    assert main([*words, "--onto", str(tmp_path / f"b.{other}"), str(tmp_path / "b.ply"), "-q"]) == 0
-    expected = ism.landmark_map(V, F, [5, 100, 200], x[[7, 11, 13]], landmark_weights=100.0).sphere
-    assert np.array_equal(read_mesh(tmp_path / "out.obj").v, expected)
-
-
-@pytest.mark.parametrize(("own", "other", "status", "message"), [
-    ("1\n", None, 64, "--onto LIST SPHERE"), ("1 2\n", "1\n", 74, "line 1"), ("-1\n", "1\n", 74, "line 1"),
-    ("lk\n", "1\n", 74, "has no landmarks"), ("1\n2\n", "1\n", 74, "2 landmarks but"), ("1\n", "42\n", 74, "vertex 42"),
-    ("9" * 30 + "\n", "1\n", 74, "line 1"), ("9999\n", "1\n", 2, "vertex 9999"), ("1\n", "\u0661\n", 74, "line 1"),
-])  # fmt: skip
-def test_bad_lists_of_vertices_are_one_line(own, other, status, message, tmp_path, capsys):
-    (tmp_path / "a.pinned").write_text(own)
-    (tmp_path / "b.vts").write_text(other or "", encoding="utf-8")
-    write_mesh(tmp_path / "b.ply", *samples.sphere(42))
-    onto = ["--onto", str(tmp_path / "b.vts"), str(tmp_path / "b.ply")] if other else []
-    words = ["landmarks", SOURCE, str(tmp_path / "out.obj"), "--points", str(tmp_path / "a.pinned")]
-    assert main([*words, *onto]) == status
-    err = capsys.readouterr().err
-    assert message in err
-    assert err.count("\n") == 1
-
-
-@pytest.mark.parametrize(
-    ("text", "status", "words"),
-    [
-        ("1 0 0\n", 74, "line 1"),
-        ("", 74, "no landmarks"),
-        ("0 0 0 1\nx 0 0 1\n", 74, "line 2"),
-        ("9999 0 0 1\n", 2, "vertex 9999"),
-        ("0.5 0 0 1\n", 74, "line 1"),
-        ("0 0 0 0\n", 2, "landmark targets are zero or not finite in 1 row, e.g. 0"),
-    ],
-)
-def test_bad_landmark_files_are_one_line(tmp_path, capsys, text, status, words):
-    points = tmp_path / "points.txt"
-    points.write_text(text)
-    assert main(["landmarks", SOURCE, str(tmp_path / "out.obj"), "--points", str(points)]) == status
-    err = capsys.readouterr().err
-    assert words in err
-    assert err.count("\n") == 1
-
-
-@pytest.mark.posix
-def test_landmarks_from_a_device_or_a_pipe_are_refused_without_reading(tmp_path, capsys):
-    os.mkfifo(tmp_path / "pipe")
-    for points in ("/dev/zero", str(tmp_path / "pipe")):
-        assert main(["landmarks", SOURCE, str(tmp_path / "o.obj"), "--points", points]) == 74
-        assert capsys.readouterr().err.endswith("it is a device or a pipe; write its content to a file first\n")
-
-
-def test_a_missing_landmark_file_is_reported(tmp_path, capsys):
-    assert main(["landmarks", SOURCE, str(tmp_path / "o.obj"), "--points", str(tmp_path / "none")]) == 74
-    assert "can't read" in capsys.readouterr().err
-
-
 def flags():
     """Flags of `map` by the name of the option that they set."""
     commands = next(action for action in build_parser()._actions if action.dest == "command")
@@ -366,8 +257,8 @@ def test_methods_are_those_of_the_records_and_the_default_is_the_front_doors():
 def test_flags_have_the_names_choices_and_defaults_of_options():
     options = {option.name for method in METHODS.values() for option in fields(method)}
     found = {name: flag for name, flag in flags().items() if name in options}
-    assert set(found) == {"tolerance", "gradient_tolerance", "max_iterations", "gauge", "polish", "effort",
-                          "edge_weights", "metric"}
+    assert set(found) == {"tolerance", "gradient_tolerance", "max_iterations", "gauge", "polish", "edge_weights",
+                          "metric"}
     for name, flag in found.items():
         assert flag.option_strings == ["--" + name.replace("_", "-")]
         assert flag.default is None  # the record's own default holds
@@ -378,7 +269,7 @@ def test_flags_have_the_names_choices_and_defaults_of_options():
             assert set(flag.choices) - {"none"} <= {choice for part in parts for choice in get_args(part) or [part]}
             assert ("none" in flag.choices) == (name == "polish" and type(None) in get_args(hint))
         elif hint is not bool:
-            assert type(flag.type("systems=1" if name == "effort" else "1")) is hint
+            assert type(flag.type("1")) is hint
 
 
 def test_flags_of_every_method_are_options_of_every_method():
