@@ -272,11 +272,6 @@ def test_flags_have_the_names_choices_and_defaults_of_options():
             assert type(flag.type("1")) is hint
 
 
-def test_flags_of_every_method_are_options_of_every_method():
-    for method in METHODS.values():
-        assert "max_iterations" in {option.name for option in fields(method)}
-
-
 def test_timings_are_printed_and_are_figures(tmp_path, capsys):
     words = ["map", "sample:spheroid", str(tmp_path / "a.obj"), "--timings", "--json", str(tmp_path / "a.json")]
     assert main(words) == 0
