@@ -56,6 +56,7 @@ TABLES = {
                   "corpus:choi_hippocampus corpus:choi_maxplanck corpus:fsaverage5_pial_left "
                   "corpus:paper_bimba_15002 corpus:paper_putamen_10002 corpus:penguin corpus:spot_oded "
                   "corpus:armadillo_oded corpus:koala",
+    "harmonics_bodies": "harmonics --cells CORPUS/cells/180427_Doc5_deconv_t00.obj",
     "judge_spheres": "judge --kind sphere",
     "judge_disks": "judge --kind disk",
     "judge_maps": "judge --kind map",
