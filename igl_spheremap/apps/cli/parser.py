@@ -169,7 +169,7 @@ COMMANDS = (
     )),
     Command("harmonics", "harmonics", (
         *shared.pair("SURFACE"),
-        *shared.target(".coef as SPHARM-PDM writes it, .csv with aics-shparam's names, or .npz; of many surfaces, "
+        *shared.target(".coef as SPHARM-PDM writes it, or .npz; of many surfaces, "
                        "SPHERE being such as spheres/{stem}.ply, one .tsv, .csv or .npz table"),
         _degree(0),
         shared.DATA,
@@ -225,8 +225,6 @@ COMMANDS = (
         shared.FEATURE,
         argument("--feature-weight", "W", "of the features' squared differences beside the strain", type=FROM_ZERO,
                  default=0.4),
-        argument("--position-weight", "W", "of squared distances between both, TARGET in its best pose",
-                 type=FROM_ZERO, default=0.0),
         switch("--reflect", help="match the mirror image of SOURCE (x to -x); OUT has it, too"),
         argument("--overlay", ("ON_SOURCE", "ON_TARGET"), "write the common refinement with its positions on each",
                  nargs=2),

@@ -70,8 +70,7 @@ class Coincidences:
 
     The refinement comes from exact signs, but its nodes are rounded, so that a face between nodes, or between a node
     and an edge, that float64 can't tell apart may come out flat or negative. Such a face is taken out by the collapse
-    of a side as short as rounding, or by the flip of its longest side where that hands over no area but rounding. Each
-    leaves fewer such faces.
+    of a side as short as rounding, if that leaves fewer such faces.
 
     Attributes
     ----------
@@ -93,7 +92,7 @@ class Coincidences:
         self._vertex = tuple(marked(rows, len(self.node)) for rows in vertices)
 
     def merge(self) -> int:
-        """Take flat faces out by collapses and flips, and count those that are left."""
+        """Take flat faces out by collapses, and count those that are left."""
         rows, n = np.flatnonzero(self.left), len(self.node)
         flat = rows[self._flat(self.faces[rows], self.owners[:, rows])]
         if not len(flat):
@@ -103,7 +102,7 @@ class Coincidences:
         near = np.flatnonzero(touching(self.faces, self._whole) & self.left)
         self._complex = Complex(dict(zip(near.tolist(), map(tuple, self.faces[near].tolist()), strict=True)))
         self._bad = set(flat.tolist())
-        while any([self._collapse(i) or self._flip(i) for i in flat.tolist() if i in self._bad]):
+        while any([self._collapse(i) for i in flat.tolist() if i in self._bad]):
             pass
         kept = list(self._complex.faces)
         self.left[near] = False
@@ -163,20 +162,6 @@ class Coincidences:
             fixed[into] |= fixed[out]
         self.node[self.node == out] = into
         return True
-
-    def _flip(self, i: int) -> bool:
-        """Flip the longest side of a face that is as thin as rounding, and say whether it did."""
-        if i not in self._bad:
-            return False
-        a, b, c = self._complex.faces[i]
-        _, v, p, q = max((self._distance(p, q), v, p, q) for v, p, q in ((a, b, c), (b, c, a), (c, a, b)))
-        if not (self._whole[[v, p, q]].all() and (edit := self._complex.flipped(i, v))):
-            return False
-        own, other = self.owners[:, list(edit)].T
-        for x, there in zip(self.on, own != other, strict=True):
-            if there and np.linalg.norm(np.cross(x[p] - x[v], x[q] - x[v])) > SHORT * (dist(x[p], x[q]) or 1.0):
-                return False  # the face hands over an area
-        return self._put(edit, np.stack((other, other), axis=1), set())
 
     def nudge(self) -> None:
         """Move nodes on both surfaces by some rounding errors, so that faces are positive that rounding made flat."""

@@ -1,4 +1,4 @@
-"""A part of a closed triangulation that can be edited: faces and sides are divided, sides flip and collapse."""
+"""A part of a closed triangulation that can be edited: faces and sides are divided, sides collapse."""
 
 from __future__ import annotations
 
@@ -45,18 +45,6 @@ class Complex:
         """Return the faces at the side between two vertices."""
         return sorted(self.around[p] & self.around[q])
 
-    def beyond(self, i: int, v: int) -> tuple[int, int]:
-        """Return the neighbour of a face opposite a corner, and the corner of that neighbour off the common side."""
-        p, q = self._opposite(i, v)
-        (j,) = {*self.beside(p, q)} - {i}
-        (u,) = set(self.faces[j]) - {p, q}
-        return j, u
-
-    def _opposite(self, i: int, v: int) -> tuple[int, int]:
-        """Return the two corners of a face that follow one of them."""
-        k = self.faces[i].index(v)
-        return self.faces[i][k - 2], self.faces[i][k - 1]
-
     def collapsed(self, out: int, into: int) -> tuple[Faces, set[int]] | None:
         """Return the faces around a side once `out` lies at `into`, and the two faces at the side, which go.
 
@@ -67,11 +55,6 @@ class Complex:
         gone = self.around[out] & self.around[into]
         kept = (self.around[out] | self.around[into]) - gone
         return {i: tuple(into if v == out else v for v in self.faces[i]) for i in kept}, gone
-
-    def flipped(self, i: int, v: int) -> Faces | None:
-        """Return a face and its neighbour opposite a corner with the other diagonal; None if that is a side already."""
-        (p, q), (j, u) = self._opposite(i, v), self.beyond(i, v)
-        return None if u == v or u in self.neighbours(v) else {i: (v, p, u), j: (v, u, q)}
 
     def divided(self, i: int, new: int, number: int) -> Faces:
         """Divide a face in three at a vertex within it; the new ones have `number` and the next."""

@@ -21,7 +21,7 @@ from .features import FeaturePair
 from .fits import Misfit, fit_moebius
 from .flow import meet
 from .levels import Level
-from .strain import ComposedStrain, linear_function, log_strain
+from .strain import ComposedStrain, log_strain
 
 #: Steps towards an objective end where two in turn gain less than this share of their energy each: after one, landmarks
 #: far from each other were left unmet more often.
@@ -62,7 +62,7 @@ Report = Callable[[Objective, Level, FloatArray, float], None]
 
 
 class Descent:
-    """Lowers strain between two surfaces, and misfits of features and positions, over maps to the target's sphere.
+    """Lowers strain between two surfaces, and misfits of features, over maps to the target's sphere.
 
     Parameters
     ----------
@@ -74,16 +74,14 @@ class Descent:
         Their features.
     goals : (k, 3) float64 array
         Points of the target's sphere that the source's landmarks are to meet.
-    position_weight : float
-        Weight of the squared distances between the surfaces' points, after a similarity.
     soft : bool
         Whether landmarks are drawn to their goals instead of being held there.
     """
 
     def __init__(self, source: Level, target: Level, objectives: Sequence[Objective], pair: FeaturePair,
-                 goals: FloatArray, *, position_weight: float = 0.0, soft: bool = False) -> None:
+                 goals: FloatArray, soft: bool = False) -> None:
         self._source, self._target, self._goals, self._soft = source, target, goals, soft
-        self._pair, self._position_weight = pair, position_weight
+        self._pair = pair
         self._plan = [(size, list(each)) for size, each in groupby(objectives, key=lambda objective: objective.size)]
         self._levels: dict[int | None, tuple[Level, Level]] = {None: (source, target)}
 
@@ -184,22 +182,16 @@ class Descent:
     def _terms(self, source: Level, target: Level, y: FloatArray, objective: Objective) -> list[VertexTerm]:
         """Return the misfits that count beside the strain."""
         terms: list[VertexTerm] = []
-        areas = 4 * np.pi * source.map.mesh.A
         if objective.weight:
             values = self._pair.source(objective.widths)
             if source.own is not None:
                 values = source.own.at(source.map.sphere, values)
-            terms.append(Misfit(objective.weight * areas, values, self._pair.target(objective.widths)))
+            weights = objective.weight * (4 * np.pi * source.map.mesh.A)
+            terms.append(Misfit(weights, values, self._pair.target(objective.widths)))
         if self._soft:
             weights, rows = np.zeros(len(y)), np.zeros_like(y)
             weights[source.landmarks], rows[source.landmarks] = _SOFT, self._goals
             terms.append(Misfit(weights, rows, _position))
-        if self._position_weight:
-            places = target.at(y, target.map.mesh.unit)
-            scale = 4 * np.pi  # positions of a surface of area 4 pi, as strains are
-            aligned = similar(places, source.map.mesh.unit, source.map.mesh.A, target.map.mesh.unit)
-            there = linear_function(target, aligned)
-            terms.append(Misfit(self._position_weight * areas * scale, source.map.mesh.unit, there))
         return terms
 
 

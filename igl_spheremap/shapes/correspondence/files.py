@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
-
 from ...errors import FileError, MeshError, Remedy, own_errstate
 from ...io import npz
 from ...io.formats import PathLike
@@ -15,12 +13,11 @@ from ...io.replacing import replacing
 from ...io.written_map import mark_of
 from ...resampling.locate import Location
 from ...verify.certificate import Certificate
-from ..harmonics.rotation import RotationCandidate
 from .surface_map import SurfaceMap, checked_location
 
 #: Before the names of the arrays of the target's map; those of the source's have the names that a map's archive has.
 _TARGET = "target_"
-_OWN = ("landmarks", "goal_faces", "goal_weights", "rotations", "correlations", "notes")
+_OWN = ("landmarks", "goal_faces", "goal_weights", "notes")
 
 
 @own_errstate
@@ -66,8 +63,6 @@ def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False
     arrays |= {
         "positions": result.positions, "landmarks": result.landmarks, "goal_faces": result.goals.face,
         "goal_weights": result.goals.weights, "notes": json.dumps(result.notes),
-        "rotations": np.array([each.rotation for each in result.candidates]).reshape(-1, 3, 3),
-        "correlations": np.array([each.correlation for each in result.candidates]),
     }  # fmt: skip
     with replacing(path, force) as partial:
         npz.write_arrays(partial, arrays, {"mark": mark_of(result.map)})
@@ -109,6 +104,4 @@ def read_surface_map(path: PathLike) -> SurfaceMap:
             raise MeshError("damaged: the landmarks are not vertices of the source with as many points of the target; "
                             "write the file anew")
         goals = checked_location(Location(arrays["goal_faces"], arrays["goal_weights"]), target.faces, "the target")
-        candidates = tuple(RotationCandidate(rotation, float(correlation)) for rotation, correlation in zip(
-            arrays["rotations"], arrays["correlations"], strict=True))
-        return SurfaceMap(own, target, landmarks, goals, candidates, tuple(json.loads(str(arrays["notes"]))))
+        return SurfaceMap(own, target, landmarks, goals, tuple(json.loads(str(arrays["notes"]))))

@@ -22,7 +22,6 @@ from ...resampling.transfer import interpolate
 from ...result.run import History, Iterate, Listener
 from ...sphere.rows import unit_rows
 from ...untangle.local_repair import unfolded
-from ..harmonics.rotation import RotationCandidate
 from .descent import Descent, Objective
 from .features import FeaturePair
 from .landmarks import LandmarkPairs, Points
@@ -60,7 +59,6 @@ def match(
     features: tuple[ArrayLike, ArrayLike] | None = None,
     curves: Iterable[tuple[Points, Points]] = (),
     feature_weight: float = 0.4,
-    position_weight: float = 0.0,
     soft: bool = False,
     reflect: bool = False,
     listener: Listener | None = None,
@@ -89,9 +87,6 @@ def match(
         of neighbouring points.
     feature_weight : float
         Weight of the features' squared differences beside the strain, both summed over an area of 4 pi; .4 by default.
-    position_weight : float
-        Likewise, the weight of the squared distances between corresponding points after a similarity; 0 by default, and
-        1 lowers these distances a little.
     soft : bool
         Draw landmarks together instead of meeting them, where they may contradict each other.
     reflect : bool
@@ -114,9 +109,9 @@ def match(
     MapError
         If landmarks can't be met; the message names those that are furthest from their points.
     ValueError
-        If a weight is negative.
+        If the weight is negative.
     TypeError
-        If a weight is not a number, or the listener can't be called.
+        If the weight is not a number, or the listener can't be called.
 
     Examples
     --------
@@ -127,8 +122,7 @@ def match(
     (True, True)
     """
     history = History(listener)
-    for weight, name in ((feature_weight, "feature_weight"), (position_weight, "position_weight")):
-        check_number(weight, name)
+    check_number(feature_weight, "feature_weight")
     pairs = (each if isinstance(each, SphereMap) else balanced_spherical_map(each, balance=1.0)
              for each in (source, target))
     source, target = (each if each.certificate.folding_free else certified(each.mesh, each.sphere) for each in pairs)
@@ -139,19 +133,19 @@ def match(
     divided = reflected(given.surface) if reflect else given.surface
     goals = unit_rows(interpolate(target.sphere, target.faces, given.goals))
     own = Level.of(divided, "the source", given.vertices)
-    descent = _descent(own, Level.of(target, "the target"), features, feature_weight, goals, position_weight, soft)
-    start, candidates = _start(own, descent, goals)
+    descent = _descent(own, Level.of(target, "the target"), features, feature_weight, goals, soft)
+    start = _start(own, descent, goals)
     level, x = _lowered(own, descent, start, history)
     result = certified(level.map.mesh, x)
     result = replace(result, run=history.complete(result.run, "match"))
     if not soft:
         _check_met(result, given, goals)
-    onto = SurfaceMap(result, target, given.vertices, given.goals, candidates)
+    onto = SurfaceMap(result, target, given.vertices, given.goals)
     return replace(onto, notes=tuple(_remarks(onto, len(source.sphere), len(divided.sphere))))
 
 
 def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike] | None, weight: float,
-             goals: FloatArray, position_weight: float, soft: bool) -> Descent:
+             goals: FloatArray, soft: bool) -> Descent:
     """Plan the descent: from coarse levels to fine ones, on each with ever less weight of the spheres' metrics."""
     guide = last = weight
     if features is None:
@@ -163,15 +157,15 @@ def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike]
     plan = [Objective(size, share, (width,), guide, _GUARD, _STEPS) if share < 1
             else Objective(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS)
             for size in sizes for share, width in _SHARES.items()]
-    return Descent(source, target, plan, pair, goals, position_weight=position_weight, soft=soft)
+    return Descent(source, target, plan, pair, goals, soft)
 
 
-def _start(source: Level, descent: Descent, goals: FloatArray) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
-    """Turn the source's sphere by landmarks, if they are enough, or by features; return it and the rotations tried."""
+def _start(source: Level, descent: Descent, goals: FloatArray) -> FloatArray:
+    """Turn the source's sphere by landmarks, if they are enough, or by features."""
     if len(goals) < _ENOUGH:
-        return descent.start(_WIDTH, moebius=True)
+        return descent.start(_WIDTH, moebius=True)[0]
     held = check_landmarks(len(source.map.sphere), source.landmarks, goals, 1.0)
-    return match_landmarks(source.map.sphere, held, _STIFFNESS), ()
+    return match_landmarks(source.map.sphere, held, _STIFFNESS)
 
 
 def _lowered(source: Level, descent: Descent, start: FloatArray, history: History) -> tuple[Level, FloatArray]:

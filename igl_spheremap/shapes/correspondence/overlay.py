@@ -69,8 +69,8 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     of A at a vertex or on an edge of B and edges along each other are found exactly and give no faces without area.
     What float64 can't tell apart is merged on purpose, and counted: vertices of B within some 6e-14 of vertices of A,
     as those of a map that was turned there and back, lie where these do; edges up to that length on both surfaces are
-    collapsed, and faces of such a height flipped away, where they would be flat or negative. Every step keeps a
-    triangulated sphere and hands over areas of that order at most. Other nodes are moved by some 1e-15 of the size. So
+    collapsed where faces would be flat or negative. Every step keeps a triangulated sphere and hands over areas of that
+    order at most. Other nodes are moved by some 1e-15 of the size. So
     the result is a closed oriented sphere whose faces are positive on A and on B. Where a whole
     limb of one surface, shrunk by a conformal map, lies in a speck of one face of the other, its faces have no area on
     that one, and are counted, too: they have a side up to 1e-15 of the size there.

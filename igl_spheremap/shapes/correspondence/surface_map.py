@@ -21,7 +21,6 @@ from ...resampling.transfer import interpolate
 from ...resampling.weights import linear_matrix
 from ...result.findings import verdict
 from ...sphere.rows import row_lengths, unit_rows
-from ..harmonics.rotation import RotationCandidate
 from .overlay import Overlay, overlay
 from .result import OfMap
 from .stretch import Distortion
@@ -49,8 +48,6 @@ class SurfaceMap(OfMap):
         Vertices of the source that were to meet given points of the target, those of curves last.
     goals : Location
         These points of the target.
-    candidates : tuple of RotationCandidate
-        Rotations that were considered, the one that was taken first.
     notes : tuple of str
         What was done beside what was asked for, and reasons to doubt the result.
 
@@ -75,7 +72,6 @@ class SurfaceMap(OfMap):
     target: SphereMap
     landmarks: IntArray
     goals: Location
-    candidates: tuple[RotationCandidate, ...] = ()
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:

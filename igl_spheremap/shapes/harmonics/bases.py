@@ -23,7 +23,13 @@ def in_basis(c: FloatArray, basis: Basis) -> FloatArray:
         order, factors = pdm_rows(degree)
         return np.asarray(c[order] * factors[:, None])
     if basis == "aics-shparam":
-        return aics_values(c).reshape(-1, 2, degree + 1, degree + 1)
+        found = np.zeros((c.shape[1], 2, degree + 1, degree + 1))  # 0 where m > l
+        for ell in range(degree + 1):
+            # The mean square of a basis function is 1, and longitudes are counted from -x.
+            factors = (-1.0) ** np.arange(ell + 1) / math.sqrt(4 * math.pi)
+            cosines, sines = c[ell * ell + ell : (ell + 1) ** 2].T, c[ell * ell : ell * ell + ell][::-1].T
+            found[:, 0, ell, : ell + 1], found[:, 1, ell, 1 : ell + 1] = cosines * factors, sines * factors[1:]
+        return found
     return c.T.ravel() if basis == "ktch" else c
 
 
@@ -35,21 +41,3 @@ def pdm_rows(degree: int) -> tuple[IntArray, FloatArray]:
     ell, m = np.array([(ell, m) for ell in range(degree + 1)
                        for m in sorted(range(-ell, ell + 1), key=lambda m: (abs(m), -m))]).T
     return ell * ell + ell + m, np.where(m == 0, 1.0, (-1.0) ** m * math.sqrt(2))
-
-
-def aics_values(c: FloatArray) -> FloatArray:
-    """Coefficients (k, 2 (L + 1)^2) in aics-shparam's order, 0 where m > l."""
-    _, order, factors = aics_columns(degree_of(c))
-    return np.asarray(np.vstack((c, np.zeros_like(c[:1])))[order].T * factors)
-
-
-def aics_columns(degree: int) -> tuple[list[str], IntArray, FloatArray]:
-    """Names in aics-shparam's order, which of our rows each is (the one behind the last where m > l), and its factor.
-
-    There the mean square of a basis function is 1, and longitudes are counted from -x.
-    """
-    keys = [(part, ell, m) for part in "CS" for ell in range(degree + 1) for m in range(degree + 1)]
-    rows = [ell * ell + ell + (m if part == "C" else -m) if m <= ell and (part == "C" or m) else (degree + 1) ** 2
-            for part, ell, m in keys]
-    factors = np.array([(-1.0) ** m / math.sqrt(4 * math.pi) for _, _, m in keys])
-    return [f"shcoeffs_L{ell}M{m}{part}" for part, ell, m in keys], np.array(rows), factors

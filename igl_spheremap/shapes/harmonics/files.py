@@ -1,4 +1,4 @@
-"""Coefficients of spherical harmonics: SPHARM-PDM's `.coef` files, tables with aics-shparam's names, and NPZ."""
+"""Coefficients of spherical harmonics: SPHARM-PDM's `.coef` files, and NPZ."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ from ...io.formats import PathLike
 from ...io.reading import reading
 from ...io.replacing import replacing
 from ...mesh.arrays import FloatArray, check_values
-from .bases import aics_columns, aics_values, in_basis, pdm_rows
+from .bases import in_basis, pdm_rows
 from .harmonics import Expanded, SphericalHarmonics
 
 _NUMBER = re.compile(r"[^\s{},]+")
-_AICS = re.compile(r"shcoeffs_L([0-9]{1,4})M[0-9]{1,4}[CS]")
 
 
 def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: bool = False) -> None:
@@ -27,9 +26,8 @@ def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: 
     Parameters
     ----------
     path : str or path-like
-        A new `.coef` file, as SPHARM-PDM and ktch read them (positions only); a `.csv` file, a row for each column of
-        the data under aics-shparam's names (shcoeffs_L2M1C); or an `.npz` file, which keeps the source's data, too.
-        Coefficients that need no factor are exact, others to a rounding.
+        A new `.coef` file, as SPHARM-PDM and ktch read them (positions only, with the rounding of a factor), or an
+        `.npz` file, which keeps the source's data, too.
     harmonics : SphericalHarmonics
         The coefficients.
     force : bool
@@ -62,10 +60,6 @@ def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: 
         if kind == ".coef":
             rows = ",\n".join("{{{!r}, {!r}, {!r}}}".format(*row) for row in in_basis(c, "spharm-pdm").tolist())
             partial.write_text(f"{{ {len(c)},{rows}}}")
-        elif kind == ".csv":
-            names, *_ = aics_columns(harmonics.degree)
-            lines = [names, *([repr(value) for value in row] for row in aics_values(c).tolist())]
-            partial.write_text("".join(",".join(line) + "\n" for line in lines))
         else:
             source = {} if harmonics.source is None else vars(harmonics.source)
             npz.write_arrays(partial, {"coefficients": c, **source})
@@ -77,13 +71,12 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
     Parameters
     ----------
     path : str or path-like
-        A `.coef` file of SPHARM-PDM, ktch or this package, a `.csv` file with aics-shparam's names, or an `.npz` file
-        of this package.
+        A `.coef` file of SPHARM-PDM, ktch or this package, or an `.npz` file of this package.
 
     Returns
     -------
     SphericalHarmonics
-        In this package's basis; of `.coef` and `.csv` files without a source.
+        In this package's basis; of `.coef` files without a source.
 
     Raises
     ------
@@ -96,8 +89,6 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
     with reading(path):
         if _kind(path) == ".coef":
             return SphericalHarmonics(_parse(path.read_text(encoding="ascii")))
-        if _kind(path) == ".csv":
-            return SphericalHarmonics(_parse_table(path.read_text(encoding="ascii")))
         arrays = npz.read_arrays(path)
         if "coefficients" not in arrays:
             raise MeshError("the archive holds no coefficients; give a file that was written by "
@@ -109,8 +100,8 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
 
 def _kind(path: PathLike) -> str:
     suffix = Path(path).suffix.lower()
-    if suffix not in (".coef", ".csv", ".npz"):
-        raise FileError(f"{path}: coefficients are kept in .coef, .csv and .npz files")
+    if suffix not in (".coef", ".npz"):
+        raise FileError(f"{path}: coefficients are kept in .coef and .npz files")
     return suffix
 
 
@@ -125,17 +116,3 @@ def _parse(text: str) -> FloatArray:
     c = np.empty((n, 3))
     c[order] = rows.reshape(n, 3) / factors[:, None]
     return c
-
-
-def _parse_table(text: str) -> FloatArray:
-    """The coefficients of a table whose columns have aics-shparam's names, among others."""
-    head, *lines = (line.split(",") for line in text.splitlines() if line.strip())
-    degree = max((int(match[1]) for match in map(_AICS.fullmatch, head) if match), default=-1)
-    if degree < 0 or len(head) < 2 * (degree + 1) ** 2 or not lines:
-        raise ValueError("columns from shcoeffs_L0M0C on, all with M from 0 to the largest L, and a row are expected")
-    names, order, factors = aics_columns(degree)
-    place = {name: k for k, name in enumerate(head)}
-    values = np.array([[float(line[place[name]]) for name in names] for line in lines]).T
-    c = np.empty(((degree + 1) ** 2 + 1, len(lines)))
-    c[order] = values / factors[:, None]
-    return check_values(c[:-1], len(c) - 1, "coefficients")

@@ -27,7 +27,7 @@ def test_numbers_out_of_range_are_one_line(words, problem, capsys):
 
 @pytest.mark.parametrize(("command", "function", "parameters"), [
     ("flatten", ism.flatten, {"balance": "balance"}),
-    ("match", ism.shapes.match, {"feature_weight": "feature_weight", "position_weight": "position_weight"}),
+    ("match", ism.shapes.match, {"feature_weight": "feature_weight"}),
     ("register", ism.shapes.register, {"stiffness": "stiffness"}),
     ("template", ism.shapes.template,
      {name: name for name in ("modes", "balance")} | {"to": "target"}),

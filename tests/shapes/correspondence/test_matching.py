@@ -228,8 +228,8 @@ def test_wrong_landmarks_are_named(pair, landmarks, words):
 
 def test_refusals(pair):
     a, b = pair[:2]
-    with pytest.raises(ValueError, match="position_weight is -1"):
-        ism.shapes.match(a, b, position_weight=-1)
+    with pytest.raises(ValueError, match="feature_weight is -1"):
+        ism.shapes.match(a, b, feature_weight=-1)
     folded = a.sphere.copy()
     folded[[10, 20]] = folded[[20, 10]]
     with pytest.raises(ism.FoldingsRemain) as refused:

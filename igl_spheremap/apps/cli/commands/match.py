@@ -56,7 +56,7 @@ def run_match(args: Namespace) -> Exit:
     maps = [_mapped(args, source) for source in sources]
     args.progress.begin(f"matching {sources[0].name} with {sources[1].name}")
     result = match(*maps, landmarks=landmarks, features=features, curves=curves, feature_weight=args.feature_weight,
-                   position_weight=args.position_weight, soft=args.soft, reflect=args.reflect,
+                   soft=args.soft, reflect=args.reflect,
                    listener=args.progress.listener(maps[0].faces))
     if whole:
         args.progress.begin(f"writing {args.target}")
