@@ -18,8 +18,6 @@ _ROUNDING = 8 * np.finfo(float).eps
 SHORT = 32 * _ROUNDING
 #: Twice the area of a face over the square of its longest side: below, the sign depends on the order of operations.
 _FLAT = 4 * np.finfo(float).eps
-#: Rounds of moves at most; they end when no face is flat any more.
-_ROUNDS = 40
 
 
 def cell_triangles(A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: Segments, x: FloatArray) -> tuple[
@@ -163,11 +161,6 @@ class Coincidences:
         self.node[self.node == out] = into
         return True
 
-    def nudge(self) -> None:
-        """Move nodes on both surfaces by some rounding errors, so that faces are positive that rounding made flat."""
-        for p, normals, owners, held in zip(self.on, self._normals, self.owners, self._vertex, strict=True):
-            _nudge(p, self.faces[self.left], normals[owners[self.left]], held)
-
     def join_places(self) -> tuple[int, int]:
         """Join nodes of negative faces on each surface, and count the faces without area on A and on B.
 
@@ -176,34 +169,6 @@ class Coincidences:
         first, second = (_join(p, self.faces[self.left], normals[owners[self.left]], held) for p, normals, owners, held
                          in zip(self.on, self._normals, self.owners, self._vertex, strict=True))
         return first, second
-
-
-def _nudge(p: FloatArray, faces: IntArray, normals: FloatArray, held: BoolArray) -> None:
-    """Move nodes that are not held, in place, until faces are positive along their normals.
-
-    Each face that is not asks for the least moves of its corners that give it a height above rounding; where several
-    move a node, their moves are averaged. Faces whose sides are as short as rounding stay as they are.
-    """
-    height, rows = _ROUNDING / 4 * np.abs(p).max(), np.arange(len(faces))
-    for _ in range(_ROUNDS):
-        f, normal = faces[rows], normals[rows]
-        sides = np.stack([p[f[:, k - 1]] - p[f[:, k - 2]] for k in range(3)])
-        twice = row_dots(row_crosses(sides[1], sides[2]), normal)
-        longest = np.sqrt(_squares(sides).max(axis=0))
-        bad = (twice <= 0) & (longest > 4 * height) & normal.any(axis=1)
-        f, normal, sides, longest = f[bad], normal[bad], sides[:, bad], longest[bad]
-        free = ~held[f.T]
-        share = (2 * height * longest - twice[bad]) / np.maximum((_squares(sides) * free).sum(axis=0), height**2)
-        share = np.minimum(share, 4 * height / longest)  # where only a corner far from the others may move
-        moves = np.zeros_like(p)
-        for k in range(3):
-            np.add.at(moves, f[:, k], (share * free[k])[:, None] * row_crosses(normal, sides[k]))
-        count = np.bincount(f.ravel(), minlength=len(p))
-        moved = np.flatnonzero(count)
-        p[moved] += moves[moved] / count[moved, None]
-        rows = np.flatnonzero((count > 0)[faces].any(axis=1))
-        if not len(rows):
-            break
 
 
 def _join(p: FloatArray, faces: IntArray, normals: FloatArray, held: BoolArray) -> int:

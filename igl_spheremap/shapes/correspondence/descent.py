@@ -18,7 +18,7 @@ from ...sphere.rows import inner, row_dots, weighted_sum
 from ...untangle.local_repair import unfolded
 from ..harmonics.rotation import RotationCandidate
 from .features import FeaturePair
-from .fits import Misfit, fit_moebius
+from .fits import Misfit
 from .flow import meet
 from .levels import Level
 from .strain import ComposedStrain, log_strain
@@ -80,12 +80,11 @@ class Descent:
 
     def __init__(self, source: Level, target: Level, objectives: Sequence[Objective], pair: FeaturePair,
                  goals: FloatArray, soft: bool = False) -> None:
-        self._source, self._target, self._goals, self._soft = source, target, goals, soft
-        self._pair = pair
+        self.source, self.target, self.pair, self._goals, self._soft = source, target, pair, goals, soft
         self._plan = [(size, list(each)) for size, each in groupby(objectives, key=lambda objective: objective.size)]
         self._levels: dict[int | None, tuple[Level, Level]] = {None: (source, target)}
 
-    def start(self, width: float, moebius: bool,
+    def start(self, width: float, moebius: bool = False,
               least: float = 0.0) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
         """Rotate the source's sphere by features of one width; return it and all rotations, the chosen one first.
 
@@ -94,42 +93,34 @@ class Descent:
         alone is local: a body may be laid on another with its limbs exchanged, and be strained less. Only rotations are
         tried that correlate by the share `least` of the best one.
         """
-        candidates = self._pair.rotations(width)
-        starts = [self._turned(each, width if moebius else None) for each in candidates
+        candidates = self.pair.rotations(width)
+        starts = [self.turned(each.rotation) for each in candidates
                   if each.correlation >= least * candidates[0].correlation]
+        if moebius:
+            starts = [self.pair.fit_moebius(start, width) for start in starts]
         best = int(np.argmin([self.outlook(start) for start in counted("starts", starts)])) if starts[1:] else 0
         return starts[best], (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
 
-    def _turned(self, candidate: RotationCandidate, width: float | None) -> FloatArray:
-        """Rotate the source's sphere, and fit a Moebius map by features of that width if there is one."""
-        source = self._source.map
-        found = [unfolded(source.mesh, source.sphere @ candidate.rotation.T)]  # rounding may fold slivers
+    def turned(self, rotation: FloatArray) -> FloatArray:
+        """Rotate the source's sphere."""
+        return unfolded(self.source.map.mesh, self.source.map.sphere @ rotation.T)  # rounding may fold slivers
 
-        def keep(y: FloatArray, _: float) -> None:
-            found[0] = y
-
-        if width is not None:
-            fit_moebius(found[0], source.faces, self._pair.weights, self._pair.source([width]),
-                        self._pair.target([width]), keep)
-        return found[0]
+    def coarsest(self) -> tuple[Level, Level]:
+        """Return both surfaces at the first resolution."""
+        return self._level(self._plan[0][0])
 
     def outlook(self, start: FloatArray) -> float:
         """Lower a start on the coarsest level, and return its energy times its distance of positions."""
-        size, objectives = self._plan[0]
-        source, target = self._level(size)
-        source, y = self.lowered(source, target, self._source.carried(start, source), objectives)
+        objectives = self._plan[0][1]
+        source, target = self.coarsest()
+        source, y = self.lowered(source, target, self.source.carried(start, source), objectives)
         terms = self._terms(source, target, y, objectives[-1])
         energy = log_strain(source, target, y) + sum(term.value(y) for term in terms)
         return energy * distance_between(source, target, y)
 
-    def distance(self, start: FloatArray) -> float:
-        """Distance of positions after a start on the source's own mesh, on the coarsest level."""
-        source, target = self._level(self._plan[0][0])
-        return distance_between(source, target, self._source.carried(start, source))
-
     def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
         """Lower a start on the source's own mesh through all levels; return the last one, maybe split, and the map."""
-        own, steps = len(self._source.map.sphere), Counter[Objective]()
+        own, steps = len(self.source.map.sphere), Counter[Objective]()
         plan = [objective for _, objectives in self._plan for objective in objectives]
         *before, total = accumulate(((objective.size or own) * objective.steps for objective in plan), initial=0)
         ahead = dict(zip(plan, before, strict=True))
@@ -139,7 +130,7 @@ class Descent:
             steps[objective] += 1
             report(objective, level, y, energy)
 
-        level, y = self._source, start
+        level, y = self.source, start
         for size, objectives in self._plan:
             source, target = self._level(size)
             level, y = self.lowered(source, target, level.carried(y, source), objectives, take)
@@ -150,7 +141,7 @@ class Descent:
         """Return both surfaces at a resolution, which are made once."""
         if size not in self._levels:
             assert size is not None
-            self._levels[size] = self._source.coarser(size), self._target.coarser(size)
+            self._levels[size] = self.source.coarser(size), self.target.coarser(size)
         return self._levels[size]
 
     def lowered(self, source: Level, target: Level, y: FloatArray, objectives: Sequence[Objective],
@@ -183,11 +174,11 @@ class Descent:
         """Return the misfits that count beside the strain."""
         terms: list[VertexTerm] = []
         if objective.weight:
-            values = self._pair.source(objective.widths)
+            values = self.pair.source(objective.widths)
             if source.own is not None:
                 values = source.own.at(source.map.sphere, values)
             weights = objective.weight * (4 * np.pi * source.map.mesh.A)
-            terms.append(Misfit(weights, values, self._pair.target(objective.widths)))
+            terms.append(Misfit(weights, values, self.pair.target(objective.widths)))
         if self._soft:
             weights, rows = np.zeros(len(y)), np.zeros_like(y)
             weights[source.landmarks], rows[source.landmarks] = _SOFT, self._goals

@@ -16,7 +16,7 @@ from ...resampling.locate import locator_of
 from ...sphere.rows import row_crosses, row_lengths, weighted_sum
 from ..harmonics.basis import expand
 from ..harmonics.rotation import RotationCandidate, best_rotations
-from .fits import Target
+from .fits import Report, Target, fit_moebius
 from .levels import Level
 
 _BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined by Newton's method
@@ -93,6 +93,11 @@ class FeaturePair:
         source, target = (expand(locator_of(level.map), values, _BAND, _OVERSAMPLING)
                          for level, values in zip(self._levels, self._by_width[width], strict=True))
         return best_rotations(target, source, _BAND, most)
+
+    def fit_moebius(self, x: FloatArray, width: float, report: Report = lambda *_: None) -> FloatArray:
+        """Move the source's vertices by the Moebius map that brings features of one width nearest."""
+        f = self._levels[0].map.faces
+        return fit_moebius(x, f, self.weights, self.source([width]), self.target([width]), report)
 
     def correlation(self, x: FloatArray) -> FloatArray:
         """Correlate each feature, as given or of each width, over the source's area; its vertices lie at x."""

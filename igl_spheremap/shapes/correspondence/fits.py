@@ -24,8 +24,8 @@ _SMALLEST_MOEBIUS_GAIN, _MOEBIUS_STEPS = 1e-7, 30
 
 def fit_moebius(
     x: FloatArray, f: IntArray, weights: FloatArray, features: FloatArray, target: Target, report: Report
-) -> None:
-    """Lower the weighted square of features - target(m(x)) over Moebius maps m.
+) -> FloatArray:
+    """Lower the weighted square of features - target(m(x)) over Moebius maps m, and return the best m(x).
 
     The features (n, k) have unit variance, the weights sum 1. A step that folds a face is shortened: the map moves
     vertices, not edges, and slivers can flip.
@@ -34,6 +34,7 @@ def fit_moebius(
 
     root = np.sqrt(weights)[:, None]
     last: tuple[FloatArray, FloatArray, FloatArray]
+    found = x
 
     def residuals(t: FloatArray) -> FloatArray:
         nonlocal last
@@ -46,8 +47,10 @@ def fit_moebius(
 
     def jacobian(t: FloatArray) -> FloatArray:
         """Return derivatives at the last map tried, which was accepted, and report it."""
+        nonlocal found
         y, off, gradients = last  # of the map that was accepted, the last one tried
         if t.any():
+            found = y
             report(y, float((off * off).sum()))
         J = np.zeros((features.size + 3, 6))
         for k, h in enumerate(HALF_DIGITS * np.eye(6)):
@@ -56,6 +59,7 @@ def fit_moebius(
         return J
 
     least_squares(residuals, np.zeros(6), jacobian, ftol=_SMALLEST_MOEBIUS_GAIN, max_nfev=_MOEBIUS_STEPS + 1)
+    return found
 
 
 def _moved(x: FloatArray, t: FloatArray) -> FloatArray:

@@ -13,13 +13,10 @@ from ...mesh.arrays import HALF_DIGITS, FloatArray, IntArray, own_unit
 from ...mesh.edges import marked
 from ...resampling.locate import Location, at_vertices, joined, take_points
 from ...resampling.transfer import interpolate
-from ...sphere.rows import row_crosses, row_dots, unit_rows
+from ...sphere.rows import row_crosses, row_dots, row_lengths, unit_rows
 from ...verify.signs import orientation_signs
 from .cells import SHORT, Coincidences, cell_triangles
 from .walk import Segments, Triangulation, places, walk
-
-#: Rounds of merging and moving at most; two do nearly always.
-_ROUNDS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +67,9 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     What float64 can't tell apart is merged on purpose, and counted: vertices of B within some 6e-14 of vertices of A,
     as those of a map that was turned there and back, lie where these do; edges up to that length on both surfaces are
     collapsed where faces would be flat or negative. Every step keeps a triangulated sphere and hands over areas of that
-    order at most. Other nodes are moved by some 1e-15 of the size. So
-    the result is a closed oriented sphere whose faces are positive on A and on B. Where a whole
-    limb of one surface, shrunk by a conformal map, lies in a speck of one face of the other, its faces have no area on
-    that one, and are counted, too: they have a side up to 1e-15 of the size there.
+    order at most. So the result is a closed oriented sphere of which no face is negative on A or on B. Few have no area
+    on one of them, by rounding; and where a whole limb of one surface, shrunk by a conformal map, lies in a speck of
+    one face of the other, its faces have none there. These are counted, too.
 
     Parameters
     ----------
@@ -115,10 +111,7 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     on_source, on_target = interpolate(own_a, A.f, source_location), interpolate(own_b, B.f, target_location)
     faces, owners = cell_triangles(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first), x)
     merged = Coincidences(faces, owners, (on_source, on_target), (own_a[A.f], own_b[B.f]), (own, other))
-    for _ in range(_ROUNDS):
-        if not merged.merge():
-            break
-        merged.nudge()
+    merged.merge()
     without_area = merged.join_places()
     source_face, target_face = merged.owners[:, merged.left]
     target_vertex = merged.node[other]
@@ -164,16 +157,16 @@ def _crossings(A: Triangulation, half_a: IntArray, B: Triangulation, half_b: Int
     """Compute where half-edges of A cross half-edges of B, as points of both."""
     a, b, c, d = A.x[A.start[half_a]], A.x[A.end[half_a]], B.x[B.start[half_b]], B.x[B.end[half_b]]
     on_a, on_b = _crossed(a, b, c, d), _crossed(c, d, a, b)
-    along, across = b - a, d - c
-    sine = row_crosses(along, across)
-    flat = row_dots(sine, sine) < HALF_DIGITS**2 * row_dots(along, along) * row_dots(across, across)
-    # Where they are as good as parallel, their distances are rounding: any point that both have will do.
-    a, along, c, across = a[flat], along[flat], c[flat], across[flat]
-    ends = [row_dots(p - a, along) / row_dots(along, along) for p in (c, d[flat])]
-    low, high = np.clip(np.sort(ends, axis=0), 0, 1)
+    normal_a, normal_b = unit_rows(row_crosses(a, b - a)), unit_rows(row_crosses(c, d - c))
+    flat = row_lengths(row_crosses(normal_a, normal_b)) < HALF_DIGITS
+    # Where they are as good as on one great circle, their distances are rounding: any point that both have will do.
+    a, b, c, d, ahead = (each[flat] for each in (a, b, c, d, row_crosses(normal_a, a)))
+    whole, *ends = (np.arctan2(row_dots(ahead, p), row_dots(a, p)) for p in (b, c, d))
+    low, high = (np.sin(end) / (np.sin(end) + np.sin(whole - end)) for end in np.clip(np.sort(ends, axis=0), 0, whole))
     on_a[flat] = np.clip(on_a[flat], low, high)
-    point = a + on_a[flat, None] * along
-    on_b[flat] = np.clip(row_dots(point - c, across) / row_dots(across, across), 0, 1)
+    point = a + on_a[flat, None] * (b - a)
+    start, end = (row_lengths(row_crosses(point, p)) for p in (c, d))
+    on_b[flat] = start / (start + end)
     return _on_sides(half_a, on_a), _on_sides(half_b, on_b)
 
 

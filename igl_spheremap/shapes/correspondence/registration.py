@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -23,9 +23,8 @@ from ...result.run import History, Iterate, Listener
 from ...untangle.local_repair import unfolded
 from ..harmonics.rotation import RotationCandidate
 from . import STAGES, STIFFNESS, USUAL
-from .descent import Descent, Objective, distance_between
+from .descent import Descent, Objective, Report, distance_between
 from .features import FeaturePair
-from .fits import fit_moebius
 from .levels import Level
 from .result import OfMap
 
@@ -188,112 +187,86 @@ def register(
     if unknown:
         raise ValueError(f"unknown stage {unknown[0]!r}: choose from {', '.join(STAGES)}")
     source = reflected(source) if reflect else source
-    own = Level.of(source, "the source"), Level.of(target, "the target")
-    pair = FeaturePair(*own, features, WIDTHS)
-    a, b = pair.smoothed(_SMOOTHING)
+    laying = Laying(source, target, features, stiffness)
     first = _WIDEST if features is None else WIDTHS[-1]  # data are compared nearly as they are
-    columns = pair.source([first]).shape[1]
-    descent = Descent(a, b, _plan(len(a.map.sphere), stiffness, columns), pair, np.empty((0, 3)))
-    course = _Course(source, pair, history)
+    reached, count = [("start", source.sphere)], 0
     candidates: tuple[RotationCandidate, ...] = ()
+
+    def begin(stage: str) -> FloatArray:
+        nonlocal count
+        x, count = reached[-1][1], 0
+        reached.append((stage, x))
+        return x
+
+    def take(x: FloatArray, cost: float) -> None:
+        nonlocal count
+        stage, count = reached[-1][0], count + 1
+        reached[-1] = stage, x
+        history(Iterate(stage, 0, count, x, cost))
+
+    def step(_: Objective, level: Level, y: FloatArray, energy: float) -> None:
+        # Without a listener the history keeps numbers only.
+        take(reached[-1][1] if listener is None else level.carried(y, laying.source), energy)
+
     with suppress(StopIteration):  # of a listener
         if "rotation" in stages:
-            turned, candidates = descent.start(first, moebius=False, least=_UNSURE if "elastic" in stages else 1.0)
-            with course.stage("rotation"):
-                course(turned, 1 - candidates[0].correlation)
+            turned, candidates = laying.start(first, least=_UNSURE if "elastic" in stages else 1.0)
+            begin("rotation")
+            take(turned, 1 - candidates[0].correlation)
         if "moebius" in stages:
-            with course.stage("moebius"):
-                fit_moebius(course.x, a.map.faces, pair.weights, pair.source([first]), pair.target([first]), course)
+            laying.pair.fit_moebius(begin("moebius"), first, take)
         if "elastic" in stages:
-            def step(_: Objective, level: Level, y: FloatArray, energy: float) -> None:
-                course(course.x if listener is None else level.carried(y, a), energy)  # the history keeps numbers only
-
-            with course.stage("elastic", course.x):
-                level, y = descent.run(course.x, step)
-                course.x = level.carried(y, a)
-    result = certified(source.mesh, course.x)
+            reached[-1] = "elastic", laying.laid(begin("elastic"), step)
+    result = certified(source.mesh, reached[-1][1])
+    ends = [_report(stage, laying.pair, source.faces, before if stage == "elastic" else source.sphere, x)
+            for (_, before), (stage, x) in pairwise([reached[0], *reached])]
     run = history.complete(result.run, "register")
-    return Registration(replace(result, run=run), tuple(course.stages), candidates, _doubts(candidates, course.stages))
+    return Registration(replace(result, run=run), tuple(ends), candidates, _doubts(candidates, ends))
 
 
-class DepthRegistration:
-    """Lays a surface on another by their depth potentials, as `register` does without features, from chosen starts.
+class Laying(Descent):
+    """Lays a surface on another by features, without any by their depth potentials, from chosen starts.
 
     Maps are those of the source's vertices to the target's sphere.
     """
 
-    def __init__(self, source: SphereMap, target: SphereMap) -> None:
-        self._own = Level.of(source, "the source"), Level.of(target, "the target")
-        self._pair = FeaturePair(*self._own, None, WIDTHS)
-        self._source, self._target = self._pair.smoothed(_SMOOTHING)
-        plan = _plan(len(source.sphere), STIFFNESS)
-        _, share, widths = _CHAIN[-1]
-        self._last = Objective(None, share, widths, 1 / (STIFFNESS * len(widths)), _GUARD, _STEPS)
-        self._descent = Descent(self._source, self._target, plan, self._pair, np.empty((0, 3)))
+    def __init__(self, source: SphereMap, target: SphereMap, features: tuple[ArrayLike, ArrayLike] | None = None,
+                 stiffness: float = STIFFNESS) -> None:
+        pair = FeaturePair(Level.of(source, "the source"), Level.of(target, "the target"), features, WIDTHS)
+        columns = pair.source(WIDTHS[:1]).shape[1]
+        most = len(source.sphere)
+        plan = [Objective(min(points, most), share, widths, 1 / (stiffness * columns * len(widths)), _GUARD, _STEPS)
+                for points, share, widths in _CHAIN]
+        a, b = pair.smoothed(_SMOOTHING)
+        super().__init__(a, b, plan, pair, np.empty((0, 3)))
+        self._last = plan[-1]._replace(size=None)
 
     def turns(self) -> list[Turn]:
-        """Rotations at which the potentials agree best locally, in the order of the surfaces' distance in space."""
-        found = [Turn(each.rotation, self.apart(each.rotation)) for each in self._pair.rotations(_WIDEST, _TURNS)]
+        """Rotations at which the features agree best locally, in the order of the surfaces' distance in space."""
+        found = [Turn(each.rotation, self.apart(each.rotation)) for each in self.pair.rotations(_WIDEST, _TURNS)]
         return sorted(found, key=lambda turn: turn.distance)
 
     def apart(self, rotation: FloatArray) -> float:
         """Distance of the surfaces after a rotation of the source's sphere, on the coarsest level."""
-        return self._descent.distance(self.turned(rotation))
+        source, target = self.coarsest()
+        return distance_between(source, target, self.source.carried(self.turned(rotation), source))
 
-    def turned(self, rotation: FloatArray) -> FloatArray:
-        """The source's map after a rotation."""
-        return unfolded(self._own[0].map.mesh, self._own[0].map.sphere @ rotation.T)  # rounding may fold slivers
-
-    def outlook(self, y: FloatArray) -> float:
-        """Energy times distance that a start leads to on the coarsest level; both vanish for similar bodies."""
-        return self._descent.outlook(y)
-
-    def run(self, y: FloatArray) -> FloatArray:
+    def laid(self, y: FloatArray, report: Report = lambda *_: None) -> FloatArray:
         """The registration that a start leads to, through all levels."""
-        level, y = self._descent.run(y, lambda *_: None)
-        return level.carried(y, self._source)
+        level, y = self.run(y, report)
+        return level.carried(y, self.source)
 
     def continued(self, y: FloatArray) -> FloatArray:
         """Register again, from `y`, after the target moved a little: only the last level's steps are taken."""
-        return self._descent.lowered(self._source, self._target, unfolded(self._own[0].map.mesh, y), [self._last])[1]
+        return self.lowered(self.source, self.target, unfolded(self.source.map.mesh, y), [self._last])[1]
 
     def distance(self, y: FloatArray) -> float:
         """Root mean square distance of corresponding points after a similarity, of surfaces of unit area."""
-        return distance_between(*self._own, y)
+        return distance_between(self.source, self.target, y)
 
     def correlation(self, y: FloatArray) -> float:
-        """Correlation of the potentials over the source's area."""
-        return float(self._pair.correlation(y).mean())
-
-
-def _plan(size: int, stiffness: float, columns: int = 1) -> list[Objective]:
-    """The objectives of a registration, from coarse to fine."""
-    return [Objective(min(points, size), share, widths, 1 / (stiffness * columns * len(widths)), _GUARD, _STEPS)
-            for points, share, widths in _CHAIN]
-
-
-class _Course:
-    """Keeps the last iterate of the source's sphere, passes iterates on, and reports each stage."""
-
-    def __init__(self, source: SphereMap, pair: FeaturePair, listener: Listener) -> None:
-        self.x, self.stages = source.sphere, [_report("start", pair, source.faces, source.sphere, source.sphere)]
-        self._source, self._pair, self._listener = source, pair, listener
-        self._name, self._count = "", 0
-
-    def __call__(self, x: FloatArray, cost: float) -> None:
-        self.x = x
-        self._count += 1
-        self._listener(Iterate(self._name, 0, self._count, x, cost))
-
-    @contextmanager
-    def stage(self, name: str, before: FloatArray | None = None) -> Iterator[None]:
-        """Run a stage, and report it at its end; its strain is measured against `before`, or the map as it came."""
-        self._name, self._count = name, 0
-        before = self._source.sphere if before is None else before
-        try:
-            yield
-        finally:
-            self.stages.append(_report(name, self._pair, self._source.faces, before, self.x))
+        """Correlation of the features over the source's area."""
+        return float(self.pair.correlation(y).mean())
 
 
 def reflected(result: SphereMap) -> SphereMap:

@@ -11,7 +11,7 @@ from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...sphere.moebius import best_rotation
 from ...untangle.local_repair import unfolded
-from ..correspondence.registration import DepthRegistration, Turn, reflected
+from ..correspondence.registration import Laying, Turn, reflected
 from ..harmonics.rotation import rotation_angle
 
 _TRY = 1.5  # times the distance of the nearest rotation: of an octopus with its arms exchanged the right one has 1.05
@@ -53,15 +53,15 @@ def laid(source: SphereMap, target: SphereMap, before: FloatArray | None = None,
 
     With `search` other rotations of that are tried as well.
     """
-    problem = DepthRegistration(source, target)
+    problem = Laying(source, target)
     if before is None:
-        before = problem.run(_best_start(problem))
+        before = problem.laid(_best_start(problem))
     elif not search:
         before = problem.continued(before)
     return _searched(source, target, before) if search else Laid(before, problem.correlation(before))
 
 
-def _best_start(problem: DepthRegistration) -> FloatArray:
+def _best_start(problem: Laying) -> FloatArray:
     """Of the rotations that bring the surfaces near in space, the one that leads to least."""
     starts = [problem.turned(turn.rotation) for turn in _near(problem.turns())]
     return min(starts, key=problem.outlook) if starts[1:] else starts[0]
@@ -76,19 +76,19 @@ def _near(turns: list[Turn]) -> list[Turn]:
 def _searched(source: SphereMap, target: SphereMap, before: FloatArray) -> Laid:
     """Register from where the registration before ended, or from a rotation of that if it leads to less."""
     registered = certified(source.mesh, unfolded(source.mesh, before))
-    lying, problem = DepthRegistration(registered, target), DepthRegistration(source, target)
+    lying, problem = Laying(registered, target), Laying(source, target)
     as_it_is = Turn(np.eye(3), lying.apart(np.eye(3)))
     turns = _near([as_it_is, *(turn for turn in lying.turns() if rotation_angle(turn.rotation) > _APART)])
     turns = [as_it_is, *(turn for turn in turns if turn is not as_it_is)]
     outlooks = np.array([problem.outlook(lying.turned(turn.rotation)) for turn in turns]) if turns[1:] else np.ones(1)
     best, *others = np.argsort(outlooks).tolist()
-    y = problem.run(lying.turned(turns[best].rotation)) if best else problem.continued(before)
+    y = problem.laid(lying.turned(turns[best].rotation)) if best else problem.continued(before)
     rival, angle = np.inf, np.nan
     if others:
         rival = outlooks[others[0]] / outlooks[best]
         angle = rotation_angle(turns[others[0]].rotation @ turns[best].rotation.T)
-    mirror, mirrored = DepthRegistration(reflected(source), target), np.inf
+    mirror, mirrored = Laying(reflected(source), target), np.inf
     nearest = mirror.turns()[0]
     if nearest.distance < problem.apart(best_rotation(source.sphere, y, source.mesh.A).T):
-        mirrored = mirror.distance(mirror.run(mirror.turned(nearest.rotation))) / problem.distance(y)
+        mirrored = mirror.distance(mirror.laid(mirror.turned(nearest.rotation))) / problem.distance(y)
     return Laid(y, problem.correlation(y), best > 0, rival, angle, mirrored)

@@ -26,9 +26,9 @@ def in_basis(c: FloatArray, basis: Basis) -> FloatArray:
         found = np.zeros((c.shape[1], 2, degree + 1, degree + 1))  # 0 where m > l
         for ell in range(degree + 1):
             # The mean square of a basis function is 1, and longitudes are counted from -x.
-            factors = (-1.0) ** np.arange(ell + 1) / math.sqrt(4 * math.pi)
+            scale = (-1.0) ** np.arange(ell + 1) / math.sqrt(4 * math.pi)
             cosines, sines = c[ell * ell + ell : (ell + 1) ** 2].T, c[ell * ell : ell * ell + ell][::-1].T
-            found[:, 0, ell, : ell + 1], found[:, 1, ell, 1 : ell + 1] = cosines * factors, sines * factors[1:]
+            found[:, 0, ell, : ell + 1], found[:, 1, ell, 1 : ell + 1] = cosines * scale, sines * scale[1:]
         return found
     return c.T.ravel() if basis == "ktch" else c
 
