@@ -125,7 +125,7 @@ def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> Sph
     z = dipole_map(mesh, operators, face)
     if not np.isfinite(z).all():
         raise MapError("the plane map is not finite; puncture another face")
-    x, status = center(to_sphere(z, mesh.A), mesh.A), Status.DONE
+    x, status = center(np.ascontiguousarray(to_sphere(z, mesh.A)), mesh.A), Status.DONE
     energy = HarmonicEnergy(operators.L).evaluate(x)[0]
     try:
         listener(Iterate("stereographic", 0, 1, x, energy))
