@@ -63,6 +63,15 @@ busy machine, so that ratios are what counts. *Memory* is the growth of the peak
 - `lai2014`: the paper's Algorithm 2 around Algorithm 1, up to 20,000 vertices.
 
 Machine: {machine}, Python {python}; igl_spheremap {version}.
+
+![Time against size](images/benchmarks.png)
+
+## In short
+
+Times are of one thread, with cvxopt (extra `fast`), by `python -m benchmarks tables others`:
+
+<!-- table others -->
+<!-- end -->
 """
 COLUMNS = ("competitor", "CPU s", "memory", "foldings", "mean", "99 %", "speed-up", "over factor")
 
@@ -228,7 +237,7 @@ def write_report(rows: list[dict], path: Path) -> None:
     kept = mark + path.read_text().split(mark, 1)[1] if path.exists() and mark in path.read_text() else ""
     parts = [HEADER.format(machine=f"{platform.system()} {platform.machine()}", python=platform.python_version(),
                            version=ism.__version__.removesuffix(".dev0")),
-             "![Time against size](images/benchmarks.png)\n", *map(table, rows)]
+             *map(table, rows)]
     path.write_text("\n".join(parts) + kept)
 
 

@@ -57,6 +57,9 @@ TABLES = {
                   "corpus:paper_bimba_15002 corpus:paper_putamen_10002 corpus:penguin corpus:spot_oded "
                   "corpus:armadillo_oded corpus:koala",
     "harmonics_bodies": "harmonics --cells CORPUS/cells/180427_Doc5_deconv_t00.obj",
+    "others": "others",
+    "others_first": "others --first 3",
+    "others_once": "others --once",
     "judge_spheres": "judge --kind sphere",
     "judge_disks": "judge --kind disk",
     "judge_maps": "judge --kind map",
@@ -117,7 +120,7 @@ def keep(name: str, printed: str) -> None:
     table = "\n".join(line for line in printed.splitlines() if line.startswith("|"))
     (RESULTS / f"{name}.md").write_text(f"`python -m benchmarks {TABLES[name]}`\n\n{table}\n", encoding="utf-8")
     tables = {path.stem: path.read_text("utf-8") for path in RESULTS.glob("*.md")}
-    for page in (*DOCS.rglob("*.md"), RESULTS.with_name("tried.md")):
+    for page in (ROOT / "README.md", ROOT / "paper" / "paper.md", *DOCS.rglob("*.md"), RESULTS.with_name("tried.md")):
         text = page.read_text("utf-8")
         if (filled := fill(text, tables)) != text:
             page.write_text(filled, encoding="utf-8")

@@ -389,7 +389,7 @@ def test_the_tables_that_benchmarks_make_stand_in_the_pages_as_they_were_printed
               if isinstance(line, ast.Assign) and line.targets[0].id == "TABLES"]
     assert all(text.startswith(f"`python -m benchmarks {made[name]}`\n\n|") for name, text in kept.items())
     shown = set()
-    for page in {*PAGES, BENCHMARKS / "tried.md"}:
+    for page in {*PAGES, BENCHMARKS / "tried.md", ROOT / "paper" / "paper.md"}:
         text = page.read_text("utf-8")
         assert fill(text, kept) == text, page
         shown |= set(re.findall(r"^<!-- table (\w+) -->$", text, re.MULTILINE))
@@ -400,6 +400,14 @@ def test_the_tables_that_benchmarks_make_stand_in_the_pages_as_they_were_printed
     total = [cell.strip() for cell in kept["repair_test"].splitlines()[-1].split("|")[3:6]]
     assert total[0] == str(len(rows))
     assert [float(cell) for cell in total[1:]] == pytest.approx(sums, abs=0.1 + 5e-4 * len(rows))
+
+
+def test_figures_of_other_programs_are_those_that_their_tables_have():
+    """What is read from other tables is not older than these."""
+    for name, options in (("others", []), ("others_first", ["--first", "3"]), ("others_once", ["--once"])):
+        command = [sys.executable, "-m", "benchmarks", "others", *options]
+        printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout
+        assert (BENCHMARKS / "results" / f"{name}.md").read_text("utf-8").partition("\n\n")[2] == printed
 
 
 _NUMBER = re.compile(r"\d+(?:,\d{3})*(?:\.\d+)?")
