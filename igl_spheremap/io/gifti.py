@@ -22,20 +22,20 @@ from .records import Label, Metadata, RawMesh, of_triangles
 
 _GZIP = b"\x1f\x8b"
 _STRUCTURE = "AnatomicalStructurePrimary"
-_HEMISPHERE = re.compile(r"(?:^|[._-])(lh|rh|hemi-[LR])(?:[._-]|$)|\.([LR])\.")
+_HEMISPHERE = re.compile(r"(?:^|[._-])(lh|rh|hemi-[LR])(?:[._-]|$)|\.([LR])\.|_(left|right)\.gii")
 _MARK = "ProgramProvenance"  # the name that Connectome Workbench gives such an entry
 
 
 def structure_of(path: PathLike) -> dict[str, str]:
-    """The hemisphere that a file's name has by the convention of FreeSurfer, BIDS or HCP, as metadata.
+    """The hemisphere that a file's name has by the convention of FreeSurfer, BIDS, HCP or nilearn, as metadata.
 
     >>> structure_of("/data/lh.pial"), structure_of("sub-01_hemi-R_pial.surf.gii"), structure_of("alhambra.obj")
     ({'structure': 'CortexLeft'}, {'structure': 'CortexRight'}, {})
-    >>> structure_of("100307.L.white.native.surf.gii")
-    {'structure': 'CortexLeft'}
+    >>> structure_of("100307.L.white.native.surf.gii"), structure_of("white_right.gii.gz")
+    ({'structure': 'CortexLeft'}, {'structure': 'CortexRight'})
     """
     found = _HEMISPHERE.search(Path(path).name)
-    left = found and (found[1] or found[2]) in ("lh", "hemi-L", "L")
+    left = found and (found[1] or found[2] or found[3]) in ("lh", "hemi-L", "L", "left")
     return {"structure": f"Cortex{'Left' if left else 'Right'}"} if found else {}
 
 

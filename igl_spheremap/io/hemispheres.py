@@ -103,7 +103,7 @@ def _rest(name: str) -> str:
     >>> _rest("lh.central.bert.gii"), _rest("white.surf.gii")
     ('bert', 'x')
     """
-    known = {*_KINDS, "lh", "rh", "surf", "gii", "gz", "obj", "ply", "stl", "vtk", "off", ""}
+    known = {*_KINDS, "lh", "rh", "left", "right", "surf", "gii", "gz", "obj", "ply", "stl", "vtk", "off", ""}
     return "_".join(word for word in re.split(r"[._]", name) if word not in known) or "x"
 
 

@@ -158,6 +158,23 @@ def template_files(name: str, structure: str | None, kind: str | None = "midthic
     if space == "fsLR" and structure not in (LEFT, RIGHT):
         raise FileError(f"{name} has a left and a right side, and the surface says neither: name it lh.NAME, "
                         "rh.NAME or NAME_hemi-L, or give the file of the sphere")
+    found, searched = _found(name, space, structure, kind)
+    if found is not None:
+        return found
+    what, instead = f"surface of {name} with its sphere", f"{name}=SURFACE,SPHERE"
+    if kind is None:
+        what, instead = f"sphere of {name}", "the file of a sphere"
+    where = ", ".join(dict.fromkeys(searched))
+    finest = next((one for one in reversed(TEMPLATES)
+                   if one.startswith(space) and _found(one, space, structure, kind)[0]), None)
+    there = f"; take {finest}, which is on this machine" if finest else ""
+    raise FileError(f"no {what} is found in {where}{there}; {_FETCH[space]} fetches one, or give {instead}")
+
+
+def _found(
+    name: str, space: str, structure: str | None, kind: str | None
+) -> tuple[TemplateFiles | None, list[str]]:
+    """The first files of a template, and the folders that were searched until they were found."""
     searched = []
     for place, sphere, files in _files(name, space, structure):
         searched.append(str(sphere.parent))
@@ -166,15 +183,11 @@ def template_files(name: str, structure: str | None, kind: str | None = "midthic
             surfaces.setdefault("midthickness", surfaces["white"] + surfaces["pial"])
         size = place.size or (_FSLR if space == "fsLR" else 10 * 4 ** _level(name) + 2)
         if kind is None and sphere.is_file() and not place.size:
-            return TemplateFiles(name, space, "", str(sphere), (), size)
+            return TemplateFiles(name, space, "", str(sphere), (), size), searched
         if kind is not None and sphere.is_file() and surfaces:
-            found = next(one for one in (kind, *_KINDS) if one in surfaces)
-            return TemplateFiles(name, space, found, str(sphere), surfaces[found], size)
-    where = ", ".join(dict.fromkeys(searched))
-    what, instead = f"surface of {name} with its sphere", f"{name}=SURFACE,SPHERE"
-    if kind is None:
-        what, instead = f"sphere of {name}", "the file of a sphere"
-    raise FileError(f"no {what} is found in {where}; {_FETCH[space]} fetches one, or give {instead}")
+            best = next(one for one in (kind, *_KINDS) if one in surfaces)
+            return TemplateFiles(name, space, best, str(sphere), surfaces[best], size), searched
+    return None, searched
 
 
 def _level(name: str) -> int:

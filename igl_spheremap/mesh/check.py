@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, cast, runtime_checkable
@@ -16,7 +17,7 @@ from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
 from .edges import HalfEdges, half_edges
 from .explain import Refusal
 from .measure import corner_angles, face_areas, vertex_shares
-from .objects import MeshLike, is_mesh, takes_mesh, vertices_and_faces
+from .objects import MeshLike, from_file, is_mesh, takes_mesh, vertices_and_faces
 from .timings import phase
 
 _EPS = np.finfo(float).eps
@@ -164,12 +165,12 @@ def rows_and_faces(
 
     A TypeError where faces are missing.
     """
-    rows, faces = cast(ArrayLike, x), cast("ArrayLike | Mesh | None", f)
+    rows, faces, own = cast(ArrayLike, x), cast("ArrayLike | Mesh | None", f), cast("ArrayLike | Mesh | None", None)
     if isinstance(x, MapLike):
-        rows, faces = x.sphere, x.mesh if faces is None else faces
+        rows, own = x.sphere, x.mesh
     elif is_mesh(x):
-        rows, own = vertices_and_faces(x)
-        faces = own if faces is None else faces
+        rows, own = vertices_and_faces(from_file(x, "read_sphere") if isinstance(x, str | os.PathLike) else x)
+    faces = own if faces is None else faces
     if faces is None:
         raise TypeError("faces are missing: give positions and faces, or a SphereMap or a mesh alone")
     if not isinstance(faces, Mesh) and is_mesh(faces):

@@ -18,6 +18,7 @@ LEFT, RIGHT = "CortexLeft", "CortexRight"
         ("100307.R.pial.native.surf.gii", "100307", "sub-100307", "R", "pial"),
         ("lh.central.T1_of_me.gii", "T1_of_me", "sub-T1ofme", "L", "midthickness"),
         ("rh.pial", "x", "sub-x", "R", "pial"),
+        ("fsaverage5/white_left.gii.gz", "x", "sub-x", "L", "white"),
     ],
 )
 def test_names_tell_subject_side_and_kind(path, subject, entities, side, kind):

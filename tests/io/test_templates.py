@@ -93,6 +93,9 @@ def test_sides_of_fslr(bare, monkeypatch, capsys):
 def test_what_is_not_there_is_named(bare, monkeypatch):
     with pytest.raises(ism.FileError, match="no sphere of fsaverage7"):
         template_sphere("fsaverage7")
+    pytest.importorskip("nilearn")
+    with pytest.raises(ism.FileError, match=r"surface of fsaverage with .*; take fsaverage5, which is on"):
+        template_files("fsaverage", "CortexLeft")
     with pytest.raises(ism.FileError, match="no sphere of fsLR-32k"):
         template_sphere("fsLR-32k", "CortexLeft")
     with pytest.raises(ValueError, match="choose from fsaverage3"):

@@ -26,6 +26,33 @@ def of_pyvista():
     return pytest.importorskip("pyvista").PolyData.from_regular_faces(V, F)
 
 
+def of_nibabel():
+    gifti = pytest.importorskip("nibabel.gifti")
+    arrays = (V, "POINTSET", "FLOAT64"), (F.astype(np.int32), "TRIANGLE", "INT32")
+    return gifti.GiftiImage(darrays=[gifti.GiftiDataArray(array, f"NIFTI_INTENT_{intent}", f"NIFTI_TYPE_{kind}")
+                                     for array, intent, kind in arrays])
+
+
+def of_nilearn():
+    return pytest.importorskip("nilearn.surface").InMemoryMesh(V, F)
+
+
+def with_parts():
+    return pytest.importorskip("nilearn.surface").PolyMesh(left=of_nilearn())
+
+
+def of_lapy():
+    return pytest.importorskip("lapy").TriaMesh(V, F)
+
+
+def scene():
+    return pytest.importorskip("trimesh").Scene([of_trimesh()])
+
+
+def grid():
+    return of_pyvista().cast_to_unstructured_grid()
+
+
 def as_read():
     return ism.read_mesh("sample:spheroid:n_vertices=300")
 
@@ -33,7 +60,9 @@ def as_read():
 @pytest.mark.parametrize("make", [
     of_trimesh, of_pyvista, as_read, lambda: MESHIO, lambda: (V, F), lambda: [V.tolist(), F.tolist()],
     lambda: ism.check_mesh(V, F), lambda: ism.repair_mesh(V, F), lambda: (V, F, V[:, 0]), lambda: readobj(V, F),
-], ids=["trimesh", "PyVista", "read_mesh", "meshio", "pair", "lists", "check_mesh", "repair_mesh", "napari", "readOBJ"])
+    of_nibabel, of_nilearn, with_parts, of_lapy, scene, grid,
+], ids=["trimesh", "PyVista", "read_mesh", "meshio", "pair", "lists", "check_mesh", "repair_mesh", "napari", "readOBJ",
+        "nibabel", "nilearn", "PolyMesh", "LaPy", "scene", "grid"])
 def test_a_mesh_object_stands_for_its_arrays(make, tmp_path):
     mesh = make()
     assert np.array_equal(ism.check_mesh(mesh).v, V)
@@ -72,10 +101,22 @@ def test_a_map_is_an_array_of_its_images():
 def test_every_public_function_of_v_and_f_takes_a_mesh_object():
     for one in PUBLIC.values():
         if inspect.isfunction(one) and list(inspect.signature(one).parameters)[:2] == ["v", "f"]:
-            with pytest.raises(TypeError, match="the name of a file"):
+            with pytest.raises(ism.FileError, match=r"bunny\.obj"):
                 one("bunny.obj")
-    with pytest.raises(TypeError, match="the name of a file"):
+    with pytest.raises(ism.FileError, match=r"bunny\.obj"):
         ism.SphereMapper("bunny.obj")
+
+
+def test_the_name_of_a_file_stands_for_its_mesh_and_where_a_sphere_is_meant_for_its_sphere(tmp_path):
+    result = ism.spherical_conformal_map(V, F)
+    for name in ("map.npz", "sphere.ply"):
+        ism.write_map(tmp_path / name, result)
+        assert ism.certify(tmp_path / name).folding_free
+        assert ism.certify(str(tmp_path / name)).degree == 1
+    repaired = ism.repair_mesh(V, F[5:], holes="fill")
+    ism.write_map(tmp_path / "caps.npz", ism.spherical_conformal_map(repaired))
+    assert np.array_equal(ism.check_mesh(tmp_path / "caps.npz").caps, repaired.caps)
+    assert np.array_equal(ism.gauss_map(str(tmp_path / "map.npz")), ism.gauss_map(V, F))
 
 
 def test_the_caps_of_a_mesh_come_with_it():
@@ -87,11 +128,13 @@ def test_the_caps_of_a_mesh_come_with_it():
 
 
 @pytest.mark.parametrize(("mesh", "error", "words"), [
-    ("bunny.obj", TypeError, r"give read_mesh\('bunny.obj'\)"),
-    (Path("bunny.obj"), TypeError, r"give read_mesh\('bunny.obj'\)"),
+    (Path("bunny.obj"), ism.FileError, "bunny.obj: No such file"),
     (SimpleNamespace(points=V, cells_dict={"tetra": F}), ism.MeshError, r"not triangles alone \(\d+ of type tetra\)"),
     (SimpleNamespace(points=V, cells_dict={"triangle": F, "quad": F}), ism.MeshError, "triangles alone"),
-    (V, TypeError, "missing 1 required positional argument: 'f'"),
+    (V, TypeError, "ndarray is given without faces; give vertices and faces, the name of a file, or a mesh of trimesh"),
+    ({"v": V, "f": F}, TypeError, "dict is given without faces"),
+    (SimpleNamespace(parts={"left": 0, "right": 1}), ism.MeshError, r"the parts left, right; .* parts\['left'\]"),
+    (SimpleNamespace(agg_data=lambda intents: (V, ())), ism.MeshError, "one array of points and one of triangles"),
     (SimpleNamespace(vertices=V, faces=F, sphere=V), ism.MeshError, "give its vertices, its faces or its sphere"),
 ])
 def test_what_is_not_a_mesh_is_refused_in_a_sentence(mesh, error, words):
@@ -115,3 +158,12 @@ def test_polygons_of_pyvista_are_refused():
 def test_an_option_of_another_call_is_refused_with_its_name(function, option, words):
     with pytest.raises(TypeError, match=f"^{function} takes no {option}; {words}"):
         getattr(ism, function)(V, F, **{option: 1})
+
+
+def test_a_map_in_the_wrong_place_is_named(tmp_path):
+    result = ism.spherical_conformal_map(V, F)
+    for words in ((tmp_path / "x.obj", result.sphere), (result, tmp_path / "x.obj")):
+        with pytest.raises(TypeError, match=r"write_map\(path, result\) is given a \w+ for the result"):
+            ism.write_map(*words)
+    with pytest.raises(TypeError, match="register is given a ndarray; give two maps"):
+        ism.shapes.register(V, F)
