@@ -95,15 +95,17 @@ def eigen_projection(path: Path) -> list[str]:
         ("Algorithm 2 has ended", result.sphere),
     ):
         projection = ism.weighted_eigen_projection(mesh.v, mesh.f, x)
-        factor, folds = colouring(mesh, x, "conformal factor", FACTORS[-1]), colouring(mesh, x, "foldings")
+        folds, u = colouring(mesh, x, "foldings"), np.log(ism.conformal_factor(mesh.v, mesh.f, x)) / 2
+        u -= np.log(4 * np.pi) / 2
         clusters = Clusters.of(mesh.f, folds.folded)
         (lens,) = follow([x @ turn.T], mesh.f, clusters[0] if clusters else folds.folded)
         power = f"foldings magnified {lens.power:,.0f} times" if len(folds.folded) else "no folding is left"
         phi = projection.phi @ turn.T * np.sqrt(4 * np.pi / 3)
         reach = np.linalg.norm(phi, axis=1)
         columns.append([
-            Part(f"{name}\nthe conformal factor", fit(mesh.unit, turn), mesh.f, Colouring(factor.colours),
-                 legends=factor.legends[:1] if len(columns) == 1 else ()),
+            Part(f"{name}\nthe conformal factor", fit(mesh.unit, turn), mesh.f,
+                 Colouring(FACTORS[-1].colours(u[mesh.f].mean(axis=1))),
+                 legends=FACTORS[-1:] if len(columns) == 1 else ()),
             Part(f"{len(folds.folded):,} folded faces\n{power}", x @ turn.T, mesh.f, folds, image=True,
                  edges=0.5, lens=lens),
             Part(f"the surface of the eigenfunctions\nhas radii from {reach.min():.2f} to {reach.max():.2f}",

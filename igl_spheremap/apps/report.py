@@ -42,7 +42,6 @@ _MARKS = "A dot marks folded faces that are too small to be seen, a ring those t
 _TOO_LARGE = "<p>A mesh of {:,} faces is too large to be turned in a page.</p>"
 _CAPTIONS = {
     "foldings": "Folded faces are red; elsewhere the same colour is the same place.",
-    "conformal factor": "Conformal factor e²ᵘ: u is 0 where areas keep their share, purple where the map shrinks.",
     "angle differences": "Mean size of the angle differences of each face.",
     "area distortion": "Logarithm of image area over source area of each face: purple where the map shrinks.",
     "checkerboard": "A checkerboard of the sphere, carried to the surface: squares stay squares where angles do.",

@@ -18,8 +18,6 @@ from .palette import Colour, Ramp
 
 _BADGES = 3  # reasons on a card; its page has all
 _BINS = 30  # of a histogram
-#: Width and height of a histogram, and the room below, beside and above its bars, in units of its drawing.
-_WIDTH, _HEIGHT, _AXIS, _SIDE, _TOP = 240, 120, 26, 12, 14
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +81,7 @@ def card_sheet(cards: Sequence[Card], figures: Mapping[str, str], legends: Itera
 def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str, nouns: str) -> str:
     """Bars of cards by a figure, those above the limit in one of their own; a sentence where all are equal.
 
-    Empty where no value is finite.
+    Each is a button that filters the cards. Empty where no value is finite.
     """
     values = values[np.isfinite(values)]
     if not len(values):
@@ -95,29 +93,17 @@ def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str
         ends = ends[0] - 0.5, ends[1] + 0.5
     counts, edges = np.histogram(values, bins=_BINS, range=ends)
     edges[-1] = np.nextafter(edges[-1], math.inf)  # the last bar has its upper end
-    bars = [(k, int(count), *edges[k : k + 2].tolist()) for k, count in enumerate(counts)]
-    bars.append((_BINS + 1, int((values > limit).sum()), limit, math.inf))
-    step, most = (_WIDTH - _SIDE) / (_BINS + 2.5), max(count for _, count, _, _ in bars)
-    room = _HEIGHT - _AXIS - _TOP
-    drawn = []
-    for k, count, low, high in bars:
-        x, height = _SIDE + k * step, max(room * count / most, 1.5)
-        outliers = high == math.inf
-        said = f"{count} above {low:.3g}" if outliers else f"{count} from {low:.3g} to {high:.3g}"
-        if count:
-            drawn.append(
-                f'<g class="bar{" outliers" if outliers else ""}" data-figure="{name}" data-low="{low!r}" '
-                f'data-high="{"" if outliers else repr(high)}" data-said="{label} {said}"><title>{said}: click</title>'
-                f'<rect class="hit" x="{x:.1f}" y="{_TOP}" width="{step:.1f}" height="{room}"/><rect x="{x:.1f}" '
-                f'y="{_TOP + room - height:.1f}" width="{0.9 * step:.1f}" height="{height:.1f}"/></g>')
-    base, end = _HEIGHT - _AXIS, _SIDE + _BINS * step
-    last = (_WIDTH, "> ") if bars[-1][1] else (end, "")
-    texts = [(0, 9, "start", f"{most} {nouns}"), (_SIDE - 3, base, "end", "0"),
-             (_SIDE, base + 11, "start", f"{edges[0]:.3g}"), (last[0], base + 11, "end", f"{last[1]}{edges[-1]:.3g}"),
-             ((_SIDE + end) / 2, base + 23, "middle", axis)]
-    words = "".join(f'<text x="{x:.1f}" y="{y}" text-anchor="{anchor}">{escape(text)}</text>'
-                    for x, y, anchor, text in texts)
+    bars = [*zip(counts.tolist(), edges[:-1].tolist(), edges[1:].tolist(), strict=True),
+            (int((values > limit).sum()), limit, math.inf)]
+    most, drawn = max(count for count, _, _ in bars), []
+    for count, low, high in bars:
+        kind, end, said = "bar", repr(high), f"{count} from {low:.3g} to {high:.3g}"
+        if high == math.inf:
+            kind, end, said = "bar outliers", "", f"{count} above {low:.3g}"
+        drawn.append(f'<button type="button" class="{kind}" data-figure="{name}" data-low="{low!r}" data-high="{end}" '
+                     f'data-said="{label} {said}" title="{said}" style="--share: {count / most:.1%}"'
+                     f'{" disabled" * (not count)}></button>')
     caption = f"{label}: median {np.median(values):.3g}, largest {values.max():.3g}"
-    return (f'<figure><svg viewBox="0 0 {_WIDTH} {_HEIGHT}" role="img" aria-label="{caption}">'
-            f'<path d="M{_SIDE} {_TOP}V{base}H{_WIDTH}"/>{"".join(drawn)}{words}</svg>'
+    return (f'<figure class="histogram"><small>{most} {escape(nouns)}</small><div class="bars">{"".join(drawn)}</div>'
+            f"<small><span>{edges[0]:.3g}</span><span>{escape(axis)}</span><span>{edges[-1]:.3g}</span></small>"
             f"<figcaption>{caption}</figcaption></figure>")

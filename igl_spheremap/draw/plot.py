@@ -15,12 +15,12 @@ from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import face_areas
 from .folds import MANY, SEEN
-from .palette import AREAS, FOLDED, GUIDE, INK, LINES, Ramp, fitting
+from .palette import AREAS, FOLDED, LINES, Ramp, fitting
 
 #: What a figure can be saved as.
 FORMATS = (".png", ".svg", ".pdf")
 SMALL = 8  # points, of small text
-_PIXELS = 420  # along a side of a picture of a surface
+_PIXELS = 840  # along a side of a picture of a surface
 _BINS = 81  # odd: the middle one is about 0
 _BEYOND = 0.5  # percent of the values of a histogram that lie beyond its axis
 _CURVE = 1000  # bins of a curve: more than it is pixels wide
@@ -47,38 +47,28 @@ def _png(figure: Any) -> bytes:
 
 
 def plot_angles(ax: Any, differences: FloatArray) -> None:
-    """Histogram of angle differences; the outermost half percent are in bars of their own."""
+    """Histogram of angle differences; the outermost half percent are in the bars at the ends."""
     ax.set_xlabel("image minus source, degrees", fontsize=SMALL)
     _histogram(ax, differences.ravel(), "of the corners", "angle differences: mean size", "°")
 
 
 def plot_areas(ax: Any, ratios: FloatArray) -> None:
-    """Histogram of logarithms of area ratios; the outermost half percent are in bars of their own."""
+    """Histogram of logarithms of area ratios; the outermost half percent are in the bars at the ends."""
     ax.set_xlabel("ln(image area / source area)", fontsize=SMALL)
     _histogram(ax, ratios[~np.isnan(ratios)], "of the faces", "areas: mean size of the logarithm", "")
 
 
 def _histogram(ax: Any, values: FloatArray, of: str, name: str, unit: str) -> None:
-    """Shares of values on an axis, and of those beyond its ends in bars of their own, which say how many that are."""
+    """Shares of values on an axis that ends where few lie beyond; the bars at its ends hold these."""
     size = np.abs(values[np.isfinite(values)])
     ax.set_title(f"{name} {size.mean():.3g}{unit},\n99% below {np.percentile(size, 99):.3g}{unit}, "
                  f"largest {size.max():.3g}{unit}", fontsize=SMALL)  # fmt: skip
-    ends = (_BEYOND / 2, 100 - _BEYOND / 2)
-    low, high = np.percentile(values[np.isfinite(values)], ends)
+    low, high = np.percentile(values[np.isfinite(values)], (_BEYOND / 2, 100 - _BEYOND / 2))
     if low == high:
         low, high = low - 1, high + 1
-    percent, width = 100 / values.size, (high - low) / 16
-    counts, edges = np.histogram(values, bins=_BINS, range=(low, high))
-    ax.stairs(counts * percent, edges, fill=True, color=LINES[0])
-    for end, side, word in ((low, -1, "below"), (high, 1, "above")):
-        place = end + 1.2 * side * width
-        if share := percent * int((side * values > side * end).sum()):
-            ax.bar(place, share, width, color=GUIDE)
-            ax.annotate(f"{share:.2g}%\n{word}", (place, share), ha="center", va="bottom", fontsize=SMALL - 1,
-                        textcoords="offset points", xytext=(0, 1))
-    ax.set_xticks([tick for tick in ax.get_xticks() if low <= tick <= high])
-    ax.set_xlim(low - 2.6 * width, high + 2.6 * width)
-    ax.set_ylabel(f"percent {of}", fontsize=SMALL)
+    counts, edges = np.histogram(np.clip(values, low, high), bins=_BINS, range=(low, high))
+    ax.stairs(counts * 100 / values.size, edges, fill=True, color=LINES[0])
+    ax.set_ylabel(f"percent {of}; bars at the ends: all beyond", fontsize=SMALL)
     ax.tick_params(labelsize=SMALL)
 
 
@@ -108,27 +98,16 @@ def colour_bar(ax: Any, ramp: Ramp) -> None:
     bar.outline.set_visible(False)
 
 
-def plot_plane(p: FloatArray, f: IntArray, rim: IntArray, differences: FloatArray, ratios: FloatArray,
-               title: str) -> Any:
+def plot_plane(p: FloatArray, f: IntArray, differences: FloatArray, ratios: FloatArray, title: str) -> Any:
     """A figure of a map: its image, coloured by area ratios, folded faces in their own colour, and two histograms.
 
-    It takes images (n, 2), faces, vertices of the boundary loop, angle differences in degrees, and logarithms of area
-    ratios.
+    It takes images (n, 2), faces, angle differences in degrees, and logarithms of area ratios.
     """
     figure, ((left, middle, right),) = new_figure(1, 3, title, size=(3.6, 3.4))
-    from matplotlib.collections import PolyCollection
-
     ramp, corners = fitting(AREAS, ratios), p[f]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    folded = a[:, 0] * b[:, 1] <= a[:, 1] * b[:, 0]
-    for faces, colours in ((corners, ramp.colours(ratios)), (corners[folded], [FOLDED])):
-        left.add_collection(PolyCollection(list(faces), facecolors=colours, edgecolors="face", linewidths=0.2,
-                                           rasterized=True))
-    unseen = np.ptp(corners[folded], axis=1).max(axis=1) < SEEN / _PIXELS * np.ptp(p, axis=0).max()
-    left.scatter(*corners[folded][unseen].mean(axis=1).T, s=4, color=FOLDED)
-    around = np.append(rim, rim[0])
-    left.plot(p[around, 0], p[around, 1], color=INK, linewidth=0.6)
-    left.set_aspect("equal")
+    folded = np.flatnonzero(a[:, 0] * b[:, 1] <= a[:, 1] * b[:, 0])
+    left.imshow(raster(np.column_stack((p, np.zeros(len(p)))), f, ramp.colours(ratios), _PIXELS, folded))
     left.set_axis_off()
     colour_bar(left, ramp)
     plot_angles(middle, differences)

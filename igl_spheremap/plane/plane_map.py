@@ -120,7 +120,7 @@ class PlaneMap(Result):
             If matplotlib is not installed.
         """
         faces = self.faces[self.mesh.surface]
-        return plot_plane(self.plane, faces, self.rim, self.angle_differences(), self.log_area_ratios(), title)
+        return plot_plane(self.plane, faces, self.angle_differences(), self.log_area_ratios(), title)
 
     def _drawing(self) -> Drawing:
         return area_drawing(self.mesh, self._scaled, self.log_area_ratios(), self.certificate, "in the plane")

@@ -93,8 +93,6 @@ def figure_3(runs: Runs) -> Any:
 
 def figure_4(runs: Runs) -> Any:
     """Harmonic energy by iteration, and histograms of angle differences."""
-    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
-
     title = "Fig. 4. Algorithm 1: energy by iteration, logarithmic axes, and angle differences"
     figure, axes = page_figure(2, len(TABLE_1), title, 2.4)
     for (energy, angles), row in zip(axes.T, TABLE_1, strict=True):
@@ -104,10 +102,6 @@ def figure_4(runs: Runs) -> Any:
             energies = [step.energy for step in result.history if step.stage == "harmonic"]
             energy.loglog(1 + np.arange(len(energies)), energies, color=colour, label=way, linewidth=1)
         energy.axhline(4 * np.pi, color=GUIDE, linestyle=":", linewidth=1)
-        energy.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        for axis in (energy.xaxis, energy.yaxis):
-            axis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
-            axis.set_minor_formatter(NullFormatter())
         energy.set_xlabel("iteration + 1", fontsize=TEXT)
         energy.set_ylabel("energy (dotted: 4π)", fontsize=TEXT)
         energy.tick_params(labelsize=TEXT)

@@ -113,10 +113,17 @@ def present(
     frame: int | None = None,
 ) -> list[dict[str, Any]]:
     """Open a window with an app, or write a picture of a frame or a video of all if `target` names one."""
-    picture = target is not None and Path(target).suffix.lower() in window.PICTURES
-    pictures = Pictures(target if picture else None, None if picture else target, size, frame)
+    pictures = pictures_of(target, size, frame)
     open_for(pictures, "screenshot(result, 'map.png'), play(v, f, out='run.gif')")
     return run_app(build(), pictures)
+
+
+def pictures_of(
+    target: str | os.PathLike[str] | None, size: tuple[int, int] = SIZE, frame: int | None = None
+) -> Pictures:
+    """A picture or a video, by the ending of `target`; a window without one."""
+    picture = target is not None and Path(target).suffix.lower() in window.PICTURES
+    return Pictures(target if picture else None, None if picture else target, size, frame)
 
 
 def run_app(app: App, pictures: Pictures, *, progress: Any = None,
@@ -242,8 +249,6 @@ class SaveWidgets:
     def _path(self, ending: str, allowed: Sequence[str]) -> Path:
         """A free file by the name, with an ending if it has none of those that are allowed."""
         path = Path(self.name or "unnamed")
-        if path.suffix.lower() in {*window.PICTURES, *window.VIDEOS} - {*allowed}:
-            path = path.with_suffix("")
         if not path.suffix or path.suffix.lower() not in allowed:
             path = path.with_name(path.name + ending)
         numbered = (path.with_stem(f"{path.stem}_{k}") for k in itertools.count(2))

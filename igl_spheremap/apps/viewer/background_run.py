@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from multiprocessing.context import SpawnProcess
 from multiprocessing.synchronize import Event
 from typing import Any, Protocol
 
@@ -40,7 +41,17 @@ class Solve(Protocol):
 
 
 class ShownRun:
-    """A run as far as it is known: the iterates that are kept, and what there is to say of them."""
+    """A run as far as it is known: the iterates that are kept, and what there is to say of them.
+
+    `begin` has it computed in the background; `poll` takes over what has come of it so far, into a `Recording`.
+
+    >>> from functools import partial
+    >>> import igl_spheremap as ism
+    >>> run = ShownRun().begin(partial(ism.samples.make, "spheroid", n_vertices=500), ism.spherical_conformal_map)
+    >>> run.wait()
+    >>> run.result.certificate.folding_free, run.title(run.frames[0]), run.title(run.frames[-1])
+    (True, 'Gauss map, iteration 0', 'Result: certified folding-free')
+    """
 
     def __init__(self, budget: int = BUDGET) -> None:
         self.name = ""
@@ -54,6 +65,48 @@ class ShownRun:
         self.seconds = 0.0
         self._recording: Recording | None = None
         self._budget = budget
+        #: The process that computes it, unless it was recorded.
+        self.process: SpawnProcess | None = None
+
+    def begin(self, load: Callable[[], Source], solve: Solve) -> ShownRun:
+        """Load a mesh and map it in a process of its own, to which both functions are sent: they must be picklable."""
+        spawn = multiprocessing.get_context("spawn")  # a fork would share the OpenGL context
+        self._stopped = spawn.Event()
+        self._messages: multiprocessing.Queue[Any] = spawn.Queue(_IN_TRANSIT)
+        work = (load, solve, self._messages, self._stopped)
+        self.process = spawn.Process(target=_work, args=work, daemon=True)
+        self.process.start()
+        return self
+
+    def stop(self) -> None:
+        """End at the next iterate, with what there is then."""
+        self._stopped.set()
+
+    def close(self) -> None:
+        """End at once."""
+        if self.process is not None:
+            self.process.kill()
+            self.process.join()
+
+    def wait(self, progress: Callable[[ShownRun], None] = lambda run: None) -> None:
+        """Wait until it is done; `progress` is called with the run several times a second."""
+        while self.running:
+            self.poll(_TURN, wait=_TURN / 3)
+            progress(self)
+
+    def poll(self, seconds: float, wait: float = 0.0) -> None:
+        """Take over what has arrived, for this many seconds at most, and wait up to `wait` seconds for a message."""
+        until = time.monotonic() + seconds
+        while self.running and self.process is not None and time.monotonic() < until:
+            alive = self.process.is_alive()  # before the queue is read, so that no last word is missed
+            try:
+                kind, content = self._messages.get(timeout=wait) if wait else self._messages.get_nowait()
+            except queue.Empty:
+                if not alive:
+                    self.error = RuntimeError(f"the computation ended with exit code {self.process.exitcode}")
+                break
+            getattr(self, f"_take_{kind}")(content)
+        self._update()
 
     @classmethod
     def of(cls, recording: Recording, result: SphereMap) -> ShownRun:
@@ -79,18 +132,6 @@ class ShownRun:
     def memory(self) -> str:
         """Which iterates are kept, and what they take."""
         return "" if self._recording is None else self._recording.describe()
-
-    def stop(self) -> None:
-        """End at the next iterate, with what there is then."""
-
-    def close(self) -> None:
-        """End at once."""
-
-    def wait(self, progress: Callable[[ShownRun], None] = lambda run: None) -> None:
-        """Wait until it is done; `progress` is called with the run several times a second."""
-
-    def poll(self, seconds: float, wait: float = 0.0) -> None:
-        """Take over what has arrived, for this many seconds at most, and wait up to `wait` seconds for a message."""
 
     def title(self, frame: Frame) -> str:
         """What a frame shows, in words."""
@@ -159,53 +200,6 @@ class ShownRun:
 
     def _take_error(self, error: Exception) -> None:
         self.error = error
-
-
-class BackgroundRun(ShownRun):
-    """Load a mesh and map it; `poll` takes over what has come of it so far, into a `Recording`.
-
-    >>> from functools import partial
-    >>> import igl_spheremap as ism
-    >>> run = BackgroundRun(partial(ism.samples.make, "spheroid", n_vertices=500), ism.spherical_conformal_map)
-    >>> run.wait()
-    >>> run.result.certificate.folding_free, run.title(run.frames[0]), run.title(run.frames[-1])
-    (True, 'Gauss map, iteration 0', 'Result: certified folding-free')
-    """
-
-    def __init__(self, load: Callable[[], Source], solve: Solve, *, budget: int = BUDGET) -> None:
-        """`load` and `solve` are sent to the process: they must be picklable."""
-        super().__init__(budget)
-        spawn = multiprocessing.get_context("spawn")  # a fork would share the OpenGL context
-        self._stopped = spawn.Event()
-        self._messages: multiprocessing.Queue[Any] = spawn.Queue(_IN_TRANSIT)
-        work = (load, solve, self._messages, self._stopped)
-        self._process = spawn.Process(target=_work, args=work, daemon=True)
-        self._process.start()
-
-    def stop(self) -> None:
-        self._stopped.set()
-
-    def close(self) -> None:
-        self._process.kill()
-        self._process.join()
-
-    def wait(self, progress: Callable[[ShownRun], None] = lambda run: None) -> None:
-        while self.running:
-            self.poll(_TURN, wait=_TURN / 3)
-            progress(self)
-
-    def poll(self, seconds: float, wait: float = 0.0) -> None:
-        until = time.monotonic() + seconds
-        while self.running and time.monotonic() < until:
-            alive = self._process.is_alive()  # before the queue is read, so that no last word is missed
-            try:
-                kind, content = self._messages.get(timeout=wait) if wait else self._messages.get_nowait()
-            except queue.Empty:
-                if not alive:
-                    self.error = RuntimeError(f"the computation ended with exit code {self._process.exitcode}")
-                break
-            getattr(self, f"_take_{kind}")(content)
-        self._update()
 
 
 def stage_of(iterate: Iterate) -> tuple[str, int]:

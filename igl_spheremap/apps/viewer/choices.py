@@ -27,9 +27,9 @@ _SIDES = {"left": "lh|hemi-l|cortexleft", "right": "rh|hemi-r|cortexright"}
 _LETTERS = {"left": "l|left", "right": "r|right"}
 _NO_CUSTOM = (".obj", ".off", ".ply", ".stl", ".npz", "the given mesh")
 #: What colours can show, in the order of the menus.
-SUBJECTS = ("foldings", "conformal factor", "angle differences", "area distortion", "checkerboard")
+SUBJECTS = ("foldings", "angle differences", "area distortion", "checkerboard")
 #: The words for them on the command line.
-SHOWN = dict(zip(("foldings", "factor", "angles", "areas", "checkerboard"), SUBJECTS, strict=True))
+SHOWN = dict(zip(("foldings", "angles", "areas", "checkerboard"), SUBJECTS, strict=True))
 #: What colours can show that a map carries from one surface to another.
 CARRIED = ("checkerboard", "places", "distortion")
 

@@ -1,8 +1,7 @@
-"""What the colours of a surface show: foldings and places, conformal factor, distortion of angles and areas."""
+"""What the colours of a surface show: foldings and places, distortion of angles and areas."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -33,7 +32,7 @@ _DARKEST = 0.72  # brightness of the deepest hollows
 #: Hollows of about this size are seen, on a surface as large as the unit sphere.
 _REACH = 0.1
 #: The scales of what has one.
-SCALES = dict(zip(SUBJECTS[1:4], (palette.FACTORS, palette.ANGLES, palette.AREAS), strict=True))
+SCALES = {"angle differences": palette.ANGLES, "area distortion": palette.AREAS}
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +43,6 @@ class Colouring:
     folded: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     legends: Sequence[Legend] = ()
     checks: FloatArray | None = None
-
-
-def log_conformal_factor(mesh: Mesh, x: FloatArray) -> FloatArray:
-    """u of the conformal factor e^{2u}, eq. (14), with 0 at the scale that takes unit area to the sphere's."""
-    return np.asarray(0.5 * np.log(finite_conformal_factor(mesh, x)[0] / (4 * math.pi)))  # eq. (14)
 
 
 @lru_cache(maxsize=4)
@@ -73,8 +67,6 @@ def places(mesh: Mesh) -> FloatArray:
 
 def measured(mesh: Mesh, x: FloatArray, subject: str) -> FloatArray:
     """The values at the faces of a subject that has `SCALES`."""
-    if subject == "conformal factor":
-        return np.asarray(log_conformal_factor(mesh, x)[mesh.f].mean(axis=1))
     if subject == "area distortion":
         return log_area_ratios(mesh.unit, mesh.f, x)
     return np.asarray(np.abs(angle_differences(mesh.unit, mesh.f, x)).mean(axis=1))

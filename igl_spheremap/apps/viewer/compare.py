@@ -19,7 +19,7 @@ from ...verify.certificate import Certificate
 from ...verify.signs import folded_faces
 from .app import App, present
 from .body import Dots
-from .choices import COMPARISON_SIZE, SUBJECTS
+from .choices import COMPARISON_SIZE
 from .colouring import SQUARES, Colouring, relief
 from .grid import Grid, Part, Rows
 from .map_view import MapView, count_foldings
@@ -80,4 +80,4 @@ def compare(
     size: tuple[int, int] = COMPARISON_SIZE,
 ) -> None:  # fmt: skip
     """Open a window with maps (n, 3) of a surface by their names, or write a picture of it."""
-    present(lambda: MapView(mesh, maps, up=up, subject=SUBJECTS[2]), target, size=size)
+    present(lambda: MapView(mesh, maps, up=up, subject="angle differences"), target, size=size)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -338,20 +339,13 @@ def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -
 
 def wrapped(paragraphs: str, width: float) -> list[str]:
     """Lines of text that are no wider than `width` pixels; words that are wider are broken."""
-    lines: list[str] = []
-    for paragraph in paragraphs.splitlines():
-        lines.append("")
-        for word in paragraph.split(" "):
-            longer = f"{lines[-1]} {word}".lstrip()
-            if text_width(longer) <= width:
-                lines[-1] = longer
-                continue
-            lines.append("")
-            for letter in word:
-                if text_width(lines[-1] + letter) > width:
-                    lines.append("")
-                lines[-1] += letter
-    return [line for line in lines if line]
+    lines = []
+    for paragraph in filter(None, paragraphs.splitlines()):
+        letters = len(paragraph)
+        while letters > 1 and any(text_width(line) > width for line in wrap(paragraph, letters)):
+            letters -= 1
+        lines += wrap(paragraph, letters)
+    return lines
 
 
 def text_width(line: str) -> float:

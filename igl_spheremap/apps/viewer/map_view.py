@@ -20,7 +20,7 @@ from ...result.run import Listener, title_of
 from ...verify.distortion import angle_differences
 from ...verify.signs import folded_faces
 from .app import ColouredApp, SaveWidgets
-from .background_run import BackgroundRun, Source
+from .background_run import ShownRun, Source
 from .body import EDGE_WIDTH
 from .choices import SUBJECTS
 from .grid import Grid, Part
@@ -65,7 +65,7 @@ class MapView(ColouredApp):
         self.result = result
         self.picked: int | None = None
         self._balance = 0.0 if result is None else result.balance
-        self._run: BackgroundRun | None = None
+        self._run: ShownRun | None = None
         self._clicked = np.zeros(2)
         self._save = SaveWidgets(self, name, lambda: self.result)
         self.grid = Grid()
@@ -161,8 +161,8 @@ class MapView(ColouredApp):
         assert self.result is not None
         self.close()
         self._balance = balance
-        load, solve = partial(_given, self.mesh.v, self.mesh.f), partial(_rebalanced, self.result, balance)
-        self._run = BackgroundRun(load, solve)
+        load = partial(_given, self.mesh.v, self.mesh.f)
+        self._run = ShownRun().begin(load, partial(_rebalanced, self.result, balance))
 
     def prepare(self, listener: Listener | None = None) -> None:
         if self._run is not None:

@@ -28,7 +28,7 @@ from ...mesh.objects import takes_mesh
 from ...result.recording import Frame, Recording
 from ...result.run import Listener
 from .app import App, SaveWidgets, present
-from .background_run import BackgroundRun, ShownRun, Source
+from .background_run import ShownRun, Source
 from .choices import KEEP, SIZE, SUBJECTS
 from .curves import energy_plot, folding_plot
 from .grid import Grid, Part, text_width
@@ -283,7 +283,7 @@ class Player(App):
         if not self.grid.panel:
             return
         with panel("Player", self.grid.panel):
-            if isinstance(self.run, BackgroundRun):
+            if self.run.process is not None:
                 self._run_widgets()
                 imgui.Separator()
             if self.before is not None:
@@ -291,7 +291,7 @@ class Player(App):
                     widgets()
                     imgui.Separator()
             # What changes its height is below what is clicked.
-            if isinstance(self.run, BackgroundRun) and imgui.TreeNode("parameters"):
+            if self.run.process is not None and imgui.TreeNode("parameters"):
                 self._parameter_widgets()
                 imgui.TreePop()
             for line in filter(None, (self.message, *self._state(), self._refused, _HINT)):
@@ -493,9 +493,9 @@ def play_recording(result: SphereMap, recording: Recording, out: str | None, *, 
     present(lambda: Player(lambda name, method: run, "", METHODS[result.method](), up=up), out, frame=last)
 
 
-def in_background(load: Callable[[str], Source], budget: int, name: str, method: Method) -> BackgroundRun:
+def in_background(load: Callable[[str], Source], budget: int, name: str, method: Method) -> ShownRun:
     """Begin a run in another process; `load`, which must be picklable, takes a name to vertices and faces."""
-    return BackgroundRun(partial(load, name), partial(spherical_conformal_map, method=method), budget=budget)
+    return ShownRun(budget).begin(partial(load, name), partial(spherical_conformal_map, method=method))
 
 
 def _load(v: FloatArray, f: IntArray, name: str) -> Source:

@@ -24,8 +24,8 @@ def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> 
         Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
         stands safely; "left" and "right" show it from that side, with z up.
     subject : str
-        What the colours show when the window opens: "foldings", the default, "conformal factor", "angle differences",
-        "area distortion" or "checkerboard".
+        What the colours show when the window opens: "foldings", the default, "angle differences", "area distortion"
+        or "checkerboard".
 
     Raises
     ------
@@ -63,8 +63,7 @@ def screenshot(
         Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
         stands safely; "left" and "right" show it from that side, with z up.
     subject : str
-        What the colours show: "foldings", the default, "conformal factor", "angle differences", "area distortion"
-        or "checkerboard".
+        What the colours show: "foldings", the default, "angle differences", "area distortion" or "checkerboard".
     size : (int, int)
         Width and height in pixels; 1280 by 760 by default.
 

@@ -16,8 +16,6 @@ from .window import imgui, implot, ps
 
 #: Pixels of a line of a tooltip.
 _TIP = 360.0
-#: A menu lists at most this number of clusters; the button leads to all.
-_LISTED = 200
 
 
 @contextmanager
@@ -123,24 +121,19 @@ def lens_widgets(power: float, sizes: IntArray, shown: int) -> tuple[float | Non
     tip("A Moebius map, which keeps angles, magnifies what the small sphere circles.")
     if moved:
         return min(max(float(chosen), 1.0), STRONGEST), None
-    entries = [f"{k + 1}: {size:,} faces" for k, size in enumerate(sizes[:_LISTED])]
-    here = entries[shown] if shown < len(entries) else f"{shown + 1} of {len(sizes):,}" if entries else "nothing folds"
-    imgui.BeginDisabled(not entries)
-    picked = menu("clusters", here, entries)
+    count = len(sizes)
+    said = f"%d of {count:,}: {sizes[shown]:,} faces" if count else "nothing folds"
+    imgui.BeginDisabled(count < 2)
+    picked, place = imgui.SliderInt("cluster", shown + 1, 1, max(count, 1), said)
     imgui.EndDisabled()
+    tip("Which cluster of folded faces is magnified, the largest first.")
     if imgui.Button("whole sphere"):
         return 1.0, None
     imgui.SameLine()
     if imgui.Button("fit"):
         return None, None
     tip("As strong as shows all of the cluster, or what is around the vertex that was picked.")
-    imgui.SameLine()
-    imgui.BeginDisabled(len(sizes) < 2)
-    following = imgui.Button("next cluster")
-    imgui.EndDisabled()
-    if following or picked:
-        return None, (shown + 1) % len(sizes) if picked is None else entries.index(picked)
-    return None
+    return (None, min(max(place, 1), count) - 1) if picked else None
 
 
 def tip(text: str) -> None:

@@ -90,11 +90,6 @@ def open_window(size: tuple[int, int] = SIZE, offscreen: bool = False) -> None:
     ps.set_window_size(*size)
 
 
-def is_offscreen() -> bool:
-    """True where pictures are drawn for files, and there is nobody to use widgets."""
-    return bool(_offscreen)
-
-
 def _start(offscreen: bool) -> None:
     backend = _backend(offscreen)
     if not offscreen:  # Mesa's software OpenGL then leaves a core to what is computed beside the window
@@ -193,16 +188,6 @@ def check_picture(path: str | os.PathLike[str]) -> None:
     if Path(path).suffix.lower() not in PICTURES:
         raise FileError(f"{path}: a picture is a {' or '.join(PICTURES)} file")
     check_writable(path, force=True)
-
-
-def check_drawing(target: str | os.PathLike[str] | None) -> None:
-    """Raise before the work starts if a window can't be opened, or the picture or video `target` not be written."""
-    if target is None:
-        _backend(offscreen=False)
-    elif Path(target).suffix.lower() in PICTURES:
-        check_picture(target)
-    else:
-        check_video(Path(target))
 
 
 def save(path: str | os.PathLike[str]) -> None:

@@ -11,7 +11,7 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.viewer import choices, window
 from igl_spheremap.apps.viewer.choices import SUBJECTS
-from igl_spheremap.apps.viewer.colouring import colouring, log_conformal_factor, relief
+from igl_spheremap.apps.viewer.colouring import colouring, relief
 from igl_spheremap.draw import palette
 from igl_spheremap.draw.plot import SIDES, UPS, fit, pose
 from igl_spheremap.errors import DisplayError
@@ -76,11 +76,6 @@ def test_folded_faces_stand_out_from_every_other_colour_for_red_green_blind_eyes
         assert apart.min() > 0.1
 
 
-def test_log_factor_is_zero_on_the_unit_sphere_itself():
-    mesh = ism.check_mesh(*ism.samples.make("sphere", n_vertices=2500))
-    assert np.abs(log_conformal_factor(mesh, mesh.v)).max() < 5e-3
-
-
 def test_every_subject_colours_every_face_and_finds_the_planted_fold(dino):
     x = ism.spherical_conformal_map(dino.v, dino.f).sphere
     planted = x.copy()
@@ -118,7 +113,7 @@ def test_relief_is_darker_in_hollows_whichever_way_the_faces_turn():
 
 def test_unknown_subjects_and_directions_are_refused():
     mesh = ism.check_mesh(*ism.samples.sphere(42))
-    with pytest.raises(ValueError, match="unknown subject 'factor': choose one of foldings, conformal factor"):
+    with pytest.raises(ValueError, match="unknown subject 'factor': choose one of foldings, angle differences"):
         colouring(mesh, mesh.unit, "factor")
     with pytest.raises(ValueError, match="unknown direction 'up': choose one of auto, x, -x"):
         pose(mesh.unit, "up")
@@ -148,7 +143,7 @@ v, f = ism.samples.make('sphere', n_vertices=600)
 result = ism.spherical_conformal_map(v, f)
 screenshot(result, {str(tmp_path / "a.png")!r})
 image = window.grab()
-screenshot(result, {str(tmp_path / "b.png")!r}, subject='conformal factor', size=(600, 400))
+screenshot(result, {str(tmp_path / "b.png")!r}, subject='area distortion', size=(600, 400))
 smaller = window.grab()
 figures = dict(drawn=drawn(image), vermilion=vermilion(image), shape=image.shape, smaller=smaller.shape,
             background=image[2, 2].tolist())

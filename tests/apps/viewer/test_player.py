@@ -11,7 +11,7 @@ import pytest
 from drawing import command, drive, needs_drawing, run
 
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer.background_run import BackgroundRun
+from igl_spheremap.apps.viewer.background_run import ShownRun
 from igl_spheremap.draw import palette
 from igl_spheremap.result.recording import Recording
 
@@ -43,7 +43,7 @@ def play(code):
 
 @pytest.fixture(scope="module")
 def dino_run():
-    run = BackgroundRun(partial(ism.samples.make, "dino", n_vertices=1200), LAI2014)
+    run = ShownRun().begin(partial(ism.samples.make, "dino", n_vertices=1200), LAI2014)
     run.wait()
     return run
 
@@ -98,7 +98,7 @@ def test_stops_are_before_and_after_each_star_map_and_at_both_ends(dino_run):
 
 def test_a_bounded_run_forgets_frames_but_not_its_stops_and_says_so(dino_run):
     load = partial(ism.samples.make, "dino", n_vertices=1200)
-    bounded = BackgroundRun(load, LAI2014, budget=40 * dino_run.frames[0].iterate.x.nbytes)
+    bounded = ShownRun(40 * dino_run.frames[0].iterate.x.nbytes).begin(load, LAI2014)
     bounded.wait()
     assert len(bounded.frames) <= 40
     assert f"{len(bounded.frames)} of {len(dino_run.frames)} iterations are kept" in bounded.memory
@@ -111,7 +111,7 @@ def test_a_bounded_run_forgets_frames_but_not_its_stops_and_says_so(dino_run):
 
 
 def test_what_ends_a_run_in_its_process_is_known_here():
-    run = BackgroundRun(partial(np.zeros, 3), ism.spherical_conformal_map)
+    run = ShownRun().begin(partial(np.zeros, 3), ism.spherical_conformal_map)
     run.wait()
     assert isinstance(run.error, TypeError | ValueError)
     assert not run.running
@@ -123,12 +123,12 @@ def test_the_process_of_a_run_ends_with_a_window_that_is_killed():
 import time
 from functools import partial
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer.background_run import BackgroundRun
-run = BackgroundRun(partial(ism.samples.make, 'dumbbell', n_vertices=300),
+from igl_spheremap.apps.viewer.background_run import ShownRun
+run = ShownRun().begin(partial(ism.samples.make, 'dumbbell', n_vertices=300),
                     partial(ism.spherical_conformal_map, method='lai2014'))
 while run.mesh is None:
     run.poll(0.1, 0.1)
-print(run._process.pid, flush=True)
+print(run.process.pid, flush=True)
 time.sleep(60)
 """
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as window:
