@@ -222,7 +222,7 @@ class Hand:
     def run(self, program, script):
         """Run a program that opens a window, and a script that uses it; the window closes when the script ends."""
         self._wrap()
-        window._backend = lambda offscreen: "openGL3_egl"
+        window.backend = lambda offscreen: "openGL3_egl"
         ps.show, ps.unshow = self._show, self._leave
         self._thread = threading.Thread(target=self._work, args=(script,), daemon=True)
         program()

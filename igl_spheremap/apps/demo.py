@@ -12,7 +12,7 @@ from .cli.exits import EXPECTED, Exit, UsageError
 from .cli.inputs import read_source
 from .cli.progress import Progress
 from .viewer import window
-from .viewer.app import open_for, pictures_of
+from .viewer.app import check_pictures, pictures_of
 
 #: Takes vertices, faces, which way is up, the picture or video to write (a window if there is none), and the progress.
 Demo = Callable[[FloatArray, IntArray, str, "str | None", Progress], object]
@@ -37,7 +37,7 @@ def run_demo(demo: Demo, surface: str) -> None:
         if len(targets) > 1 or len(sources) > 1:
             raise UsageError(f"give at most one surface and one picture: {script} [FILE|sample:NAME] [PICTURE.png]")
         target = targets[0] if targets else None
-        open_for(pictures_of(target), f"{script} PICTURE.png")
+        check_pictures(pictures_of(target))
         with Progress() as progress:
             source = read_source(sources[0] if sources else surface, begin=progress.begin)
             progress.begin("mapping")

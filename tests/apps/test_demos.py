@@ -44,7 +44,7 @@ def test_a_demo_takes_a_surface_and_a_picture_in_any_order_either_or_both(words,
     monkeypatch.chdir(tmp_path)
     v, f = ism.samples.make("spheroid", n_vertices=200)
     ism.write_mesh("a.ply", v, f)
-    monkeypatch.setattr(demo.window, "_backend", lambda offscreen: "none")
+    monkeypatch.setattr(demo.window, "backend", lambda offscreen: "none")
     monkeypatch.setattr(sys, "argv", ["script.py", *words])
     given = []
     demo.run_demo(lambda v, f, up, target, progress: given.append((len(v), target)), "sample:sphere:n_vertices=42")

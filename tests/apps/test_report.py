@@ -77,11 +77,11 @@ def test_the_plot_shows_the_history_and_every_angle(result):
     (line,) = energy.get_lines()[:1]
     assert len(line.get_ydata()) == len(result.history)
     for histogram, of in zip(histograms, ("corners", "faces"), strict=True):
-        bars, *beyond = histogram.patches
-        assert len(beyond) == len(histogram.texts) > 0  # what is clipped has bars of its own, which say how much it is
-        assert bars.get_data().values.sum() + sum(bar.get_height() for bar in beyond) == pytest.approx(100)
-        assert {note.get_text()[-5:] for note in histogram.texts} <= {"below", "above"}
-        assert histogram.get_ylabel() == f"percent of the {of}"
+        (bars,) = histogram.patches
+        shares = bars.get_data().values
+        assert shares.sum() == pytest.approx(100)
+        assert min(shares[0], shares[-1]) >= 0.25  # those at the ends hold what lies beyond
+        assert histogram.get_ylabel().startswith(f"percent of the {of}")
         assert histogram.get_xlabel()
     assert figure._repr_png_().startswith(b"\x89PNG")
 
@@ -97,7 +97,7 @@ def test_the_report_is_one_page_without_a_network(tmp_path):
     assert all(link.startswith(("data:", "#")) for link in links)
     assert not re.search(r"@import|url\((?!#)", text)
     pictures = [attributes["src"] for tag, attributes in tags if tag == "img"]
-    assert len(pictures) == len(set(pictures)) == 5
+    assert len(pictures) == len(set(pictures)) == 4
     for picture in pictures:
         assert base64.b64decode(picture.partition(",")[2]).startswith(b"\x89PNG")
     assert sum(tag == "svg" for tag, _ in tags) == 1

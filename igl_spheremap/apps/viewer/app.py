@@ -89,16 +89,22 @@ class ColouredApp(App):
         self.show_subject(self.subjects[frame])
 
 
+def check_pictures(pictures: Pictures) -> None:
+    """Raise before the work starts if a window can't be opened, or a picture or a video not be written."""
+    if pictures.screenshot is not None:
+        window.check_picture(pictures.screenshot)
+    if pictures.video is not None:
+        window.check_video(Path(pictures.video))
+    window.backend(pictures.offscreen)
+
+
 def open_for(pictures: Pictures, instead: str = "--screenshot OUT.png, --video OUT.gif") -> None:
     """Start polyscope for a window or for pictures, or raise a DisplayError, before anything is computed.
 
     The error of a window names what writes a file `instead`: flags of the command line, or arguments.
     """
-    if pictures.screenshot is not None:
-        window.check_picture(pictures.screenshot)
-    if pictures.video is not None:
-        window.check_video(Path(pictures.video))
     try:
+        check_pictures(pictures)
         window.open_window(pictures.size, pictures.offscreen)
     except DisplayError as error:
         hint = "" if pictures.offscreen else f" ({instead})"

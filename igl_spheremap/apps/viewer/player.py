@@ -326,7 +326,7 @@ class Player(App):
 
     def _parameter_widgets(self) -> None:
         values, described = parameters(self.method), descriptions(self.method)
-        widest = max(text_width(name) for name in values)
+        widest = max(map(text_width, values), default=0.0)
         for name, value in values.items():
             imgui.SetNextItemWidth(imgui.GetContentRegionAvail()[0] - widest - 8)
             label = name.replace("_", " ")

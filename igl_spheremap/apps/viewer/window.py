@@ -91,7 +91,7 @@ def open_window(size: tuple[int, int] = SIZE, offscreen: bool = False) -> None:
 
 
 def _start(offscreen: bool) -> None:
-    backend = _backend(offscreen)
+    name = backend(offscreen)
     if not offscreen:  # Mesa's software OpenGL then leaves a core to what is computed beside the window
         os.environ.setdefault("LP_NUM_THREADS", str(max(0, (os.cpu_count() or 1) - 2)))
     ps.set_program_name("igl_spheremap")
@@ -100,7 +100,7 @@ def _start(offscreen: bool) -> None:
     ps.set_errors_throw_exceptions(True)
     ps.set_display_message_popups(False)
     try:
-        ps.init(backend)
+        ps.init(name)
     except RuntimeError as error:
         with contextlib.suppress(RuntimeError):  # where memory is out, this does not start either
             ps.init("openGL_mock")  # else polyscope complains once more when the process ends
@@ -114,7 +114,7 @@ def _start(offscreen: bool) -> None:
     _set_scene(offscreen)
 
 
-def _backend(offscreen: bool) -> str:
+def backend(offscreen: bool) -> str:
     """Name of polyscope's backend, which does not crash: polyscope does where libEGL is missing."""
     if not sys.platform.startswith("linux"):
         return "openGL3_glfw"

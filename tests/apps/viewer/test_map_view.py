@@ -98,7 +98,7 @@ def test_a_missing_library_is_one_line_with_the_packages(monkeypatch):
     monkeypatch.setattr(window.sys, "platform", "linux")
     monkeypatch.setattr(ctypes, "CDLL", missing)
     with pytest.raises(DisplayError, match=r"libEGL.*apt install libegl1") as error:
-        window._backend(offscreen=True)
+        window.backend(offscreen=True)
     assert "\n" not in str(error.value)
 
 

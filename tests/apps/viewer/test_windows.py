@@ -86,7 +86,7 @@ figures['files'] = sorted(os.listdir())
     before = run.change(after, -1)
     again = run.change(before + 1, 1) or before + 1
     assert figures["visited"] == [after, before, before + 1, again, again - 1, 0, run.iterations[-1]]
-    assert {"mesh", "samples", "method", "parameters", "max iterations", "##iteration", "previous", "stops",
+    assert {"mesh", "samples", "method", "parameters", "##iteration", "previous", "stops",
             "lens", "picture", "map", "folded faces", "fit", "whole sphere"} <= set(figures["used"])
     assert figures["refused"]
     assert figures["methods"] == figures["methods_there"]
