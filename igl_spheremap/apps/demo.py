@@ -39,7 +39,7 @@ def run_demo(demo: Demo, surface: str) -> None:
         target = targets[0] if targets else None
         check_pictures(pictures_of(target))
         with Progress() as progress:
-            source = read_source(sources[0] if sources else surface, begin=progress.begin)
+            source = read_source(sources[0] if sources else surface)
             progress.begin("mapping")
             demo(source.v, source.f, source.up, target, progress)
     except KeyboardInterrupt:

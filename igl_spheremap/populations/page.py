@@ -182,7 +182,7 @@ def _short(names: Sequence[str]) -> tuple[str, str, dict[str, str]]:
 
 def _draw(rows: Sequence[JobRow], paths: Sequence[str], sheet: Sheet, processes: int | None) -> list[bool]:
     """Which rows have a picture."""
-    pool = ProcessPool(processes or os.cpu_count() or 1)
+    pool = ProcessPool(processes)
     try:
         futures = [pool.submit(lambda *call: own_child().call(*call), sheet.draw(row), path)
                    for row, path in zip(rows, paths, strict=True)]

@@ -4,48 +4,36 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import MeshError
 from ..io.reading import reading
 from ..io.tables import SEPARATORS, read_cells
 
-#: Those that a page offers.
-PASS, FAIL = "pass", "fail"
+#: What a page offers.
+_PASS, _FAIL = "pass", "fail"
 
 
-@dataclass(frozen=True, slots=True)
-class Rating:
-    """Pass or fail, and a comment."""
+def failed_in(path: str | os.PathLike[str], sources: Sequence[str]) -> dict[str, str]:
+    """Which of the sources a table of ratings calls failed, each with its comment.
 
-    rating: str
-    comment: str = ""
-
-    def __str__(self) -> str:
-        return f"rated {self.rating}" + (f": {self.comment}" if self.comment else "")
-
-
-def read_ratings(path: str | os.PathLike[str], sources: Sequence[str]) -> dict[str, Rating]:
-    """The ratings in a table of those sources that have one.
-
-    Raises a MeshError if the table holds none of these, or is not a table of ratings.
+    Raises a MeshError if the table rates none of these, or is not a table of ratings.
     """
     path = Path(path)
     with reading(path):
         if path.suffix.lower() not in SEPARATORS:
             raise MeshError("ratings are kept in .tsv and .csv files")
         header, *lines = read_cells(path)
-        rows = [dict(zip(header, line, strict=False)) for line in lines]
         if not {"source", "rating"} <= set(header):
             raise MeshError("it has no columns 'source' and 'rating'; give a file that a page saved")
-        wrong = [row for row in rows if row["rating"] not in ("", PASS, FAIL)]
-        if wrong:
-            raise MeshError(f"{wrong[0]['source']} is rated {wrong[0]['rating']!a}; give {PASS} or {FAIL}")
-        given = {os.path.realpath(row["source"]): Rating(row["rating"], row.get("comment") or "")
-                 for row in rows if row["rating"]}
-        found = {source: given[place] for source in sources if (place := os.path.realpath(source)) in given}
-        if given and not found:
-            raise MeshError(f"it rates {len(given)} files, e.g. {next(iter(given))}, and none of the {len(sources)} "
+        rows = [row for row in (dict(zip(header, line, strict=False)) for line in lines) if row["rating"]]
+        for row in rows:
+            if row["rating"] not in (_PASS, _FAIL):
+                raise MeshError(f"{row['source']} is rated {row['rating']!a}; give {_PASS} or {_FAIL}")
+        rated = {os.path.realpath(row["source"]): row for row in rows}
+        found = {source: rated[place] for source in sources if (place := os.path.realpath(source)) in rated}
+        if rated and not found:
+            raise MeshError(f"it rates {len(rated)} files, e.g. {next(iter(rated))}, and none of the {len(sources)} "
                             "here; run from the folder in which the page was made, or give its files")
-        return found
+        return {source: ": ".join(filter(None, ("rated fail", row.get("comment")))) for source, row in found.items()
+                if row["rating"] == _FAIL}

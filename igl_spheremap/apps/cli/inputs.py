@@ -94,27 +94,21 @@ class InputMap:
 
 def load_source(args: Namespace, name: str | None = None) -> InputMesh:
     """A mesh that the command line names, SOURCE by default; repairs, which may renumber vertices, go to stderr."""
-    source = read_source(name or args.source, repair=repair_options(args), kind=args.format, begin=args.progress.begin)
+    name = name or args.source
+    args.progress.begin(f"reading {name}")
+    source = read_source(name, repair=repair_options(args), kind=args.format)
     if source.repairs:
         args.progress.write(f"igl-spheremap: repaired {source.name}: {'; '.join(source.repairs)}")
     return source
 
 
-def read_source(
-    name: str,
-    *,
-    repair: Mapping[str, Any] | None = None,
-    kind: str = "obj",
-    begin: Callable[[str], None] = lambda name: None,
-) -> InputMesh:
+def read_source(name: str, *, repair: Mapping[str, Any] | None = None, kind: str = "obj") -> InputMesh:
     """A checked mesh from a file, a sample, or stdin, whose format is `kind`; `repair` are options of `repair_mesh`.
 
     Raises UsageError for an unknown sample, FileError and MeshError for a file without a closed genus-0 mesh.
     """
-    begin(f"reading {name}")
     mesh = read_any(name, kind, lambda path: read_mesh(path, triangulate=repair is not None))
     name = "stdin" if name == STREAM else name
-    begin(f"checking {name}")
     try:
         if repair is None:
             return InputMesh(name, mesh.v, mesh.f, mesh.metadata, caps=check_mesh(mesh).caps)
@@ -147,15 +141,13 @@ def load_pair(args: Namespace, mirror: bool = False) -> InputMap:
     if args.sphere is None and not args.source.lower().endswith(".npz"):
         raise UsageError(f"{args.source} holds no map: give SPHERE, or an .npz with both")
     source = load_source(args)
-    found = read_pair(source, args.sphere or source.name, args.format, args.progress.begin)
+    args.progress.begin(f"reading {args.sphere or source.name}")
+    found = read_pair(source, args.sphere or source.name, args.format)
     return found.mirrored() if mirror else found
 
 
-def read_pair(
-    source: InputMesh, name: str, kind: str = "obj", begin: Callable[[str], None] = lambda name: None
-) -> InputMap:
+def read_pair(source: InputMesh, name: str, kind: str = "obj") -> InputMap:
     """A mesh and a map of it from a file or stdin; a MeshError if its vertices or faces are not those of the mesh."""
-    begin(f"reading {name}")
     x, f = read_any(name, kind, read_sphere)
     name = "stdin" if name == STREAM else name
     if len(x) != len(source.v):

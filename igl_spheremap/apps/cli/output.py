@@ -19,13 +19,12 @@ from ...errors import FileError, import_optional, printable
 from ...io.formats import Format, format_of
 from ...io.replacing import check_writable, replacing
 from ...result.findings import Finding
-from ...verify.certificate import Certificate
 from ..viewer.choices import Pictures
 from .arguments import WRITTEN
-from .exits import Exit, UsageError, usage
+from .exits import UsageError, usage
 from .inputs import STREAM, InputMesh
 
-_INPUTS = ("source", "other", "sphere", "patch", "other_sphere", "points", "to", "data", "image", "template")
+_INPUTS = ("source", "other", "sphere", "patch", "other_sphere", "to", "data", "image", "template")
 _OUTPUTS = ("target", "surface", "table", "matrix", "json", "plot")
 #: Lines of one kind that a summary has at most: files, landmarks. Tables and JSON have them all.
 LISTED = 20
@@ -83,18 +82,11 @@ def check_report(args: Namespace) -> None:
         check_apart(path, (*_inputs(args), *_paths(args, _OUTPUTS)), "--report ")
 
 
-def write_plot(path: str, figure: Any) -> None:
-    """Write a matplotlib figure."""
-    with replacing(path, force=True) as partial:
-        figure.savefig(partial, format=Path(path).suffix[1:].lower(), dpi=150)
-
-
 def _inputs(args: Namespace) -> list[str]:
     """The files that the command reads; of --data FILE:NAME and --feature NAME=SOURCE,TARGET those within."""
     features = [file for word in getattr(args, "feature", ()) for file in word.partition("=")[2].split(",")]
     named = [word.rpartition(":")[0] for word in (*_paths(args, ("data",)), *features)]
-    return [*_paths(args, _INPUTS), *features, *named, *(getattr(args, "onto", None) or ()),
-            *(getattr(args, "landmarks", None) or ())]
+    return [*_paths(args, _INPUTS), *features, *named, *(getattr(args, "landmarks", None) or ())]
 
 
 def _paths(args: Namespace, names: tuple[str, ...]) -> list[str]:
@@ -104,15 +96,6 @@ def _paths(args: Namespace, names: tuple[str, ...]) -> list[str]:
 def target_format(args: Namespace) -> Format:
     """The format of OUT: by its name, or for stdout by --format."""
     return format_of(f"stdout.{args.format}" if args.target == STREAM else args.target)
-
-
-def keeps_target(args: Namespace, certificate: Certificate, interrupted: Exit | None) -> bool:
-    """Keep an OUT that exists, and say so, where the run was interrupted and its map folds; return whether it was."""
-    if interrupted is None or certificate.folding_free or args.target == STREAM or not os.path.exists(args.target):
-        return False
-    args.progress.write(f"igl-spheremap: interrupted with {certificate.foldings} foldings; {args.target} is kept as it "
-                        "was")
-    return True
 
 
 def write_target(args: Namespace, write: Callable[[str | Path], _T]) -> _T:
@@ -157,6 +140,18 @@ class Findings:
         """Add what is known of a map."""
         for finding in findings:
             self.add(finding.label, finding.text, **finding.numbers)
+
+    def notes(self, notes: Sequence[str], label: str = "note") -> None:
+        """Add notes, and all of them as a figure."""
+        self.figures["notes"] = notes
+        for note in notes:
+            self.add(label, note)
+
+    def left_out(self, reasons: Mapping[str, str]) -> None:
+        """Add what was left out and why, the first of many."""
+        self.figures["left_out"] = dict(reasons)
+        for name, reason in list(reasons.items())[:LISTED]:
+            self.add("left out", f"{name}: {reason}")
 
     def written(self, **paths: str | os.PathLike[str] | None) -> None:
         """Add what was written besides OUT, each by the flag that asked for it."""

@@ -100,7 +100,6 @@ COMMANDS = (
         shared.REPORT,
         goes_with("--report", shared.UP),
         argument("--plot", "FILE", "draw energy, foldings and angle differences: .png, .svg or .pdf"),
-        switch("--timings", help="print the time of each phase"),
         *shared.OUTPUT,
     )),
     Command("check", "check", (
@@ -112,7 +111,6 @@ COMMANDS = (
     Command("disk", "plane", (*shared.PLANE, shared.balance(0.0))),
     Command("flatten", "plane", (*shared.PLANE, shared.balance(IN_PLANE))),
     Command("info", "info", (*shared.source(), *shared.OUTPUT)),
-    Command("samples", "info", shared.OUTPUT),
     Command("view", "view", (
         *shared.source(),
         argument("sphere", "SPHERE", "its map; without it it is made, or found in an .npz", nargs="?"),
@@ -159,9 +157,9 @@ COMMANDS = (
         *shared.pair(optional=True),
         *shared.target("texture: .glb or .obj (with .mtl and .png); scalar map: .ply, .glb (colours), or a format of "
                        "--data of `transfer`"),
-        choice("--show", ("equirectangular", "octahedral", "factor", "angles", "checkerboard"), "a texture by one of "
-               "two projections; u of the conformal factor e^2u, or mean angle differences at the vertices in "
-               "degrees; or a checkerboard"),
+        choice("--show", ("octahedral", "equirectangular", "factor", "angles"), "a texture by one of two projections, "
+               "octahedral without --show; or a scalar map: u of the conformal factor e^2u, or mean angle differences "
+               "at the vertices in degrees"),
         choice("--texture", ("carried", "baked"), "SOURCE's own texture: on the map's image, or drawn anew for the "
                "coordinates of --show or of a map to the plane"),
         argument("--image", "FILE", "the picture of a texture; without it a checkerboard"),
@@ -310,7 +308,7 @@ SHAPES = "several surfaces, and harmonics (ism.shapes)"
 GROUPS = {
     "a map and its certificate": ("map", "check", "repair", "view"),
     "the paper": ("play", "reproduce"),
-    "surfaces, and what is done with a map": ("info", "samples", "export", "transfer", "resample"),
+    "surfaces, and what is done with a map": ("info", "export", "transfer", "resample"),
     "surfaces with a boundary, in the plane": ("disk", "flatten"),
     SHAPES: ("match", "register", "sphere-reg", "template", "harmonics", "grid", "mesh", "spharm-pdm"),
     "many files": ("batch",),

@@ -4,22 +4,19 @@ import os
 import shlex
 from argparse import Namespace
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from ...io.replacing import replacing
 from ...maps.sphere_map import SphereMap
-from ...mesh.timings import phase
 from ...plane.plane_map import PlaneMap
 from ...result.run import Iterate, Listener, Status
 from ...verify.certificate import Certificate
 from .exits import Exit, Interrupt
-from .inputs import InputMesh
-from .output import Findings, keeps_target, write_plot
+from .inputs import STREAM, InputMesh
+from .output import Findings
 
 M = TypeVar("M", SphereMap, PlaneMap)
-
-_LISTENING = "listening"
 
 
 def map_and_report(
@@ -40,23 +37,22 @@ def map_and_report(
     with Interrupt() as interrupt:
         heard: list[Listener] = [*filter(None, listeners), interrupt]
 
-        @phase(_LISTENING)
         def listen(iterate: Iterate) -> None:
             for listener in heard:
                 listener(iterate)
 
         result = solve(listen)
-    timings = dict(result.timings)  # without the time of the progress line and the recording
-    run = replace(result.run, seconds=result.seconds - timings.pop(_LISTENING, 0.0), timings=timings)
-    result = replace(result, run=run)
     interrupted = interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
-    if keeps_target(args, result.certificate, interrupted):
-        assert interrupted is not None
+    kept = interrupted and not result.certificate.folding_free and args.target != STREAM and os.path.exists(args.target)
+    if interrupted and kept:
+        args.progress.write(f"igl-spheremap: interrupted with {result.certificate.foldings} foldings; {args.target} is "
+                            "kept as it was")
         return interrupted
     certificate, found = write(result)
     if args.plot is not None:
         args.progress.begin(f"drawing {args.plot}")
-        write_plot(args.plot, plot(result))
+        with replacing(args.plot, force=True) as partial:
+            plot(result).savefig(partial, format=Path(args.plot).suffix[1:].lower(), dpi=150)
     report = None
     if args.report is not None:
         args.progress.begin(f"drawing the report in {args.report}")

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...draw import palette
 from ...mesh.arrays import FloatArray, IntArray
@@ -122,15 +121,6 @@ def checkerboard(
 def _marks(folded: IntArray) -> tuple[Legend, ...]:
     """What names folded faces where there are some."""
     return (FOLDED_MARKS,) if len(folded) else ()
-
-
-def square_colours(mesh: Mesh, x: FloatArray, squares: int = SQUARES) -> dict[str, NDArray[np.uint8]]:
-    """Colours of a checkerboard at the vertices, as mesh files name them: that of the square in which a vertex lies."""
-    corners = squares * mercator_corners(x, mesh.f, poles_at(x, deepest_tips(mesh, x)))
-    odd = np.empty(len(x), dtype=np.int64)
-    odd[mesh.f.ravel()] = np.floor(corners).astype(np.int64).sum(axis=1) % 2
-    rgb = np.rint(255 * np.array(palette.CHECKS)[odd]).astype(np.uint8)
-    return dict(zip(("red", "green", "blue"), rgb.T, strict=True))
 
 
 def deepest_tips(mesh: Mesh, x: FloatArray) -> IntArray:

@@ -124,7 +124,6 @@ def run_repair(args: Namespace) -> Exit:
         found.figures[label] = findings.verdict(certificate, source.caps).numbers | angles.numbers
     moved = int((np.linalg.norm(unit_rows(result.sphere) - unit, axis=1) > _ROUNDING).sum())
     found.add("moved", f"{moved} vertices, in {result.seconds:.2f} s", moved=moved, seconds=result.seconds)
-    for note in result.notes:
-        found.add("note", note)
+    found.notes(result.notes)
     found.report(args)
     return Exit.OK if written.folding_free else Exit.UNCERTIFIED

@@ -14,18 +14,17 @@ from ....io.formats import format_of
 from ....io.scalars import write_scalars
 from ....io.textured import TexturedMesh, read_picture, read_textured, write_textured
 from ....mesh.arrays import FloatArray, own_unit
-from ....mesh.check import check_mesh
 from ....plane.plane_map import unit_square
 from ....resampling.texture import SIDE, Atlas, Projection, bake, checker_image, plane_atlas, texture_atlas
 from ....verify.distortion import vertex_maps
 from ...viewer.choices import Z_UP, guess_up
-from ...viewer.colouring import square_colours
+from ..arguments import refuse_flags
 from ..exits import UsageError
 from ..inputs import InputMap, InputMesh
 from ..output import Findings, check_outputs
 from .plane import load_map
 
-_TEXTURES = ("equirectangular", "octahedral")
+_SCALARS = ("factor", "angles")
 _TEXTURED = (".glb", ".obj")
 _COLOURED = (".ply", ".glb")
 
@@ -33,12 +32,11 @@ _COLOURED = (".ply", ".glb")
 def run_export(args: Namespace) -> None:
     """Write a texture, vertex colours or a scalar map of a mapped surface.
 
-    igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb --show octahedral
+    igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb
     igl-spheremap export bunny.obj bunny_sphere.obj globe.obj --show equirectangular --image earth.png
     igl-spheremap export fox.glb fox_sphere.npz fox_octahedral.glb --texture baked --repair
     igl-spheremap export face.obj face_flat.obj face_new.obj --texture baked
     igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles
-    igl-spheremap export bunny.obj bunny_sphere.obj bunny_squares.glb --show checkerboard
     igl-spheremap export lh.pial lh.sphere.conformal lh.factor.shape.gii --show factor
     igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor
     """
@@ -59,23 +57,18 @@ def run_export(args: Namespace) -> None:
         write_textured(target, pair.x, source.f, atlas, texture.image, force=args.force,
                        metadata={"up": up})
         outcome = f"SOURCE's coordinates and picture on {pair.name}"
-    elif args.texture or args.show in _TEXTURES or (args.show == "checkerboard" and target.lower().endswith(_TEXTURED)):
-        outcome = _export_texture(args, pair, up, found)
-    elif args.show == "checkerboard":
-        properties = square_colours(check_mesh(source.v, source.f), pair.unit)
-        write_mesh(target, source.v, source.f, force=args.force, metadata={"vertex_properties": properties})
-        outcome = "vertex colours"
+    elif args.show in _SCALARS:
+        outcome = f"{args.show}, {_export_scalars(args, pair, up, found)}"
     else:
-        outcome = _export_scalars(args, pair, up, found)
-    what = " ".join(filter(None, (args.texture, args.show)))
-    found.add("written", f"{target}: {what}, {outcome}")
+        outcome = _export_texture(args, pair, up, found)
+    found.add("written", f"{target}: {outcome}")
     found.report(args)
 
 
 def _export_texture(args: Namespace, pair: InputMap, up: str, found: Findings) -> str:
     """Write a texture by a projection of the sphere, and say what was written."""
     # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
-    projection: Projection = "octahedral" if args.show in (None, "octahedral") else "equirectangular"
+    projection: Projection = args.show or "octahedral"
     cut = bool(args.texture) or not (args.target.lower().endswith(".obj") and projection == "equirectangular")
     source = pair.source
     atlas = texture_atlas(pair.x, source.f, projection=projection, cut=cut)
@@ -83,7 +76,8 @@ def _export_texture(args: Namespace, pair: InputMap, up: str, found: Findings) -
                    metadata={"up": up})
     vertices = len(atlas.uv) if args.target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
     found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
-    return f"{vertices} vertices, {len(atlas.f)} faces, {'cut along the seam' if cut else 'the mesh as it is'}"
+    return (f"{projection}, {vertices} vertices, {len(atlas.f)} faces, "
+            f"{'cut along the seam' if cut else 'the mesh as it is'}")
 
 
 def _export_scalars(args: Namespace, pair: InputMap, up: str, found: Findings) -> str:
@@ -103,25 +97,19 @@ def _export_scalars(args: Namespace, pair: InputMap, up: str, found: Findings) -
 def _check_export(args: Namespace) -> None:
     """Raise a UsageError for flags that contradict each other or OUT, before anything is read."""
     target: str = args.target
-    if not (args.show or args.texture):
-        raise UsageError("export needs --show or --texture")
-    if args.texture and args.show not in (None, *(_TEXTURES if args.texture == "baked" else ())):
-        raise UsageError(f"--texture {args.texture} takes no --show {args.show}")
-    what = f"--texture {args.texture}" if args.texture else f"--show {args.show}"
-    textured = args.texture or args.show in _TEXTURES
-    if textured and not target.lower().endswith(_TEXTURED):
-        raise UsageError(f"{what} writes .glb or .obj files, not {target}")
-    if args.show == "checkerboard" and not target.lower().endswith((*_TEXTURED, ".ply")):
-        raise UsageError(f"--show checkerboard writes .glb, .obj or .ply files, not {target}")
-    if args.show in ("factor", "angles") and not target.lower().endswith(_COLOURED):
-        format_of(target, data=True)
-    if args.image is not None and (args.texture or args.show in ("factor", "angles")):
-        raise UsageError(f"--image goes with --show {', '.join(_TEXTURES)} or checkerboard")
+    if args.show in _SCALARS:
+        refuse_flags(args, ("--texture", "--image"), f"--show {args.show}")
+        if not target.lower().endswith(_COLOURED):
+            format_of(target, data=True)
+        return
+    if args.texture:
+        refuse_flags(args, ("--image", *(["--show"] if args.texture == "carried" else [])), f"--texture {args.texture}")
+    if not target.lower().endswith(_TEXTURED):
+        raise UsageError(f"a texture goes into .glb or .obj files, not {target}")
     pictures = (args.image, Path(args.source).with_suffix(".png") if args.texture else None)
     if any(each and Path(each).resolve() == Path(target).with_suffix(".png").resolve() for each in pictures):
         raise UsageError(f"{args.image or args.source} is where the texture of {target} goes; write another OUT")
-    if textured or args.show == "checkerboard":
-        import_optional("PIL.Image", "a texture", "io")
+    import_optional("PIL.Image", "a texture", "io")
 
 
 def _image(args: Namespace, source: InputMesh, atlas: Atlas) -> NDArray[np.uint8]:
@@ -158,9 +146,9 @@ def _own_atlas(texture: TexturedMesh, source: InputMesh) -> Atlas:
 
 def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
     """Write a texture by a map to the plane, whose image in the unit square is its coordinates."""
-    if args.show not in (None, "checkerboard"):
+    if args.show:
         raise UsageError(f"{args.sphere or args.source} is a map to the plane: its texture coordinates are its own, "
-                         "--show checkerboard")
+                         f"leave out --show {args.show}")
     v, f = source.v, source.f
     assert source.rows is not None
     if (whole := source.rows.max() + 1) < len(v):  # cut along a seam
@@ -180,6 +168,6 @@ def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
                    metadata={"up": "z" if guess_up(source.name) in Z_UP else "y",
                              "extras": known})
     found = Findings(source=source.name, sphere=args.sphere, target=args.target, show=args.show, texture=args.texture)
-    found.add("written", f"{args.target}: {args.texture or args.show}, {len(atlas.uv)} texture coordinates, "
+    found.add("written", f"{args.target}: {args.texture or 'checkerboard'}, {len(atlas.uv)} texture coordinates, "
               f"{len(atlas.f)} faces")
     found.report(args)

@@ -25,7 +25,7 @@ from ....shapes.harmonics.grid import to_grid
 from ....shapes.harmonics.harmonics import spherical_harmonics
 from ..exits import Exit, UsageError, usage
 from ..inputs import expand, load_pair, read_data, read_target_sphere
-from ..output import LISTED, Findings, check_outputs, target_format, write_target
+from ..output import Findings, check_outputs, target_format, write_target
 
 
 def run_grid(args: Namespace) -> None:
@@ -123,9 +123,7 @@ def run_harmonics(args: Namespace) -> Exit:
         harmonics = aligned.harmonics
         axes, skew = (", ".join(f"{number:.3g}" for number in each) for each in (aligned.axes, aligned.skew))
         found.add("axes", f"half axes {axes} along x, y, z; skewness {skew}", axes=aligned.axes, skew=aligned.skew)
-    for note in harmonics.notes:
-        found.add("note", note)
-    found.figures["notes"] = harmonics.notes
+    found.notes(harmonics.notes)
     args.progress.begin("measuring the error of each degree")
     error, power = harmonics.error(), harmonics.power()
     found.add("error", f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}",
@@ -167,9 +165,8 @@ def _harmonics_of_all(args: Namespace) -> Exit:
     rows = in_common_frame(list(shapes.values())) if args.align else list(shapes.values())
     table = coefficient_table(list(shapes), rows, args.modes)
     write_coefficient_table(args.target, table, force=args.force)
-    found.add("surfaces", f"{len(shapes)} of {len(names)}", surfaces=list(shapes), left_out=reasons)
-    for name, reason in list(reasons.items())[:LISTED]:
-        found.add("left out", f"{name}: {reason}")
+    found.add("surfaces", f"{len(shapes)} of {len(names)}", surfaces=list(shapes))
+    found.left_out(reasons)
     if table.modes is not None:
         shares = ", ".join(f"{100 * share:.3g}" for share in table.compactness)
         found.add("modes", f"hold {shares} percent of the variance", variances=table.modes.variances,

@@ -1,9 +1,7 @@
-"""`info` and `samples`: what a mesh is, and which shapes the package makes."""
+"""`info`: what a mesh is."""
 
-import inspect
 from argparse import Namespace
 
-from .... import samples
 from ....errors import MeshError
 from ....result.mesh_info import info, mesh_findings
 from ..inputs import load_any
@@ -29,20 +27,4 @@ def run_info(args: Namespace) -> None:
     if source.repairs:
         found.add("read", "; ".join(source.repairs))
     found.extend(findings)
-    found.report(args)
-
-
-def run_samples(args: Namespace) -> None:
-    """List the shapes that the package makes itself.
-
-    igl-spheremap samples
-    """
-    check_outputs(args)
-    found = Findings()
-    for name in samples.names():
-        shape = getattr(samples, name)
-        line = (inspect.getdoc(shape) or "").partition("\n")[0].replace("`", "")
-        parameters = {key: entry.default for key, entry in inspect.signature(shape).parameters.items()}
-        listed = ", ".join(f"{key}={value}" for key, value in parameters.items())
-        found.add(name, f"{line} ({listed})", **{name: {"is": line, "parameters": parameters}})
     found.report(args)

@@ -65,11 +65,7 @@ def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: Sp
     found = Findings(target=args.target, balance=result.balance, gauge=result.gauge, stretch=result.stretch,
                      notes=result.notes)
     found.source(source)
-    method, *notes = run_findings(result)
-    found.extend([method])
-    if args.timings:
-        found.lines += _timings(result)
-    found.extend(notes)
+    found.extend(run_findings(result))
     found.lines += _rounds(result)
     found.extend(map_findings(result))
     kind, radius = target_format(args).name, written.radius
@@ -81,13 +77,6 @@ def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: Sp
         "certificate": certificate_numbers(written),
     }
     return found
-
-
-def _timings(result: SphereMap) -> list[str]:
-    """Seconds and share of each phase, and of what belongs to none."""
-    phases = result.timings | {"other": result.seconds - sum(result.timings.values())}
-    return [f"{'' if k else 'time':13}{seconds:8.4f} s {seconds / result.seconds:6.1%}  {name}"
-            for k, (name, seconds) in enumerate(phases.items())]
 
 
 def _rounds(result: SphereMap) -> list[str]:

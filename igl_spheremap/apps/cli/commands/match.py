@@ -120,6 +120,4 @@ def _describe(found: Findings, result: SurfaceMap) -> None:
         missed = int(np.count_nonzero(errors > _MISSED * size))
         text = f"{len(errors)}, {missed} of them missed; the farthest is {errors.max():.3g} off, in units of TARGET"
         found.add("landmarks", text, landmark_errors=errors)
-    for note in result.notes:
-        found.add("note", note)
-    found.figures["notes"] = result.notes
+    found.notes(result.notes)

@@ -38,7 +38,7 @@ def run_register(args: Namespace) -> Exit:
     if args.show or pictures.offscreen:
         open_for(pictures, instead="--screenshot OUT.png")
     pair = load_pair(args)
-    source, target = pair.source, read_source(args.other, begin=args.progress.begin)
+    source, target = pair.source, read_source(args.other)
     maps = reflected(pair.map()) if args.reflect else pair.map(), read_pair(target, args.other_sphere).map()
     names, features = read_features(args.feature, source, target) if args.feature else (_GEOMETRY, None)
     args.progress.begin(f"registering {source.name}")
@@ -50,8 +50,7 @@ def run_register(args: Namespace) -> Exit:
     found.mesh("source", source)
     found.mesh("onto", target)
     _describe(found, result, names)
-    for note in out.run.notes:
-        found.add("note", note)
+    found.notes((*result.notes, *out.run.notes))
     found.add("written", f"{args.target}: {written}", target=args.target,
               certificate=certificate_numbers(written))
     found.report_beside(args, pictures, lambda: run_app(
@@ -95,7 +94,6 @@ def _describe(found: Findings, result: Registration, names: Sequence[str]) -> No
         margin=result.margin,
         features=names,
         stages=[vars(stage) for stage in result.stages],
-        notes=result.notes,
         seconds=result.map.seconds,
     )
     for stage in result.stages:
@@ -103,5 +101,3 @@ def _describe(found: Findings, result: Registration, names: Sequence[str]) -> No
         mean, most = (round(100 * np.expm1(strain), 6) for strain in (stage.strain, stage.strain_95))
         found.add(stage.name, f"correlation {correlation}; areas change by {mean:.3g} percent on average, "
                   f"95% below {most:.3g}")
-    for note in result.notes:
-        found.add("note", note)

@@ -17,7 +17,7 @@ from ....io.tables import read_cells, write_cells
 from ....io.written_map import write_map
 from ....maps.balanced import balanced_spherical_map
 from ....populations.map_many import filled
-from ....populations.ratings import FAIL, read_ratings
+from ....populations.ratings import failed_in
 from ....shapes.groups.design import data_of, read_design, test_names, write_test
 from ....shapes.groups.features import FeatureFiles
 from ....shapes.groups.files import ARCHIVE, file_names, member_row, member_rows, read_group, write_group
@@ -100,9 +100,7 @@ def _follow(args: Namespace) -> Exit:
     summary.add("drift", f"{off:.3g} in the root mean square, {found.drift.max():.3g} at most, from the direct map of "
                          "the first frame and the last", drift=off, largest_drift=found.drift.max())
     summary.add("written", f"{out / _PAGE} shows all of it, {SERIES} holds it")
-    summary.figures["notes"] = found.notes
-    for note in found.notes:
-        summary.add("doubtful", note)
+    summary.notes(found.notes, "doubtful")
     summary.report(args)
     return Exit.OK
 
@@ -127,8 +125,7 @@ def _excluded(args: Namespace, names: Sequence[str]) -> dict[str, str]:
     unknown = [name for name in args.exclude if name not in names]
     if unknown:
         raise UsageError(f"--exclude {unknown[0]} is not one of the surfaces that were given")
-    ratings = {} if args.ratings is None else read_ratings(args.ratings, names)
-    failed = {name: str(rating) for name, rating in ratings.items() if rating.rating == FAIL}
+    failed = {} if args.ratings is None else failed_in(args.ratings, names)
     return dict.fromkeys(args.exclude, "excluded by --exclude") | failed
 
 
@@ -149,9 +146,8 @@ def _describe(args: Namespace, group: Group) -> None:
     """What was found, and who is left out."""
     found, model = Findings(), group.figures()
     found.add("members", f"{len(group.members)} surfaces in correspondence at {len(group.vertices)} points",
-              members=[member.name for member in group.members], left_out=dict(group.left_out))
-    for name, reason in list(group.left_out.items())[:LISTED]:
-        found.add("left out", f"{name}: {reason}")
+              members=[member.name for member in group.members])
+    found.left_out(group.left_out)
     found.add("mean", f"moved by {100 * group.changes[-1]:.2g} percent of its radius in round {len(group.changes)}, "
                       "the last", changes=group.changes)
     for name, mean, sd in zip(group.feature_names, group.feature_mean.T, group.feature_sd.T, strict=True):
@@ -164,9 +160,9 @@ def _describe(args: Namespace, group: Group) -> None:
     found.add("farthest", f"{far.name}: {far.distance:.4g} from the mean")
     found.add("written", f"{Path(args.out) / _PAGE} shows all of it, {ARCHIVE} holds it")
     doubts = [f"{member.name}: {doubt}" for member in group.members for doubt in member.doubts]
-    found.figures |= {"doubts": {member.name: member.doubts for member in group.members if member.doubts},
-                      "notes": group.notes}
-    for line in (*group.notes, *doubts[:LISTED]):
+    found.figures["doubts"] = {member.name: member.doubts for member in group.members if member.doubts}
+    found.notes(group.notes, "doubtful")
+    for line in doubts[:LISTED]:
         found.add("doubtful", line)
     found.report(args)
 
@@ -211,9 +207,8 @@ def _test(args: Namespace) -> Exit:
     tested, data = replace(group, members=tuple(group.members[k] for k in kept)), data_of(group, args.of)[kept]
     rows: list[tuple[object, ...]] = []
     found, tests = Findings(), dict[str, object]()
-    found.figures |= {"left_out": left_out, "tests": tests}
-    for member, reason in list(left_out.items())[:LISTED]:
-        found.add("left out", f"{member}: {reason}")
+    found.figures["tests"] = tests
+    found.left_out(left_out)
     for (name, values), short in zip(columns.items(), test_names(list(columns)), strict=True):
         args.progress.begin(f"testing {name}")
         others = [each if each.dtype.kind == "f" else indicators(each) for key, each in columns.items() if key != name]

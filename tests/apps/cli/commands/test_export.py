@@ -10,7 +10,6 @@ from scipy.spatial import cKDTree
 
 from igl_spheremap import samples, spherical_conformal_map
 from igl_spheremap.apps.cli import main
-from igl_spheremap.draw.palette import CHECKS
 from igl_spheremap.io.files import read_mesh, write_mesh
 from igl_spheremap.io.textured import write_textured
 from igl_spheremap.io.written_map import write_sphere
@@ -29,8 +28,7 @@ def files(tmp_path):
 @pytest.mark.parametrize(
     ("name", "show"),
     [("a.glb", "octahedral"), ("a.obj", "equirectangular"), ("a.ply", "angles"), ("a.shape.gii", "factor"),
-     ("lh.factor", "factor"), ("a.npz", "angles"), ("b.glb", "angles"), ("b.ply", "checkerboard"),
-     ("c.glb", "checkerboard"), ("c.obj", "checkerboard")],
+     ("lh.factor", "factor"), ("a.npz", "angles"), ("b.glb", "angles")],
 )  # fmt: skip
 def test_export(name, show, files, tmp_path, capsys):
     for module in ("trimesh", "PIL", "nibabel"):
@@ -45,11 +43,11 @@ def test_export(name, show, files, tmp_path, capsys):
 def test_export_refuses(files, tmp_path, capsys):
     assert main(["export", *files, str(tmp_path / "a.ply"), "--show", "octahedral"]) == 64
     assert main(["export", *files, str(tmp_path / "a.obj"), "--show", "angles"]) == 74
-    assert main(["export", *files, str(tmp_path / "a.gii"), "--show", "checkerboard"]) == 64
+    assert main(["export", *files, str(tmp_path / "a.gii")]) == 64
     err = capsys.readouterr().err
     assert err.count("\n") == 3
     assert "unknown format of data" in err
-    for words in (["--texture", "carried", "--show", "octahedral"], ["--texture", "baked", "--show", "angles"], [],
+    for words in (["--texture", "carried", "--show", "octahedral"], ["--texture", "baked", "--show", "angles"],
                   ["--texture", "baked", "--image", "a.png"]):
         assert main(["export", *files, str(tmp_path / "a.obj"), *words]) == 64
     assert main(["export", *files, str(tmp_path / "a.obj"), "--texture", "baked"]) == 74
@@ -97,7 +95,7 @@ def test_a_baked_texture_shows_what_the_source_s_own_does(of, source, target, pa
         assert {"factor", "corner"} <= written.metadata.keys()
 
 
-@pytest.mark.parametrize("show", ["angles", "checkerboard"])
+@pytest.mark.parametrize("show", ["angles", "octahedral"])
 def test_a_scene_is_turned_so_that_y_is_up(show, files, tmp_path):
     trimesh = pytest.importorskip("trimesh")
     pytest.importorskip("PIL")
@@ -119,15 +117,6 @@ def test_a_carried_texture_keeps_its_coordinates(target, painted, files, tmp_pat
     nearest = cKDTree(x).query(written.vertices)[1]
     assert np.allclose(written.vertices, x[nearest], atol=1e-6)
     assert np.allclose(written.visual.uv, painted[nearest], atol=1e-6)
-
-
-def test_a_checkerboard_is_two_colours_of_the_vertices(files, tmp_path):
-    trimesh = pytest.importorskip("trimesh")
-    assert main(["export", *files, str(tmp_path / "a.ply"), "--show", "checkerboard"]) == 0
-    written = trimesh.load(tmp_path / "a.ply", process=False, force="mesh")
-    found, count = np.unique(written.visual.vertex_colors[:, :3], axis=0, return_counts=True)
-    assert (found == np.rint(255 * np.array(CHECKS))).all()
-    assert count.min() > 0.3 * len(written.vertices)
 
 
 @pytest.mark.parametrize("name", ["a.glb", "a.obj"])
