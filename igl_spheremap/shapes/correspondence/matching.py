@@ -18,6 +18,7 @@ from ...mesh.arrays import FloatArray, listed_words
 from ...mesh.objects import MeshLike
 from ...mesh.timings import timed
 from ...operators.features import FeatureSurface
+from ...resampling.locate import locator_of
 from ...resampling.transfer import interpolate
 from ...result.run import History, Iterate, Listener
 from ...sphere.rows import unit_rows
@@ -27,6 +28,7 @@ from .features import FeaturePair
 from .landmarks import LandmarkPairs, Points
 from .levels import Level
 from .registration import reflected
+from .stretch import LOST, Distortion
 from .surface_map import SurfaceMap
 
 #: From ENOUGH landmarks on, they determine the Moebius map at the start; STIFFNESS is the weight of its squared boost
@@ -198,13 +200,16 @@ def _check_met(result: SphereMap, given: LandmarkPairs, goals: FloatArray) -> No
 
 
 def _remarks(onto: SurfaceMap, given: int, divided: int) -> Iterator[str]:
-    """Note vertices that were added, and faces that are too small on the other surface for float64."""
+    """Note vertices that were added, and surfaces of which more than a twentieth is as good as lost."""
     if divided > given:
         yield f"faces of the source are divided at landmarks: {divided - given} vertices come after its own"
     if needed := len(onto.map.sphere) - divided:
         yield f"faces of the source are split where landmarks could not be met else: {needed} vertices come last"
-    ends = "the source", "the target"
-    for count, one, other in zip(onto.unresolved, ends, ends[::-1], strict=True):
-        if count:
-            yield (f"{count} faces of {one} are smaller on {other} than float64 resolves, and what lies in them is "
-                   "known roughly: give maps at balance 1")
+    back = interpolate(onto.map.vertices, onto.map.faces, locator_of(onto.map).locate(onto.target.sphere))
+    for name, one, image in (("source", onto.map, onto.positions), ("target", onto.target, back)):
+        figures = Distortion.of(one.vertices, image, one.faces, one.mesh.caps).figures["over_source"]
+        strain = figures["symmetric_dirichlet"]
+        if strain["p95"] > LOST:
+            yield (f"the match is rough: {strain['above_100']:.0%} of the {name}'s area has a symmetric Dirichlet "
+                   f"energy above {LOST:g}, where 4 is an isometry; give points that belong together, "
+                   f"{Remedy(options={'landmarks': None})}, and maps at balance 1")

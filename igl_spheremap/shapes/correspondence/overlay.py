@@ -36,8 +36,6 @@ class Overlay:
         The face of the source and of the target that each face is a part of.
     target_vertex : (n_target,) int64 array
         Which vertices are those of the target.
-    merged : int
-        Vertices that float64 could not tell from others, which took their places.
     unresolved : (int, int)
         Faces without area on the source, and on the target: parts of limbs of the other that float64 does not resolve.
     """
@@ -50,7 +48,6 @@ class Overlay:
     source_face: IntArray
     target_face: IntArray
     target_vertex: IntArray
-    merged: int = 0
     unresolved: tuple[int, int] = (0, 0)
 
     def __repr__(self) -> str:
@@ -120,7 +117,7 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     on_source, on_target = np.ldexp(on_source[used], unit_a), np.ldexp(on_target[used], unit_b)
     return Overlay(corners.reshape(-1, 3), on_source, on_target, take_points(source_location, used),
                    take_points(target_location, used), source_face, target_face,
-                   np.searchsorted(used, target_vertex), len(x) - len(used), without_area)
+                   np.searchsorted(used, target_vertex), without_area)
 
 
 def _snapped(b: SphereMap, x: FloatArray) -> FloatArray:

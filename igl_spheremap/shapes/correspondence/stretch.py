@@ -11,7 +11,7 @@ from ...mesh.measure import face_areas, weighted_quantile
 from ...sphere.rows import row_dots
 
 #: Figures name the share of the area whose measures are above this: faces that are as good as lost.
-_LOST = 100.0
+LOST = 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,4 +86,4 @@ def _figures(values: FloatArray, areas: FloatArray) -> dict[str, float]:
     own = areas > 0
     values, areas = values[own], areas[own]
     return {"median": weighted_quantile(values, areas), "p95": weighted_quantile(values, areas, 0.95),
-            f"above_{_LOST:g}": float(areas[values > _LOST].sum() / areas.sum())}
+            f"above_{LOST:g}": float(areas[values > LOST].sum() / areas.sum())}

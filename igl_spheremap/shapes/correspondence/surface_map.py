@@ -25,8 +25,6 @@ from .overlay import Overlay, overlay
 from .result import OfMap
 from .stretch import Distortion
 
-#: Faces smaller than this share of the surface are not resolved: places in one have less than some four digits.
-_SPECK = 1e-12
 #: Points may be this many sizes of a surface away from it, no more: squared distances must not overflow in libigl.
 _FAR = 1e100
 #: The sum of barycentric weights may differ from 1 by this: float32 holds seven digits.
@@ -115,15 +113,6 @@ class SurfaceMap(OfMap):
         goals = interpolate(self.target.vertices, self.target.faces, self.goals)
         return row_lengths(self.positions[self.landmarks] - goals)
 
-    @property
-    def unresolved(self) -> tuple[int, int]:
-        """How many faces of the source on the target, and of the target on the source, are too small for float64.
-
-        Locations inside such faces are known only roughly.
-        """
-        back = interpolate(self.map.vertices, self.map.faces, locator_of(self.map).locate(self.target.sphere))
-        return _specks(self.positions, self.map.faces), _specks(back, self.target.faces)
-
     @own_errstate
     def forward(self, points: Location | ArrayLike) -> Location:
         """Where points of the source lie on the target.
@@ -204,12 +193,6 @@ class SurfaceMap(OfMap):
     @cached_property
     def _overlay(self) -> Overlay:
         return overlay(self.map, self.target)
-
-
-def _specks(p: FloatArray, f: IntArray) -> int:
-    """Count the faces whose sides are too short beside the whole to be resolved."""
-    sides = np.max([row_lengths(p[f[:, k]] - p[f[:, k - 1]]) for k in range(3)], axis=0)
-    return int(np.count_nonzero(sides < _SPECK * np.ptp(p, axis=0).max()))
 
 
 def _directions(result: SphereMap, points: Location | ArrayLike, name: str) -> FloatArray:

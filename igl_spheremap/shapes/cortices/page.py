@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...draw.plot import BEHIND, raster, shading
+from ...draw.plot import both_sides
 from ...io.files import read_sphere
 from ...io.scalars import read_scalars
 from ...io.textured import write_picture
@@ -24,11 +24,10 @@ from .jobs import HemisphereJob
 from .task import SphereRegistration
 from .writer import SULC
 
-#: Pixels of each view; greys of the deepest and the highest folds; brightness of faces that the light grazes; colour.
-_SIZE, _DARK, _LIGHT, _AMBIENT = 260, 0.35, 0.95, 0.75
+#: Pixels of each view; greys of the deepest and the highest folds; the borders' colour.
+_SIZE, _DARK, _LIGHT = 260, 0.35, 0.95
 _BORDER = (0.8, 0.15, 0.1)
 _REACH = 2.0  # standard deviations of depth to either side, where the greys end
-
 
 
 def registration_sheet(
@@ -42,7 +41,7 @@ def registration_sheet(
         (("border", _BORDER), ("fold inwards", (_DARK,) * 3)),
         lambda row: f"correlation {1 - row.unlike:.3f}, areas {row.mean_area:.3g}"
                     + (f", {row.unsure:.0%} of the labels unsure" if np.isfinite(row.unsure) else ""),
-        lambda row: "The surface beside the template, from the side, then from the middle, a row for each template; "
+        lambda row: "The surface, then the template, each from the side and from the middle, a row for each template; "
                     "borders are the template's.",
         lambda row: ("view", row.source, row.target),
     )  # fmt: skip
@@ -65,19 +64,16 @@ def draw_registration(row: RegistrationRow, path: str, job: HemisphereJob, task:
         regions = (depth > 0).astype(np.int64) if atlas is None else next(iter(
             read_scalars(task.place(atlas.path)).values())).astype(np.int64)
         pairs = ((own, transfer(template, regions, own, labels=True)), (template, regions))
-        views = [_views(surface, labels, (side, side * BEHIND)) for surface, labels in pairs]
-        drawn.append(np.concatenate([tile for tiles in zip(*views, strict=True) for tile in tiles], axis=1))
+        drawn.append(np.concatenate([_picture(surface, labels, side) for surface, labels in pairs], axis=1))
     write_picture(path, np.concatenate(drawn), force=True)
     return True
 
 
-def _views(surface: SphereMap, labels: IntArray, views: Sequence[FloatArray]) -> Iterator[NDArray[np.uint8]]:
-    """Views of a surface, grey by its folds, with the borders of labels."""
+def _picture(surface: SphereMap, labels: IntArray, view: FloatArray) -> NDArray[np.uint8]:
+    """Draw both sides of a surface, grey by its folds, with the borders of labels."""
     v, f = surface.vertices, surface.faces
     depth = depth_potential(v, f, ell=SULC)
     grey = np.clip(depth[f].mean(axis=1) / (2 * _REACH * depth.std()) + 0.5, 0, 1)
-    folds = np.tile((_DARK + (_LIGHT - _DARK) * grey)[:, None], (1, 3))
-    for view in views:
-        colours = folds * shading(v, f, view, _AMBIENT)[:, None]
-        colours[np.ptp(labels[f], axis=1) > 0] = _BORDER
-        yield raster(v @ view, f, colours, _SIZE)
+    colours = np.tile((_DARK + (_LIGHT - _DARK) * grey)[:, None], (1, 3))
+    colours[np.ptp(labels[f], axis=1) > 0] = _BORDER
+    return both_sides([v], f, colours, view, _SIZE)

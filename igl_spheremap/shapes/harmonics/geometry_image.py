@@ -51,8 +51,6 @@ def mesh_from_grid(grid: ArrayLike) -> tuple[FloatArray, IntArray]:
     rows = check_values(values.reshape(-1, 3), k * k, "positions of the grid")
     _, first, vertex = np.unique(_lattice(k), axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)  # vertices in the order of the image
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
     corner = np.arange(k * k).reshape(k, k)
     northwest, northeast, southwest, southeast = corner[:-1, :-1], corner[:-1, 1:], corner[1:, :-1], corner[1:, 1:]
     row, column = np.indices((k - 1, k - 1))
@@ -62,7 +60,7 @@ def mesh_from_grid(grid: ArrayLike) -> tuple[FloatArray, IntArray]:
     right = np.where(falls, np.stack((northwest, southeast, northeast), axis=-1),
                      np.stack((northeast, southwest, southeast), axis=-1))
     f = np.concatenate((left.reshape(-1, 3), right.reshape(-1, 3)))
-    return rows[first[order]], rank[vertex.ravel()[f]]
+    return rows[first[order]], np.argsort(order)[vertex.ravel()[f]]
 
 
 def octahedral_points(k: int) -> FloatArray:

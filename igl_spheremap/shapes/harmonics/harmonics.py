@@ -272,16 +272,14 @@ class SphericalHarmonics(Shown):
                             "give a template")
         axes, frames = first_order_frames(self.coefficients)
         choices = [self._in_frame(*frame) for frame in frames]
-        if template is not None:
+        skews = [np.full(3, np.nan) if c.source is None else skewness(c.source.values, c.source.areas) for c in choices]
+        if template is None:
+            best = int(np.argmax(np.sum(skews, axis=1)))
+        else:
             n = min(len(self.coefficients), len(template.coefficients))
             like, unit = own_unit(template.coefficients[1:n])
             best = int(np.argmin([np.linalg.norm(np.ldexp(c.coefficients[1:n], -unit) - like) for c in choices]))
-        else:
-            skews = [skewness(c.source.values, c.source.areas) for c in choices if c.source is not None]
-            best = int(np.argmax(np.sum(skews, axis=1)))
-        chosen = choices[best]
-        skew = np.full(3, np.nan) if chosen.source is None else skewness(chosen.source.values, chosen.source.areas)
-        return AlignedHarmonics(chosen, axes, skew, *frames[best])
+        return AlignedHarmonics(choices[best], axes, skews[best], *frames[best])
 
     def _in_frame(self, surface: FloatArray, sphere: FloatArray) -> SphericalHarmonics:
         """The shape about its centre, surface and sphere rotated."""

@@ -105,10 +105,19 @@ def test_limbs_are_spread_where_they_move_and_told_where_they_stay():
     there, back = ism.shapes.match(deep, pear), ism.shapes.match(pear, deep)
     assert there.map.certificate.folding_free
     assert back.map.certificate.folding_free
-    assert there.unresolved[1] == back.unresolved[0] == 0
-    assert there.unresolved[0] < 2 / 3 * back.unresolved[1]  # how many depends on the solver's rounding
-    assert (there.notes == ()) == (there.unresolved[0] == 0)
-    assert back.notes[-1].startswith(f"{back.unresolved[1]} faces of the target are smaller on the source than float64")
+    lost = there.distortion().figures["over_source"], back.distortion().figures["over_target"]
+    assert lost[0]["symmetric_dirichlet"]["above_100"] < lost[1]["symmetric_dirichlet"]["above_100"]
+    assert "% of the target's area has a symmetric Dirichlet energy above 100" in back.notes[-1]
+
+
+def test_a_rough_match_says_so_and_a_good_one_does_not():
+    pear, dumbbell = mapped("pear", 1500), mapped("dumbbell", 1500)
+    rough = ism.shapes.match(pear, dumbbell)
+    assert rough.distortion().figures["over_target"]["symmetric_dirichlet"]["p95"] > 100
+    assert len(rough.notes) == 1
+    assert "the match is rough" in rough.notes[0]
+    assert "landmarks" in rough.notes[0]
+    assert ism.shapes.match(pear, mapped("spheroid", 600)).notes == ()
 
 
 def test_landmarks_are_met_bit_for_bit(pair):
