@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import count
 
 import numpy as np
@@ -17,31 +16,24 @@ from .problem import Diagonal, Problem, remove_boosts
 _OFF_CENTRE = 1e-4
 
 
-@dataclass(frozen=True)
-class ProjectedDescent:
-    """Descent by the "absolute derivative" with fixed steps, and zero mass-centre by a Moebius map.
+def projected_descent(problem: Problem, x: FloatArray, step: float = 1.8, stage: str = "harmonic") -> Iterator[Iterate]:
+    """Yield the start, centred, and every iterate after it, without end.
+
+    Descent by the "absolute derivative" with fixed steps, and zero mass-centre by a Moebius map. The length of a `step`
+    is in the problem's metric, see `step_metric`. Up to 1 none can raise the energy, for normalising
+    ``x - step K^-1 L x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is unstable.
+
+    The iterates' residual is that of `cayley_bb` in all metrics: the L2 norm of the gradient without boosts.
 
     Gu and Yau 2002, *Computing conformal structures of surfaces* (reference [1] of Lai et al.); Gu, Wang, Chan,
     Thompson, Yau 2004, *Genus zero surface conformal mapping and its application to brain surface mapping*,
     algorithms 1 and 2. They leave the step to the user.
     """
-
-    #: Length of steps in the problem's metric, see `step_metric`. Up to 1 no step can raise the energy, for normalising
-    #: ``x - step K^-1 L x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is unstable.
-    step: float = 1.8
-    #: The `stage` of its iterates.
-    stage: str = "harmonic"
-
-    def iterates(self, problem: Problem, x: FloatArray) -> Iterator[Iterate]:
-        """Yield the start, centred, and every iterate after it, without end.
-
-        Their residual is that of `CayleyBB` in all metrics: the L2 norm of the gradient without boosts.
-        """
-        L2 = Diagonal(problem.areas)
-        for k in count():
-            x = problem.centred(x, _OFF_CENTRE)
-            energy, derivative = problem.energy.evaluate(x)
-            gradient = remove_boosts(x, L2.gradient(x, derivative), problem.A)
-            residual = float(np.sqrt(L2.inner(gradient, gradient)))
-            yield Iterate(self.stage, 0, k, x, energy, residual, self.step if k else 0.0)
-            x = unit_rows(x - self.step * problem.metric.gradient(x, derivative))
+    L2 = Diagonal(problem.areas)
+    for k in count():
+        x = problem.centred(x, _OFF_CENTRE)
+        energy, derivative = problem.energy.evaluate(x)
+        gradient = remove_boosts(x, L2.gradient(x, derivative), problem.A)
+        residual = float(np.sqrt(L2.inner(gradient, gradient)))
+        yield Iterate(stage, 0, k, x, energy, residual, step if k else 0.0)
+        x = unit_rows(x - step * problem.metric.gradient(x, derivative))

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from ..descent.energies import HarmonicEnergy
-from ..descent.gu_yau import ProjectedDescent
+from ..descent.gu_yau import projected_descent
 from ..descent.minimize import Minimum, minimize
 from ..descent.preconditioned import harmonic_map
 from ..descent.problem import Problem, step_metric
@@ -95,7 +95,7 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
         start = Iterate(name, len(rounds), 0, x, energy.evaluate(x)[0])
         problem = replace(harmonic, energy=HarmonicEnergy(L), metric=step_metric(L))
         minimum = minimize(
-            ProjectedDescent(options.step, stage).iterates(problem, x),
+            projected_descent(problem, x, options.step, stage),
             tolerance=options.gradient_tolerance,
             plateau=plateau,
             max_iterations=options.max_iterations,

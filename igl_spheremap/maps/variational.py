@@ -17,7 +17,7 @@ from ..mesh.arrays import FloatArray, check_directions, plain_array
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
-from ..paper.algorithm_1 import CayleyBB
+from ..paper.algorithm_1 import cayley_bb
 from ..paper.safeguards import Safeguards
 from ..paper.settings import PaperGauge
 from ..result.method import Method
@@ -391,7 +391,7 @@ def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Var
             gauge: PaperGauge, history: History) -> SphereMap:
     """Minimise a problem's energy by Algorithm 1, with the safeguards."""
     beside = Safeguards(mesh, problem, options.may_fold)
-    minimum = minimize(CayleyBB().iterates(problem, x, beside), tolerance=tolerance,
+    minimum = minimize(cayley_bb(problem, x, beside), tolerance=tolerance,
                        max_iterations=options.max_iterations, plateau=options.plateau, listener=history)
     record = minimum.as_round(mesh, Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0]))
     y = minimum.last.x

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import chain, count
 
 import numpy as np
@@ -14,7 +13,7 @@ from ..mesh.arrays import FloatArray
 from ..result.run import Iterate, Round
 from ..sphere.cayley import cayley_step
 from .safeguards import AsPrinted
-from .settings import Quotients
+from .settings import Lai2014, Quotients
 from .setup import Setup
 
 
@@ -24,9 +23,8 @@ def algorithm_1(setup: Setup, start: Iterate) -> tuple[Minimum, Round]:
     The listener sees the start, and every iterate after it.
     """
     options = setup.options
-    solver = CayleyBB(options.rho, options.delta, options.xi, options.tau, options.bb)
     minimum = minimize(
-        chain([start], solver.iterates(setup.problem, start.x, setup.beside)),
+        chain([start], cayley_bb(setup.problem, start.x, setup.beside, options)),
         tolerance=options.gradient_tolerance,
         max_iterations=options.max_iterations,
         plateau=options.plateau,
@@ -37,50 +35,41 @@ def algorithm_1(setup: Setup, start: Iterate) -> tuple[Minimum, Round]:
     return minimum, minimum.as_round(setup.mesh, start)
 
 
-@dataclass(frozen=True)
-class CayleyBB:
-    """The six steps of Algorithm 1, of which `minimize` has step 2, for any energy and metric.
+def cayley_bb(problem: Problem, F: FloatArray, beside: AsPrinted,
+              options: Lai2014 = Lai2014()) -> Iterator[Iterate]:  # noqa: B008 - it is frozen
+    """Yield the start and every iterate after it of Algorithm 1, for any energy and metric; `minimize` has step 2.
+
+    The iterates end where no step is acceptable. Their residual is `Problem.residual`, by eq. (9) the L2 norm of A F in
+    the L2 metric.
 
     Lai et al., Algorithm 1; Wen and Yin 2013, *A feasible method for optimization with orthogonality constraints*.
     """
+    F = beside.start(F)
+    E, AF = problem.evaluate(F)
+    search = beside.search(E, options.rho, options.delta, options.xi)  # Algorithm 1, step 1
+    tau, taken = options.tau, 0.0
+    for k in count():  # Algorithm 1, step 6
+        yield Iterate("harmonic", 0, k, F, E, problem.residual(AF), taken, safeguards=beside.acted())
+        slope = -problem.metric.inner(AF, AF)  # E'(Y(0)) = -|A F|^2
+        for taken in search.steps(tau):  # Algorithm 1, step 3
+            Y = beside.trial(cayley_step(F, AF, taken))  # Theorem 1
+            if Y is None:
+                continue
+            E, H = problem.energy.evaluate(Y)
+            if search.accepts(E, taken, slope):
+                break
+        else:
+            return
+        search.record(E)  # Algorithm 1, step 5
+        AY = problem.gradient(Y, H)
+        D, W = Y - F, AY - AF
+        F, AF = Y, AY  # Algorithm 1, step 4
+        tau = beside.step(_quotient(problem, D, W, options.bb, k + 1), taken)
 
-    rho: float = 1e-4
-    delta: float = 0.1
-    xi: float = 0.85
-    #: First step tried at the start, the source having unit area; the paper suggests 1.
-    tau: float = 1.0
-    bb: Quotients = "tau_1 first"
 
-    def iterates(self, problem: Problem, F: FloatArray, beside: AsPrinted) -> Iterator[Iterate]:
-        """Yield the start and every iterate after it; end where no step is acceptable.
-
-        Their residual is `Problem.residual`, by eq. (9) the L2 norm of A F in the L2 metric.
-        """
-        F = beside.start(F)
-        E, AF = problem.evaluate(F)
-        search = beside.search(E, self.rho, self.delta, self.xi)  # Algorithm 1, step 1
-        tau, taken = self.tau, 0.0
-        for k in count():  # Algorithm 1, step 6
-            yield Iterate("harmonic", 0, k, F, E, problem.residual(AF), taken, safeguards=beside.acted())
-            slope = -problem.metric.inner(AF, AF)  # E'(Y(0)) = -|A F|^2
-            for taken in search.steps(tau):  # Algorithm 1, step 3
-                Y = beside.trial(cayley_step(F, AF, taken))  # Theorem 1
-                if Y is None:
-                    continue
-                E, H = problem.energy.evaluate(Y)
-                if search.accepts(E, taken, slope):
-                    break
-            else:
-                return
-            search.record(E)  # Algorithm 1, step 5
-            AY = problem.gradient(Y, H)
-            D, W = Y - F, AY - AF
-            F, AF = Y, AY  # Algorithm 1, step 4
-            tau = beside.step(self._quotient(problem, D, W, k + 1), taken)
-
-    def _quotient(self, problem: Problem, D: FloatArray, W: FloatArray, k: int) -> float:
-        """Step that iteration `k` tries first, eq. (12); 0, infinite or a NaN where it has no value."""
-        DW = abs(problem.metric.inner(D, W))
-        if self.bb == "tau_1" or self.bb == ("tau_1 first" if k % 2 else "tau_2 first"):
-            return float(np.divide(problem.metric.inner(D, D), DW))  # eq. (12), tau_{k,1}
-        return float(np.divide(DW, problem.metric.inner(W, W)))  # eq. (12), tau_{k,2}
+def _quotient(problem: Problem, D: FloatArray, W: FloatArray, bb: Quotients, k: int) -> float:
+    """Step that iteration `k` tries first, eq. (12); 0, infinite or a NaN where it has no value."""
+    DW = abs(problem.metric.inner(D, W))
+    if bb == "tau_1" or bb == ("tau_1 first" if k % 2 else "tau_2 first"):
+        return float(np.divide(problem.metric.inner(D, D), DW))  # eq. (12), tau_{k,1}
+    return float(np.divide(DW, problem.metric.inner(W, W)))  # eq. (12), tau_{k,2}

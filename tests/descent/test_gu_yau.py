@@ -7,11 +7,11 @@ from triangulations import icosphere, wild
 
 import igl_spheremap as ism
 from igl_spheremap.descent.energies import HarmonicEnergy
-from igl_spheremap.descent.gu_yau import ProjectedDescent
+from igl_spheremap.descent.gu_yau import projected_descent
 from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.problem import Problem, step_metric
 from igl_spheremap.mesh.measure import vertex_normals
-from igl_spheremap.paper.algorithm_1 import CayleyBB
+from igl_spheremap.paper.algorithm_1 import cayley_bb
 from igl_spheremap.paper.safeguards import AsPrinted
 from igl_spheremap.sphere.rows import unit_rows
 
@@ -39,7 +39,7 @@ def test_a_step_of_one_never_raises_the_energy_but_by_centring():
 
 
 def test_iterates_stay_on_the_sphere_and_keep_their_mass_centre():
-    iterates = ProjectedDescent().iterates(safe(PROBLEM), wild(X, noise=0.8))
+    iterates = projected_descent(safe(PROBLEM), wild(X, noise=0.8))
     for _ in range(30):
         x = next(iterates).x
         assert np.allclose((x**2).sum(axis=1), 1, atol=1e-14)
@@ -51,7 +51,7 @@ def test_a_harmonic_map_is_at_rest():
     x, f = icosphere(0)
     mesh = ism.check_mesh(x, f)
     problem = Problem.of(mesh, HarmonicEnergy.of(mesh))
-    iterates = ProjectedDescent().iterates(safe(problem), unit_rows(x))
+    iterates = projected_descent(safe(problem), unit_rows(x))
     start = next(iterates)
     assert start.residual < 1e-12
     assert np.allclose(next(iterates).x, start.x, atol=1e-12)
@@ -62,8 +62,8 @@ def test_it_needs_more_iterations_than_algorithm_1():
     counts = [
         minimize(iterates, tolerance=1e-2, max_iterations=5000).last.iteration
         for iterates in (
-            ProjectedDescent().iterates(safe(PROBLEM), START),
-            CayleyBB().iterates(PROBLEM, START, AsPrinted()),
+            projected_descent(safe(PROBLEM), START),
+            cayley_bb(PROBLEM, START, AsPrinted()),
         )
     ]
     assert counts[0] > 3 * counts[1]

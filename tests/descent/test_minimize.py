@@ -10,7 +10,7 @@ from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.problem import Problem
 from igl_spheremap.mesh.measure import vertex_normals
-from igl_spheremap.paper.algorithm_1 import CayleyBB
+from igl_spheremap.paper.algorithm_1 import cayley_bb
 from igl_spheremap.paper.safeguards import AsPrinted
 
 X, F = icosphere(3)
@@ -20,7 +20,7 @@ PROBLEM = Problem.of(MESH, HarmonicEnergy.of(MESH))
 
 def run(problem=PROBLEM, **options):
     options = {"tolerance": 1e-5, "max_iterations": 3000} | options
-    return minimize(CayleyBB().iterates(problem, vertex_normals(MESH.unit, MESH.f), AsPrinted()), **options)
+    return minimize(cayley_bb(problem, vertex_normals(MESH.unit, MESH.f), AsPrinted()), **options)
 
 
 def test_each_way_to_end_has_its_status():

@@ -13,7 +13,7 @@ from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.preconditioned import harmonic_map
 from igl_spheremap.descent.problem import Diagonal, Problem, SobolevH1, SobolevH2, remove_boosts, step_metric
 from igl_spheremap.operators.laplacian import build_operators
-from igl_spheremap.paper.algorithm_1 import CayleyBB
+from igl_spheremap.paper.algorithm_1 import cayley_bb
 from igl_spheremap.paper.safeguards import AsPrinted
 from igl_spheremap.sphere.moebius import center
 from igl_spheremap.sphere.rows import tangent, unit_rows
@@ -94,7 +94,7 @@ def test_gradients_are_tangent_and_point_uphill(name):
 def test_algorithm_1_finds_one_minimum_in_every_metric(name):
     expected = harmonic_map(MESH, build_operators(MESH), START, tolerance=1e-9, max_iterations=50)
     problem = replace(PROBLEM, metric=METRICS[name])
-    found = minimize(CayleyBB().iterates(problem, START, AsPrinted()), tolerance=1e-6, max_iterations=2000,
+    found = minimize(cayley_bb(problem, START, AsPrinted()), tolerance=1e-6, max_iterations=2000,
                      plateau=1e-12)
     assert np.isclose(found.last.energy, expected.last.energy, rtol=1e-8)
 

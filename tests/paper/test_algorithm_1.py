@@ -12,7 +12,7 @@ from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.problem import Problem
 from igl_spheremap.mesh.measure import vertex_normals
-from igl_spheremap.paper.algorithm_1 import CayleyBB
+from igl_spheremap.paper.algorithm_1 import cayley_bb
 from igl_spheremap.paper.safeguards import AsPrinted, Safeguards
 from igl_spheremap.sphere.rows import unit_rows
 
@@ -20,16 +20,17 @@ X, F = icosphere(3)
 MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)
 PROBLEM = Problem.of(MESH, HarmonicEnergy.of(MESH))
 START = vertex_normals(MESH.unit, MESH.f)
+METHOD = ism.Lai2014()
 
 
-def run(solver=None, problem=PROBLEM, x=START, beside=None, **options):
+def run(problem=PROBLEM, x=START, beside=None, method=METHOD, **options):
     options = {"tolerance": 1e-5, "max_iterations": 3000} | options
-    return minimize((solver or CayleyBB()).iterates(problem, x, beside or AsPrinted()), **options)
+    return minimize(cayley_bb(problem, x, beside or AsPrinted(), method), **options)
 
 
 @pytest.mark.parametrize("bb", ["tau_1 first", "tau_2 first", "tau_1", "tau_2"])
 def test_every_barzilai_borwein_choice_reaches_the_same_minimum(bb):
-    minimum = run(CayleyBB(bb=bb))
+    minimum = run(method=ism.Lai2014(bb=bb))
     assert minimum.status is ism.Status.CONVERGED
     assert np.isclose(minimum.last.energy, run().last.energy, rtol=1e-9)
 
@@ -49,7 +50,7 @@ def test_iterates_stay_on_the_sphere_and_obey_the_search():
 def test_steps_are_the_quotients_of_eq_12_times_a_power_of_delta():
     seen = []
     problem = replace(PROBLEM, gauge=False)  # re-centring moves the map between two steps
-    run(CayleyBB(bb="tau_1"), problem, listener=seen.append, max_iterations=30)
+    run(problem, method=ism.Lai2014(bb="tau_1"), listener=seen.append, max_iterations=30)
     for a, b, c in zip(seen[:-2], seen[1:-1], seen[2:], strict=True):
         D = b.x - a.x
         W = problem.evaluate(b.x)[1] - problem.evaluate(a.x)[1]
