@@ -20,7 +20,7 @@ from ..newton.system import VertexSystem
 from ..operators.laplacian import usable_laplacian
 from ..result.run import Iterate, Listener, Run, Status
 from ..sphere.moebius import turn_to_gauss_map
-from ..untangle.deep_limbs import floors, shorten_limbs
+from ..untangle.deep_limbs import floor_of, shorten_limbs
 from ..untangle.layout import onto_sphere, unroll
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import Certificate
@@ -48,7 +48,7 @@ _PATIENCE = 3
 #: Bound on the ratio of the last two gains: their geometric series must converge.
 _LARGEST_RATIO = 0.9
 #: No image edge of a stretched start is shorter than exp(-this): half of float64's digits are left to move it.
-_STRETCHED = floors(np.float32)[0]
+_STRETCHED = floor_of(np.float32)
 #: Image areas that are off by more than this on average, in logarithms, are short of what was asked: of 44 samples and
 #: meshes those of 6 at balance 1 (docs/balance_figures.md).
 _SHORT = 0.3
@@ -136,7 +136,7 @@ def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
     laid_out = unroll(mesh, x, VertexSystem(mesh.f, len(x), limbs=True))
     if laid_out is None:
         return x
-    y = onto_sphere(laid_out, shorten_limbs(laid_out, mesh.angles, _STRETCHED).points)
+    y = onto_sphere(laid_out, shorten_limbs(laid_out, mesh.angles, _STRETCHED)[0])
     return y if Certificate.of(y, mesh.f).folding_free else repair_locally(mesh, y)
 
 

@@ -12,7 +12,7 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import corner_angles, face_areas, log_edges
 from ..sphere.rows import tangent_axes, to_chart, unit_rows
 from ..sphere.stereographic import logarithm
-from ..untangle.deep_limbs import floors, shorten_limbs
+from ..untangle.deep_limbs import floor_of, shorten_limbs
 from ..untangle.embedding import embed_locally
 from ..untangle.layout import Placed, onto_sphere
 from ..verify.certificate import Certificate
@@ -71,11 +71,10 @@ def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0) -> Float3
 
 
 def _trials(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
-    """The map with its limbs shortened to two depths, then as it is."""
+    """The map with its limbs shortened, then as it is."""
     pole = unit_rows(-x[f[np.argmax(face_areas(x, f))]].sum(axis=0, keepdims=True))
     placed, angles = as_mapped(x, f, pole), corner_angles(x, f)
-    for floor in floors(np.float32):
-        yield onto_sphere(placed, shorten_limbs(placed, angles, floor).points)
+    yield onto_sphere(placed, shorten_limbs(placed, angles, floor_of(np.float32))[0])
     yield x
 
 

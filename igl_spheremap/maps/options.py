@@ -29,8 +29,7 @@ class Auto(Method):
     gauge : {"poles", "centred"}, default "poles"
         What is done about limbs whose edges fall below float64's resolution in the centred gauge; maps without such
         limbs are always centred. "poles" uses a Moebius map to take the tips of the three deepest limbs to ends of the
-        coordinate axes, where coordinates are finer, if shortening would cost angles. "centred" shortens the limbs and
-        keeps the gauge.
+        coordinate axes, where coordinates are finer. "centred" shortens the limbs and keeps the gauge.
     polish : {"auto", "angles"} or None, default "auto"
         Whether Newton steps lower the angle differences of a good map: "auto", where they are predicted to pay;
         "angles", always, for 2 to 20 times the time; None, never, so that a good map stays the harmonic one.

@@ -28,9 +28,8 @@ from .layout import Placed
 #: springs and octopuses end 1.6 percent lower (`python -m benchmarks versions . sample:spring sample:spring:turns=2
 #: sample:octopus sample:octopus:arm_length=6 --set untangle.deep_limbs._ONSET=8`).
 _ONSET = 4.0
-#: Nepers between the floor of limbs and the resolution of numbers about 1. With the first the edges at the tips keep
-#: one to two bits; the second, which leaves four, is tried where rounding folds so much that the first map is lost.
-_MARGINS = (1.0, 3.0)
+#: Nepers between the floor of limbs and the resolution of numbers about 1: the edges at the tips keep one to two bits.
+_MARGIN = 1.0
 #: Step of kappa, from 1 down to this: a finer table costs time in proportion and changes no angle visibly.
 _STEP = 0.05
 _KAPPAS = 1 - _STEP * np.arange(round(1 / _STEP))
@@ -43,14 +42,6 @@ _BELOW = 300.0
 _SPARE = 0.3
 #: Width of a bin at least, as a share of the deepest limb: the table grows as the square of the number of bins.
 _NARROWEST = 0.005
-
-
-class Shortened(NamedTuple):
-    """Positions that float64 resolves."""
-
-    points: Anchored
-    #: The largest ratio by which a limb's depth was divided.
-    stretch: float
 
 
 class Branch(NamedTuple):
@@ -189,9 +180,9 @@ class Table:
         return np.array(kappas), np.array(gains)
 
 
-def floors(dtype: type[np.floating]) -> list[float]:
-    """Floors to try for numbers of a type, the deepest first: depths in nepers that no edge is to exceed."""
-    return [float(-np.log(np.finfo(dtype).eps) - margin) for margin in _MARGINS]
+def floor_of(dtype: type[np.floating]) -> float:
+    """The floor for numbers of a type: the depth in nepers that no edge is to exceed."""
+    return float(-np.log(np.finfo(dtype).eps) - _MARGIN)
 
 
 def normal_range(floor: float) -> float:
@@ -199,30 +190,18 @@ def normal_range(floor: float) -> float:
     return float(-np.log(np.finfo(float).tiny)) - floor
 
 
-def shorten_limbs(placed: Placed, source: FloatArray, floor: float) -> Shortened:
-    """Shorten limbs until no edge on the sphere is below exp(-floor); `source` are the angles to keep."""
+def shorten_limbs(placed: Placed, source: FloatArray, floor: float) -> tuple[Anchored, float]:
+    """Shorten limbs until no edge on the sphere is below exp(-floor); `source` are the angles to keep.
+
+    Returns the positions, and the largest ratio by which a limb's depth was divided.
+    """
     points = placed.points
     z, stretch = points.z.astype(np.clongdouble), 1.0
     for limb in _limbs(tips_beyond(placed.depth, placed.f, floor, placed.finer), placed):
         rows, log, divided = _drawn(limb, _table(limb, placed, source, floor), 0)
         z[rows] = points.beside(limb.tip, np.exp(log), rows)
         stretch = max(stretch, divided)
-    return Shortened(points._replace(z=z), stretch)
-
-
-def suits_shortening(placed: Placed, source: FloatArray, floor: float) -> bool:
-    """Whether shortening the deepest limb is predicted to cost no angles, or no limb is deeper than the floor.
-
-    It costs none on a mesh that is too coarse for its depth: there rings of few vertices can't shrink from one to the
-    next as a smooth map does.
-    """
-    found = tips_beyond(placed.depth, placed.f, floor, placed.finer)
-    of_deepest = {max((each.tip for each in found if each.meets < 0), key=lambda tip: placed.depth[tip], default=-1)}
-    for each in reversed(found):
-        if each.meets in of_deepest:
-            of_deepest.add(each.tip)
-    limbs = _limbs([each for each in found if each.tip in of_deepest], placed)
-    return not limbs or bool(_table(limbs[-1], placed, source, floor).least[0] <= 0)
+    return points._replace(z=z), stretch
 
 
 def tips_beyond(depth: FloatArray, f: IntArray, floor: float,

@@ -80,13 +80,12 @@ def progressive_embedding(x: FloatArray, f: IntArray, listener: PositionsListene
 
 
 def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
-                  listener: PositionsListener | None = None, persistent: bool = True,
-                  among: BoolArray | None = None) -> FloatArray:
+                  listener: PositionsListener | None = None, among: BoolArray | None = None) -> FloatArray:
     """Repair foldings, or those `among` some faces, by progressive embedding around them; the map's degree stays.
 
     `grid` rounds unit rows to the positions that are allowed. Where it is too coarse, foldings that lie apart are
-    repaired group by group; if `persistent`, ever larger regions around each are rebuilt. Foldings that this does not
-    repair stay. The whole map stays as it is if more than half of its faces are folded.
+    repaired group by group, by ever larger regions around each. Foldings that this does not repair stay. The whole map
+    stays as it is if more than half of its faces are folded.
     """
     bad = folded_faces(x, f) if among is None else folded_faces(x, f) & among
     forced, rings, keep = np.zeros(len(x), dtype=bool), _REMOVED_RINGS, True
@@ -96,7 +95,7 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
         except _RegionTooSmall:
             rings *= 2
         except _TooCoarse as failure:
-            if not persistent or forced.all():
+            if forced.all():
                 break
             if keep and len(groups := _apart(f, bad, len(x))) > 1:
                 for group in groups:

@@ -89,27 +89,17 @@ def small_moves(x: FloatArray, f: IntArray, listener: PositionsListener | None =
     """
     near = dilate(f, marked(f[folded_faces(x, f)], len(x)), _MOVED_RINGS)
     vertices, local = np.unique(f[touching(f, near)], return_inverse=True)
-    corners, start, movable = local.reshape(-1, 3).T, x[vertices].T.copy(), near[vertices]
-    y = best = start
-    bad = fewest = corners[:, column_signs(y.take(corners, axis=1)) <= 0]
-    since = 0
+    corners, movable = local.reshape(-1, 3).T, near[vertices]
+    y = best = x[vertices].T.copy()
+    bad = corners[:, column_signs(y.take(corners, axis=1)) <= 0]
+    fewest, since = bad.size, 0
     while bad.size and since < _PATIENCE:
         y = _projected(y, bad, movable)
         if listener is not None:
             listener(with_rows(x, vertices, y.T))
         bad = corners[:, column_signs(y.take(corners, axis=1)) <= 0]
-        best, fewest, since = (y, bad, 0) if bad.size < fewest.size else (best, fewest, since + 1)
-    return with_rows(x, vertices, _without_failures(start, best, corners.T, fewest.T).T)
-
-
-def _without_failures(x: FloatArray, y: FloatArray, f: IntArray, folded: IntArray) -> FloatArray:
-    """The moves (3, n) from `x` to `y` except for those connected to the foldings that are left."""
-    moved, failed = (x != y).any(axis=0), marked(folded, len(x.T))
-    while True:
-        grown = failed | (dilate(f, failed, 1) & moved)
-        if grown.sum() == failed.sum():
-            return np.where(failed, x, y)
-        failed = grown
+        best, fewest, since = (y, bad.size, 0) if bad.size < fewest else (best, fewest, since + 1)
+    return with_rows(x, vertices, best.T)
 
 
 def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArray:

@@ -18,7 +18,7 @@ from ..newton.system import VertexSystem, gram_blocks
 from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows, weighted_sum
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces, signed_volumes
-from .embedding import dilate, embed_locally
+from .embedding import dilate
 from .local_repair import FEW, RELAXED_RINGS, small_moves
 from .relax import AngleLoss, relax_angles
 
@@ -49,13 +49,13 @@ _SAMPLE = 500
 
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, systems: int,
-                 least_gain: float, *, damping: float, rough: bool = False) -> tuple[FloatArray, float]:
+                 least_gain: float, *, damping: float) -> tuple[FloatArray, float]:
     """Lower the angle differences of a map free of foldings by damped Newton steps, until `Aitken` ends them.
 
     The centroid of the source's area goes to `centroid`. Also returned is the share that further steps are predicted to
-    gain; infinite after `rough` steps, whose foldings are repaired by small moves only, for these predict nothing.
+    gain.
     """
-    problem = AngleProblem(mesh.f, mesh.angles.T, mesh.A, centroid, rough=rough)
+    problem = AngleProblem(mesh.f, mesh.angles.T, mesh.A, centroid)
     steps, end = Levenberg(system, np.full(len(x), damping), systems), Aitken(least_gain)
     mean = problem.value(x)
     for trial in newton(problem, steps, x):
@@ -63,7 +63,7 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
         x, mean = trial.x, trial.value
         if end.reached(gain, predicts=steps.at_once and steps.damping.min() <= damping):
             break
-    return x, np.inf if rough else end.further
+    return x, end.further
 
 
 class Aitken:
@@ -128,14 +128,11 @@ class AngleProblem:
         Centroid that their images are to have.
     smoothing : float, optional
         Differences below this, in radians, count by their squares; a share of their mean by default.
-    rough : bool, optional
-        Whether foldings of a step are repaired by small moves only, and nothing is relaxed around them.
     """
 
     def __init__(self, f: IntArray, source: FloatArray, A: FloatArray, centroid: FloatArray,
-                 smoothing: float | None = None, rough: bool = False) -> None:
-        self.f, self.source, self.A, self.centroid = f, source, A, centroid
-        self._smoothing, self._rough = smoothing, rough
+                 smoothing: float | None = None) -> None:
+        self.f, self.source, self.A, self.centroid, self._smoothing = f, source, A, centroid, smoothing
 
     def value(self, x: FloatArray) -> float:
         """Mean size of the angle differences of a map, in degrees."""
@@ -159,27 +156,23 @@ class AngleProblem:
         return np.asarray(np.einsum("an,ain->ni", step, model.axes))
 
     def accept(self, x: FloatArray, move: FloatArray) -> Trial:
-        """The map x + move; if it folds few faces, they are embedded and relaxed with what is around them.
+        """The map x + move; if it folds few faces, and small moves repair them, what moved is relaxed.
 
         To relax with the model's smoothing in place of .5 degrees ends the set tune .2 percent lower (tried by hand).
         """
         y = unit_rows(x + move)
-        bad = folded = folded_faces(y, self.f)
-        if bad.sum() > FEW * len(self.f):
+        folded = folded_faces(y, self.f)
+        if folded.sum() > FEW * len(self.f):
             return Trial(x, np.inf, folded)
-        if bad.any():
+        if folded.any():
             z = small_moves(y, self.f)
-            bad = folded_faces(z, self.f)
-            if not self._rough and bad.any():
-                z = embed_locally(z, self.f, persistent=False)
-                bad = folded_faces(z, self.f)
-            if not self._rough and not bad.any():
-                movable = dilate(self.f, (z != y).any(axis=1), RELAXED_RINGS)
-                around = touching(self.f, movable)
-                loss = AngleLoss(self.source[:, around])
-                z = relax_angles(z, self.f[around], loss, movable, sweeps=2)  # with 1 nine of 114 parts end worse
-            y = z
-        if bad.any() or not covers_once(y, self.f):
+            if folded_faces(z, self.f).any():
+                return Trial(x, np.inf, folded)
+            movable = dilate(self.f, (z != y).any(axis=1), RELAXED_RINGS)
+            around = touching(self.f, movable)
+            loss = AngleLoss(self.source[:, around])
+            y = relax_angles(z, self.f[around], loss, movable, sweeps=2)  # with 1 nine of 114 parts end worse
+        if not covers_once(y, self.f):
             return Trial(x, np.inf, folded)
         return Trial(y, self.value(y), folded)
 

@@ -7,7 +7,6 @@ limbs are held so.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import permutations
 
@@ -15,20 +14,17 @@ import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray
 from ..sphere.stereographic import Anchored, exponential, log_sum, logarithm, to_ball
-from .deep_limbs import floors, normal_range, shorten_limbs, suits_shortening, tips_beyond
+from .deep_limbs import floor_of, normal_range, shorten_limbs, tips_beyond
 from .layout import Placed, about_images, onto_sphere
 
 
-def placements(placed: Placed, source: FloatArray, centred: bool) -> Iterator[tuple[FloatArray, float, str]]:
-    """Yield maps to try in turn, with stretch and gauge; each has its limbs shortened more than the last."""
-    deepest, *shallower = floors(np.float64)
-    gauge = "centred"
-    if not (centred or suits_shortening(placed, source, deepest)):
-        gauge, placed = "poles", at_poles(placed, deepest)
-    # Where limbs are twice as deep as float64 holds, the floors differ by nothing that matters.
-    for floor in (deepest, *(shallower if placed.depth.max() < 2 * deepest else ())):
-        shortened = shorten_limbs(placed, source, floor)
-        yield onto_sphere(placed, shortened.points), shortened.stretch, gauge
+def on_float64(placed: Placed, source: FloatArray, centred: bool) -> tuple[FloatArray, float, str]:
+    """The map of a body with limbs too deep for float64, with stretch and gauge: "poles" unless it is to be centred."""
+    floor = floor_of(np.float64)
+    if not centred:
+        placed = at_poles(placed, floor)
+    points, stretch = shorten_limbs(placed, source, floor)
+    return onto_sphere(placed, points), stretch, "centred" if centred else "poles"
 
 
 def at_poles(placed: Placed, floor: float) -> Placed:

@@ -3,9 +3,9 @@
 A plan (plan.py) says whether a map is to stay as it is, and else which maps start; they race (race.py):
 
 1. *map*: the map itself, if at most 1 percent of its faces fold.
-2. *angles*: the body laid out in the plane by angles that close, which can't underflow, and put on the sphere. Limbs
-   deeper than float64 are shortened (deep_limbs.py); where that costs angles, the deepest tips are first put where
-   coordinates are finer (poles.py). If no limb is deep, layouts around other holes follow (candidates.py).
+2. *angles*: the body laid out in the plane by angles that close, which can't underflow, and put on the sphere. Of
+   limbs deeper than float64 the deepest tips are put where coordinates are finer (poles.py), and what is still too deep
+   is shortened (deep_limbs.py). If no limb is deep, layouts around other holes follow (candidates.py).
 3. *embedding*: what is folded starts after it was repaired by small moves, or else by progressive embedding; layouts
    that small moves don't suffice for start after the others, and a map that mostly folds starts last.
 4. *newton*: damped Newton steps lower the angle differences of the whole map (effort.py: at what cost).
@@ -38,13 +38,13 @@ from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .candidates import layouts, unfolded_first
-from .deep_limbs import floors
+from .deep_limbs import floor_of
 from .effort import Effort
 from .layout import Placed, unroll
-from .local_repair import is_off_centre, is_worse, repair_locally, restore_gauge
+from .local_repair import is_off_centre, repair_locally, restore_gauge
 from .match_angles import match_angles
 from .plan import POOR, Plan
-from .poles import placements
+from .poles import on_float64
 from .race import Candidate, race
 
 #: Rough steps, which compare candidates, end when all further ones are predicted to gain less than this share. With .05
@@ -97,10 +97,10 @@ class _Repair:
             self.notes.append(left_out(name, error))
 
     def field(self) -> list[Candidate]:
-        """The candidates after rough steps, if several may start."""
+        """The candidates after rough steps, which predict nothing of whole ones, if several may start."""
         field, plan = list[Candidate](), self.plan
         for start in islice(self.starts(), plan.starts):
-            field.append(start if plan.starts == 1 else self.steps(start, _ROUGH_GAIN, rough=True))
+            field.append(start if plan.starts == 1 else replace(self.steps(start, _ROUGH_GAIN), further=np.inf))
             if field[-1].mean <= POOR:
                 break
         if not field and (last := self.embedded(self.x)):
@@ -115,21 +115,12 @@ class _Repair:
         if self.plan.layouts:
             with self.attempt("angles"):
                 placed = unroll(self.mesh, self.x, self._system)
-                if placed is not None and placed.depth.max() > floors(np.float64)[0]:
-                    yield from self._shortened(placed)
+                if placed is not None and placed.depth.max() > floor_of(np.float64):
+                    y, stretch, gauge = on_float64(placed, self.mesh.angles, self.centred)
+                    if start := self.record("angles", y, stretch, gauge) or self.embedded(y, None, stretch, gauge):
+                        yield start
                 else:
                     yield from self._shallow(placed)
-
-    def _shortened(self, placed: Placed) -> Iterator[Candidate]:
-        """Yield the body with limbs as deep as float64 holds; if embedding spoils its angles, with shorter limbs."""
-        spoilt = []
-        for y, stretch, gauge in placements(placed, self.mesh.angles, self.centred):
-            start = self.record("angles", y, stretch, gauge) or self.embedded(y, None, stretch, gauge)
-            if start and not is_worse(start.mean, mean_angle_difference(self.mesh, y)):
-                yield start
-                break
-            spoilt += [start] if start else []
-        yield from sorted(spoilt, key=attrgetter("mean"))
 
     def _shallow(self, placed: Placed | None) -> Iterator[Candidate]:
         """Yield a layout, layouts around other holes, and last the map itself if most of it folds."""
@@ -147,14 +138,14 @@ class _Repair:
                 return self.record("embedding", repair_locally(self.mesh, x, after=after), stretch, gauge)
         return None
 
-    def steps(self, start: Candidate, least_gain: float, rough: bool = False) -> Candidate:
+    def steps(self, start: Candidate, least_gain: float) -> Candidate:
         """A candidate after a round of steps, or itself if they make it no better."""
         with self.attempt("newton"):
             deep = start.gauge == "poles" or start.stretch > 1
             centred = not (deep or is_off_centre(self.mesh, start.x))
             centroid = np.zeros(3) if centred else weighted_sum(self.mesh.A, start.x)
             x, further = match_angles(self.mesh, start.x, centroid, self._system, self.effort.systems, least_gain,
-                                      damping=DAMPED if deep else HALF_DIGITS, rough=rough)
+                                      damping=DAMPED if deep else HALF_DIGITS)
             after = self.record("newton", x, start.stretch, start.gauge)
             if after and after.mean < start.mean:
                 return replace(after, further=further)

@@ -125,8 +125,8 @@ def test_damping_grows_where_a_step_folds():
     assert trials[-1].value < 0.1 * problem().value(x)
 
 
-def test_rough_steps_mend_slivers_by_small_moves_and_refuse_what_only_embedding_would_mend():
-    p = AngleProblem(F, corner_angles(X, F).T, A, A @ X, rough=True)
+def test_steps_mend_slivers_by_small_moves_and_refuse_what_only_embedding_would_mend():
+    p = problem()
     i, j = F[0, :2]
     for target, mended in ((X[j] + 0.02 * (X[j] - X[i]), True), (-X[i], False)):
         move = np.zeros_like(X)
