@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..balance import CONFORMAL
 from ..errors import check_list, check_listener, check_number, own_errstate
 from ..io.formats import format_of
 from ..maps.options import Auto, Method, method_of
@@ -30,7 +31,7 @@ def map_many(
     out: str,
     *,
     method: str | Method = "auto",
-    balance: float = 0.0,
+    balance: float = CONFORMAL,
     repair: bool | Mapping[str, Any] = False,
     force: bool = False,
     manifest: str | os.PathLike[str] | None = None,

@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 
 from ... import samples
 from ..._version import __version__
-from ...balance import IN_PLANE
+from ...balance import AREA_PRESERVING, CONFORMAL, IN_PLANE
 from ...io.formats import CONVENTIONS, FORMATS
 from ...shapes.correspondence import STAGES, STIFFNESS, USUAL
 from ...shapes.harmonics import LARGEST_DEGREE
@@ -93,7 +93,7 @@ COMMANDS = (
         *shared.target("the sphere, same vertex order (but .stl); .npz holds the whole result; - for stdout"),
         shared.method("auto"),
         *shared.METHOD_OPTIONS,
-        shared.balance(0.0),
+        shared.balance(CONFORMAL),
         argument("--radius", "R", "of the sphere in OUT; without it 100 for GIFTI and FreeSurfer, 1 elsewhere",
                  type=POSITIVE),
         switch("--with-surface", help="write the surface with the sphere beside it: x y z px py pz of a .ply file"),
@@ -108,14 +108,14 @@ COMMANDS = (
         shared.REFLECT,
         *shared.OUTPUT,
     )),
-    Command("disk", "plane", (*shared.PLANE, shared.balance(0.0))),
+    Command("disk", "plane", (*shared.PLANE, shared.balance(CONFORMAL))),
     Command("flatten", "plane", (*shared.PLANE, shared.balance(IN_PLANE))),
     Command("info", "info", (*shared.source(), *shared.OUTPUT)),
     Command("view", "view", (
         *shared.source(),
         argument("sphere", "SPHERE", "its map; without it it is made, or found in an .npz", nargs="?"),
         shared.method("auto"),
-        shared.balance(0.0),
+        shared.balance(CONFORMAL),
         choice("--show", SHOWN, "what the colours show", default="foldings"),
         *shared.pictures(),
     )),
@@ -241,7 +241,7 @@ COMMANDS = (
                        "{folder}/{stem}.thickness or {folder}/{stem}.npz:NAME"),
         argument("--modes", "K", "how many principal modes", type=POSITIVE_COUNT, default=10),
         argument("--to", "ico:K", "the mean's mesh, of 10 * 4^K + 2 vertices; cortices need ico:5", default="ico:4"),
-        shared.balance(1.0),
+        shared.balance(AREA_PRESERVING),
         switch("--rigid", help="keep the members' sizes; without it shapes are compared"),
         shared.several("--exclude", "IN", "leave this one of the surfaces out"),
         shared.RATINGS,
@@ -262,7 +262,7 @@ COMMANDS = (
                  "{folder}/lh.sphere.conformal or spheres/{stem}.ply", required=True),
         shared.method("auto"),
         *shared.METHOD_OPTIONS,
-        shared.balance(0.0),
+        shared.balance(CONFORMAL),
         *shared.MANY,
         *shared.READING[1:],
     )),
@@ -289,7 +289,7 @@ COMMANDS = (
                  type=number("from 1 to 1000", lambda n: 1 <= n <= 1000, int), default=10),
         argument("--template", "FILE", "an ellalign.coef that directs each body's axes; without it their own third "
                  "moments"),
-        shared.balance(1.0),
+        shared.balance(AREA_PRESERVING),
         *shared.MANY,
     )),
     Command("reproduce", "reproduce", (

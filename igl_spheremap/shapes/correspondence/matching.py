@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...balance import AREA_PRESERVING
 from ...errors import MapError, Remedy, check_list, check_number, own_errstate
 from ...maps.balanced import balanced_spherical_map
 from ...maps.given_sphere import certified
@@ -125,7 +126,7 @@ def match(
     """
     history = History(listener)
     check_number(feature_weight, "feature_weight")
-    pairs = (each if isinstance(each, SphereMap) else balanced_spherical_map(each, balance=1.0)
+    pairs = (each if isinstance(each, SphereMap) else balanced_spherical_map(each, balance=AREA_PRESERVING)
              for each in (source, target))
     source, target = (each if each.certificate.folding_free else certified(each.mesh, each.sphere) for each in pairs)
     given = LandmarkPairs.of(landmarks, curves, source, target)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...balance import ON_SPHERE
 from ...errors import FileError, FoldingsRemain, MeshError
 from ...io.files import read_mesh
 from ...io.hemispheres import atlas_of
@@ -29,8 +30,6 @@ from .jobs import HemisphereJob, LabelFile
 from .labels import label_margin
 from .writer import Writer
 
-#: Balance of the subjects' own maps: it comes nearest to FreeSurfer's spheres (docs/guide/freesurfer.md).
-_BALANCE = 0.85
 #: Radians by which registrations are off along each axis: a median of 1.9 mm on fsaverage (docs/correspondence.md),
 #: which is 1.18 standard deviations of two axes, on a sphere of 74 mm that has its area.
 _ERROR = 1.9 / 1.18 / 74
@@ -73,9 +72,9 @@ class SphereRegistration(Task[HemisphereJob]):
         templates = [self.template(job, k) for k in range(len(job.templates))]
         atlases = [(atlas, *self._atlas(atlas)) for atlas in job.atlases]
         check()
-        mark = make_mark(v, given.f, "sphere-reg", {"balance": _BALANCE})
+        mark = make_mark(v, given.f, "sphere-reg", {"balance": ON_SPHERE})
         self._refuse(job, mark)
-        own = balanced_spherical_map(v, given.f, balance=_BALANCE)
+        own = balanced_spherical_map(v, given.f, balance=ON_SPHERE)
         found = [register(own, template, reflect=self.reflect) for template in templates]
         spheres = [reflected(each.map) if self.reflect else each.map for each in found]  # they fit the surface as it is
         taken = [label_margin(templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...balance import AREA_PRESERVING
 from ...draw.markup import table
 from ...draw.palette import round_up, sizes
 from ...draw.plot import pose
@@ -116,7 +117,7 @@ class Group(Shown):
     left_out: Mapping[str, str]
     changes: tuple[float, ...]
     rigid: bool = False
-    balance: float = 1.0
+    balance: float = AREA_PRESERVING
     feature_names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 

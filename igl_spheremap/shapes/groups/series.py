@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...balance import AREA_PRESERVING
 from ...draw.markup import table
 from ...draw.shown import Drawing, Shown, place_drawing
 from ...errors import MeshError, check_list, check_number, own_errstate
@@ -99,7 +100,7 @@ def series(
     *,
     features: Sequence[ArrayLike] | None = None,
     target: str = "ico:4",
-    balance: float = 1.0,
+    balance: float = AREA_PRESERVING,
     out: str | os.PathLike[str] | None = None,
     engine: Engine = USUAL,
 ) -> Series:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...balance import AREA_PRESERVING
 from ...errors import MeshError, check_list, check_number, check_whole, one_line, own_errstate
 from ...io.npz import read_arrays, save_arrays
 from ...io.written_map import read_map
@@ -36,7 +37,7 @@ def template(
     features: Sequence[ArrayLike] | None = None,
     modes: int = 10,
     target: str = "ico:4",
-    balance: float = 1.0,
+    balance: float = AREA_PRESERVING,
     rigid: bool = False,
     out: str | os.PathLike[str] | None = None,
     engine: Engine = USUAL,

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...balance import AREA_PRESERVING
 from ...draw.markup import table
 from ...draw.palette import sequential
 from ...draw.shown import Drawing, Shown, place_drawing
@@ -406,7 +407,7 @@ def _notes(source: SphereMap, degree: int) -> tuple[str, ...]:
 @takes_mesh
 @own_errstate
 def coefficients_from_mesh(v: ArrayLike, f: ArrayLike, degree: int, *, basis: Basis = "orthonormal",
-                           balance: float = 1.0) -> FloatArray:
+                           balance: float = AREA_PRESERVING) -> FloatArray:
     """Map a closed surface to the sphere, certify the map, and expand the surface in spherical harmonics.
 
     Bodies need not be star-shaped. The notes of `spherical_harmonics` are Python warnings here.

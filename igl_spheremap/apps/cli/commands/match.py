@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ....balance import AREA_PRESERVING
 from ....io.files import write_mesh
 from ....io.formats import format_of
 from ....io.npz import read_arrays
@@ -88,7 +89,7 @@ def _mapped(args: Namespace, source: InputMesh) -> SphereMap:
     if not source.repairs and path.suffix.lower() == ".npz" and "sphere" in read_arrays(path):
         return read_map(path)
     args.progress.begin(f"mapping {source.name} to the sphere")
-    return balanced_spherical_map(source.v, source.f, balance=1.0, caps=source.caps,
+    return balanced_spherical_map(source.v, source.f, balance=AREA_PRESERVING, caps=source.caps,
                                   listener=args.progress.listener(source.f))
 
 
