@@ -156,28 +156,36 @@ def _stability(v: FloatArray, axis: int) -> float:
     return float(-(hull.equations[:, :2] @ v[:, level].mean(axis=0) + hull.equations[:, 2]).max())
 
 
+def vertical(v: FloatArray, up: str = "auto") -> FloatArray:
+    """The direction that is up: one of `UPS`, by "auto" what `upright` finds, of `SIDES` z.
+
+    >>> vertical(np.eye(3), "left").tolist(), vertical(np.eye(3), "-x").tolist()
+    ([0.0, 0.0, 1.0], [-1.0, 0.0, 0.0])
+    """
+    named = upright(v) if up == "auto" else "z" if up in SIDES else up
+    if named not in UPS:
+        raise ValueError(f"unknown direction {up!r}: choose one of auto, {', '.join((*UPS, *SIDES))}")
+    return np.array(UPS[named], dtype=np.float64)
+
+
 def pose(v: FloatArray, up: str = "auto") -> FloatArray:
     """Rotation whose rows are right, up and towards the viewer: the broad side in front, seen from above and aside.
 
-    `up` is one of `UPS`, or "auto": what `upright` finds; or one of `SIDES`, from which the surface is seen.
+    `up` is as of `vertical`; from one of `SIDES` the surface is seen.
 
     >>> box = np.array([[0.0, 0, 0], [9, 0, 0], [9, 2, 0], [9, 2, 5]])
     >>> rotation = pose(box, "z")
     >>> bool(rotation[0] @ [1, 0, 0] > 0.8), bool(rotation[1] @ [0, 0, 1] > 0.9)
     (True, True)
     """
-    up = upright(v) if up == "auto" else up
     if up in SIDES:
         return np.array(SIDES[up], dtype=np.float64)
-    if up not in UPS:
-        raise ValueError(f"unknown direction {up!r}: choose one of auto, {', '.join((*UPS, *SIDES))}")
-    vertical = np.array(UPS[up], dtype=np.float64)
-    level = np.flatnonzero(vertical == 0)
+    standing = vertical(v, up)
+    level = np.flatnonzero(standing == 0)
     extent = np.ptp(v, axis=0)
     right = np.zeros(3)
     right[level[int(np.argmax(extent[level] * [1.0001, 1.0]))]] = 1.0  # of equal extents the first
-    front = np.cross(right, vertical)
-    axes = np.vstack((right, vertical, front))
+    axes = np.vstack((right, standing, np.cross(right, standing)))
     a, e = _AZIMUTH, _ELEVATION
     aside = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
     above = np.array([[1, 0, 0], [0, np.cos(e), -np.sin(e)], [0, np.sin(e), np.cos(e)]])

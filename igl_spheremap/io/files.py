@@ -138,4 +138,5 @@ def write_mesh(
     x, faces = check_rows(rows, name="vertices"), check_triangles(triangles)
     kind = format_of(path)
     with replacing(path, force) as partial:
-        kind.functions.write(partial, x, faces, structure_of(path) | dict(metadata or {}))
+        known = {"name": Path(path).stem} | structure_of(path) | dict(metadata or {})
+        kind.functions.write(partial, x, faces, known)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..draw.plot import vertical
 from ..errors import MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_expansion, check_regular
@@ -21,7 +22,6 @@ _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "
 #: Types of numbers.
 _KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _RGB = ("red", "green", "blue")
-_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 _DEEPEST = 64  # nodes below one another; trimesh takes time by the square of their number
 
 
@@ -129,11 +129,14 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
 def write_body(path: Path, body: Any, metadata: Metadata) -> None:
     """Write a mesh of trimesh's, with the metadata's mark as the generator, and ``extras`` as those of the mesh.
 
-    Where ``up`` is "z", a node turns the mesh, since y is up in glTF.
+    A node of its ``name`` turns the mesh so that what is ``up``, as of `vertical`, is y, as in all glTF files.
     """
     trimesh = import_optional("trimesh", "glTF", "io")
+    up, turn = vertical(body.vertices, metadata.get("up", "y")), np.eye(4)
+    right = np.eye(3)[int(up[0] != 0)]
+    turn[:3, :3] = right, up, np.cross(right, up)
     scene = trimesh.Scene()
-    scene.add_geometry(body, transform=_Z_UP if metadata.get("up") == "z" else None)
+    scene.add_geometry(body, node_name=metadata.get("name"), geom_name=metadata.get("name"), transform=turn)
 
     def marked(tree: dict[str, Any]) -> None:
         tree["asset"]["generator"] = metadata.get("mark", tree["asset"]["generator"])

@@ -55,8 +55,8 @@ def write_plane_map(
         For each vertex its row in the whole surface: ``vertex_source`` of what `repair_disk` made, -1 in caps. By
         default the surface is a whole one. Patches and NPZ hold them; OBJ has vertices of one row once, and coordinates
         by corner (``f v/vt``).
-    up : {"y", "z"}
-        For GLB: which way is up in the surface's coordinates. GLB's own is y; for "z" the scene turns the surface.
+    up : str
+        For GLB: the direction that is up in the surface's coordinates, as of `write_textured`.
 
     Returns
     -------

@@ -178,8 +178,9 @@ def write_textured(
     force : bool
         Replace existing files.
     metadata : dict, optional
-        Of a .glb file: ``up``, "y" or "z", which way is up (y by the standard: where it is z, the scene turns the
-        surface); ``mark``; and ``extras`` of the mesh, which in .obj files are a comment.
+        Of a .glb file: ``up``, the direction that is up, "x", "-x", "y" (the default) and so on, or "auto" for the one
+        on which the surface stands best (a node turns the surface so that y is); ``name`` of the node, by default the
+        file's; ``mark``; and ``extras`` of the mesh, which in .obj files are a comment.
 
     Raises
     ------
@@ -192,7 +193,8 @@ def write_textured(
     check_indices(faces, len(vertices))
     normals = atlas.carry(igl.per_vertex_normals(own_unit(vertices)[0], faces))
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
-    target, known = Path(path), metadata or {}
+    target = Path(path)
+    known = {"name": target.stem} | dict(metadata or {})
     if target.suffix.lower() == ".obj":
         _write_obj(target, atlas.carry(vertices), normals, atlas, image, force, known)
     elif target.suffix.lower() == ".glb":

@@ -234,7 +234,7 @@ def write_sphere(
     kind = format_of(path)
     if surface is not None and not kind.both:
         raise FileError(f"{path}: {kind.name} files hold no sphere beside a surface; write .ply or .npz")
-    known = {"geometric_type": "Spherical"} | structure_of(path) | dict(metadata or {})
+    known = {"geometric_type": "Spherical", "name": Path(path).stem} | structure_of(path) | dict(metadata or {})
     size = kind.radius if radius is None else radius
     positions, moved = size * x, 0
     if kind.single:

@@ -202,7 +202,8 @@ METHOD_OPTIONS = (
     choice("--edge-weights", get_args(EdgeWeights), "of intrinsic Delaunay triangles, or the paper's (lai2014)"),
     choice("--metric", get_args(PaperMetric), "what the energy's derivatives are divided by (lai2014)"),
 )
-UP = choice("--up", UPS, "which way is up in pictures; without it by the file's name and format, or its shape")
+UP = choice("--up", UPS, "which way is up, in pictures and .glb files; without it by the file's name and format, or "
+            "its shape")
 REPORT = argument("--report", "PAGE", "write x.html, or a page in a folder: figures and pictures")
 RATINGS = argument("--ratings", "FILE", "leave out what is rated fail in this table, which a page saved")
 SOURCES = argument("sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*")

@@ -163,6 +163,7 @@ COMMANDS = (
         choice("--texture", ("carried", "baked"), "SOURCE's own texture: on the map's image, or drawn anew for the "
                "coordinates of --show or of a map to the plane"),
         argument("--image", "FILE", "the picture of a texture; without it a checkerboard"),
+        shared.UP,
         *shared.OUTPUT,
     )),
     Command("harmonics", "harmonics", (

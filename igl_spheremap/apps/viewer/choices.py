@@ -19,8 +19,6 @@ RATE = 20
 KEEP = 400.0
 #: Directions that may be up; with the last two z is, and the surface is seen from its left or its right.
 UPS = ("auto", "x", "-x", "y", "-y", "z", "-z", "left", "right")
-#: How surfaces stand whose third coordinate is up.
-Z_UP = ("z", "left", "right")
 _Y_UP = (".glb", ".gltf")
 #: What says in the name of a surface, or in its file, on which side of a brain it lies; single letters only in GIFTI's.
 _SIDES = {"left": "lh|hemi-l|cortexleft", "right": "rh|hemi-r|cortexright"}

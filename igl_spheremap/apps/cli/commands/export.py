@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....draw.palette import colours
+from ....draw.plot import upright
 from ....errors import MeshError, import_optional
 from ....io.files import write_mesh
 from ....io.formats import format_of
@@ -17,7 +18,7 @@ from ....mesh.arrays import FloatArray, own_unit
 from ....plane.plane_map import unit_square
 from ....resampling.texture import SIDE, Atlas, Projection, bake, checker_image, plane_atlas, texture_atlas
 from ....verify.distortion import vertex_maps
-from ...viewer.choices import Z_UP, guess_up
+from ...viewer.choices import guess_up
 from ..arguments import refuse_flags
 from ..exits import UsageError
 from ..inputs import InputMap, InputMesh
@@ -50,12 +51,12 @@ def run_export(args: Namespace) -> None:
     source = pair.source
     found = Findings(source=source.name, sphere=pair.name, target=target, show=args.show, texture=args.texture)
     args.progress.begin(f"writing {target}")
-    up = "z" if source.up in Z_UP else "y"
+    up = args.up or source.up
+    up = upright(source.v) if up == "auto" else up
     if args.texture == "carried":
         texture = read_textured(args.source)
         atlas = _own_atlas(texture, source)
-        write_textured(target, pair.x, source.f, atlas, texture.image, force=args.force,
-                       metadata={"up": up})
+        write_textured(target, pair.x, source.f, atlas, texture.image, force=args.force, metadata={"up": up})
         outcome = f"SOURCE's coordinates and picture on {pair.name}"
     elif args.show in _SCALARS:
         outcome = f"{args.show}, {_export_scalars(args, pair, up, found)}"
@@ -164,9 +165,8 @@ def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
         rows = source.rows if len(v) < len(p) else np.arange(len(p))
         atlas = plane_atlas(uv, source.f, rows, len(v))
         image = _image(args, replace(source, v=v, f=f), atlas)
-    write_textured(args.target, v, f, atlas, image, force=args.force,
-                   metadata={"up": "z" if guess_up(source.name) in Z_UP else "y",
-                             "extras": known})
+    own = "y" if args.texture == "carried" else guess_up(source.name)  # a plane image stands as it is drawn
+    write_textured(args.target, v, f, atlas, image, force=args.force, metadata={"up": args.up or own, "extras": known})
     found = Findings(source=source.name, sphere=args.sphere, target=args.target, show=args.show, texture=args.texture)
     found.add("written", f"{args.target}: {args.texture or 'checkerboard'}, {len(atlas.uv)} texture coordinates, "
               f"{len(atlas.f)} faces")

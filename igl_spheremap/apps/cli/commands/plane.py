@@ -23,7 +23,6 @@ from ....result.result import run_findings
 from ....result.run import Iterate, Listener
 from ....verify.certificate import Certificate
 from ...report import write_plane_report
-from ...viewer.choices import Z_UP
 from ..arguments import repair_options
 from ..exits import Exit, UsageError, usage
 from ..inputs import STREAM, InputMap, InputMesh, load_pair, read_any
@@ -73,7 +72,7 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     def write(result: PlaneMap) -> tuple[Certificate, Findings]:
         args.progress.begin(f"writing {args.target}")
         written = write_plane_map(args.target, result, force=args.force, rows=source.rows,
-                                  up="z" if (args.up or source.up) in Z_UP else "y")
+                                  up=args.up or source.up)
         return written, _findings(source, args, result, written)
 
     return map_and_report(args, source, solved, [show], write,

@@ -106,13 +106,35 @@ def test_a_scene_is_turned_so_that_y_is_up(show, files, tmp_path):
     assert cKDTree(upright).query(v)[0].max() < 1e-6 * np.ptp(v)
 
 
+@pytest.mark.parametrize("words", [[], ["--up=x"], ["--up=-z"]])
+def test_a_node_of_the_file_s_name_turns_what_is_up_to_y(words, files, tmp_path):
+    """By the shape where the file's name and format say nothing: a cone stands on its disk, whatever its axis."""
+    trimesh = pytest.importorskip("trimesh")
+    v, f = samples.sphere(642)
+    tip = np.argmax(v[:, 0])
+    v = np.clip(v, -0.4, None) * [0.3, 1, 1]
+    v[tip] = [3, 0, 0]
+    v = {"--up=x": v, "--up=-z": v[:, [1, 2, 0]] * [1, -1, -1]}.get(*words or [""], np.roll(v, 1, axis=1))
+    write_mesh(tmp_path / "cone.ply", v, f)
+    write_sphere(tmp_path / "image.ply", spherical_conformal_map(v, f).sphere, f)
+    names = [str(tmp_path / name) for name in ("cone.ply", "image.ply", "stands.glb")]
+    assert main(["export", *names, "--show", "angles", "-q", *words]) == 0
+    scene = trimesh.load_scene(tmp_path / "stands.glb")
+    assert list(scene.geometry) == ["stands"]
+    assert "stands" in scene.graph.nodes_geometry
+    found = scene.to_mesh()
+    assert np.argmax(found.vertices[:, 1]) == tip
+    assert np.abs(found.vertices[tip, [0, 2]]).max() < 1e-6
+    assert found.volume > 0
+
+
 @pytest.mark.parametrize("target", ["a.glb", "a.obj"])
 def test_a_carried_texture_keeps_its_coordinates(target, painted, files, tmp_path):
     import trimesh
 
     x = read_mesh(files[1]).v
     words = ["export", str(tmp_path / "painted.obj"), files[1], str(tmp_path / target), "--texture", "carried"]
-    assert main(words) == 0
+    assert main([*words, "--up", "y"]) == 0
     written = trimesh.load(tmp_path / target, process=False, force="mesh")
     nearest = cKDTree(x).query(written.vertices)[1]
     assert np.allclose(written.vertices, x[nearest], atol=1e-6)
