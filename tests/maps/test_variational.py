@@ -64,11 +64,15 @@ def test_foldings_of_strong_landmarks_are_reported_and_avoided_by_default():
 
 
 def test_a_turned_problem_has_a_turned_answer():
+    """Rounding sends the two descents apart: they meet at the minimum, as near to it as the tolerance asks for."""
     x = ism.spherical_conformal_map(V, F).sphere
     y = targets(x)
     quarter = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])
-    straight, turned = (ism.landmark_map(V, F, CHOSEN, y @ R).sphere for R in (np.eye(3), quarter))
-    assert np.abs(straight @ quarter - turned).max() < 1e-2
+    straight, turned = (
+        ism.landmark_map(V, F, CHOSEN, y @ R, landmark_weights=10.0, sobolev_gradient_tolerance=1e-4, plateau=0.0)
+        for R in (np.eye(3), quarter))
+    assert straight.status is turned.status is ism.Status.CONVERGED
+    assert np.abs(straight.sphere @ quarter - turned.sphere).max() < 2e-3
 
 
 def test_the_history_holds_the_objective_and_the_result_the_harmonic_energy():
