@@ -163,23 +163,24 @@ class Cholmod(Analysis):
     backend: ClassVar[str] = "cvxopt"
 
     def __init__(self, entries: Entries) -> None:
-        import cvxopt.amd
-        import cvxopt.cholmod
+        import cvxopt
+        from cvxopt import amd, cholmod  # cvxopt.cholmod is set a moment after another thread has imported it
 
         self._cvxopt: Any = cvxopt
+        self._cholmod: Any = cholmod
         dissect, graph = entries.n >= _CHOLMOD_DISSECTS_FROM, entries.graph
         vertices = nested_dissection(graph).order if dissect else bandwidth_order(graph)
         ordered = dissect or entries.unknowns > 1
         if ordered and not dissect:  # minimum degree on the vertices' graph: a quarter of the entries, the same fill
             half = self._matrix(*Entries.of(graph).lower(vertices), len(vertices))
-            vertices = vertices[np.asarray(cvxopt.amd.order(half)).ravel()]
+            vertices = vertices[np.asarray(amd.order(half)).ravel()]
         self._order = entries.expanded(vertices)
         self._A = self._matrix(*entries.lower(self._order), entries.n)
         self._place = np.asarray(self._A.V, dtype=np.int64).ravel()  # cvxopt sorts by columns
         given = {"p": cvxopt.matrix(np.arange(entries.n))} if ordered else {}
         # Orders to try, `given` first; 0 is the default.
         with self._options(nmethods=1 + (dissect and entries.repeated) if ordered else 0):
-            self._symbolic = cvxopt.cholmod.symbolic(self._A, **given)
+            self._symbolic = cholmod.symbolic(self._A, **given)
 
     def _matrix(self, rows: np.ndarray, columns: np.ndarray, values: np.ndarray, n: int) -> Any:
         A = sp.coo_matrix((values.astype(np.float64), (rows, columns)), shape=(n, n))
@@ -191,7 +192,7 @@ class Cholmod(Analysis):
     @contextmanager
     def _options(self, **options: int) -> Iterator[None]:
         """Options of CHOLMOD while one thread uses it; the caller's own are restored."""
-        current = self._cvxopt.cholmod.options
+        current = self._cholmod.options
         with _OPTIONS:
             before = dict(current)
             current.update(supernodal=2, **options)
@@ -205,7 +206,7 @@ class Cholmod(Analysis):
         self._A.V = self._cvxopt.matrix(values.take(self._place))
         try:
             with self._options():
-                self._cvxopt.cholmod.numeric(self._A, self._symbolic)
+                self._cholmod.numeric(self._A, self._symbolic)
         except ArithmeticError as error:
             raise FactorisationFailed(f"CHOLMOD: not positive definite ({error})") from error
         except MemoryError as error:  # rows of a hundred thousand entries fill the factor
@@ -213,13 +214,13 @@ class Cholmod(Analysis):
         return self._order, self._solve
 
     def _solve(self, b: np.ndarray) -> np.ndarray:
-        matrix, cholmod = self._cvxopt.matrix, self._cvxopt.cholmod
+        matrix = self._cvxopt.matrix
         with self._options():
             if b.size == len(b):
                 x = matrix(b)
-                cholmod.solve(self._symbolic, x)
+                self._cholmod.solve(self._symbolic, x)
             else:  # sparse right-hand sides go through the factor four at a time: a third of the time
-                x = matrix(cholmod.spsolve(self._symbolic, self._cvxopt.sparse(matrix(np.asfortranarray(b)))))
+                x = matrix(self._cholmod.spsolve(self._symbolic, self._cvxopt.sparse(matrix(np.asfortranarray(b)))))
         return np.asarray(x).reshape(b.shape)
 
 

@@ -1,5 +1,6 @@
 """All factorisations agree, and fail alike."""
 
+import sys
 import threading
 
 import igl
@@ -148,6 +149,16 @@ def test_threads_share_the_options_of_cvxopt_and_leave_the_callers_own_alone(mon
     assert max(seen) < 1e-9 * np.abs(alone).max()
     assert (cholmod.options["supernodal"], cholmod.options["postorder"]) == (0, False)
     assert "nmethods" not in cholmod.options
+
+
+def test_a_library_that_another_thread_has_just_imported_is_used(monkeypatch):
+    """For a moment it is in `sys.modules`, and not yet an attribute of its package."""
+    cvxopt = pytest.importorskip("cvxopt.cholmod") and pytest.importorskip("cvxopt.amd") and sys.modules["cvxopt"]
+    for name in ("amd", "cholmod"):
+        monkeypatch.delattr(cvxopt, name)
+    P = problem(2, 1e-3)
+    b = right_hand_sides(P.shape[0])
+    np.testing.assert_allclose(P @ factorize(P, "cvxopt").solve(b), b, atol=1e-10)
 
 
 def test_one_right_hand_side_is_a_column(backend):
