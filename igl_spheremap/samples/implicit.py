@@ -71,7 +71,7 @@ class SmoothUnion:
         return nearest - self.blend * np.log(np.sum(np.exp((nearest - distance) / self.blend), axis=0))
 
     def _distance(self, part: Limb, points: FloatArray) -> FloatArray:
-        """Distance to the limb, or, of points too far off to be blended, the smaller one to its box."""
+        """Distance to the limb; for points too far off to be blended, that to its box, which is smaller."""
         lower, upper = part.box()
         distance = np.linalg.norm(points - np.clip(points, lower, upper), axis=1)
         near = distance < _NEGLIGIBLE * self.blend
