@@ -9,7 +9,7 @@ import numpy as np
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
 from ...mesh.edges import marked, touching
 from ...sphere.rows import row_crosses, row_dots, unit_rows
-from .complex import Complex, Faces
+from .complex import Complex
 from .walk import Segments, Triangulation
 
 #: Distances, in units of the largest coordinate, that come out of the rounding of points and of their images.
@@ -76,14 +76,14 @@ class Coincidences:
         The faces, of which `left` are left.
     owners : (2, m) int64 array
         The face of A and of B that each is a part of.
-    on : pair of (k, 3) float64 arrays
+    on : (2, k, 3) float64 array
         The nodes on A and on B, in each one's own unit.
     node : (k,) int64 array
         The node that each has become.
     """
 
-    def __init__(self, faces: IntArray, owners: IntArray, on: tuple[FloatArray, FloatArray],
-                 surfaces: tuple[FloatArray, FloatArray], vertices: tuple[IntArray, IntArray]) -> None:
+    def __init__(self, faces: IntArray, owners: IntArray, on: FloatArray, surfaces: tuple[FloatArray, FloatArray],
+                 vertices: tuple[IntArray, IntArray]) -> None:
         self.faces, self.owners, self.on = faces, owners, on
         self.left, self.node = np.ones(len(faces), dtype=bool), np.arange(len(on[0]))
         self._normals = tuple(_normals(surface) for surface in surfaces)
@@ -91,20 +91,17 @@ class Coincidences:
 
     def merge(self) -> int:
         """Take flat faces out by collapses, and count those that are left."""
-        rows, n = np.flatnonzero(self.left), len(self.node)
-        flat = rows[self._flat(self.faces[rows], self.owners[:, rows])]
-        if not len(flat):
-            return 0
-        beside = touching(self.faces, marked(self.faces[flat], n)) & self.left
+        n, flat = len(self.node), np.flatnonzero(self._flat(self.faces, self.owners))
+        beside = touching(self.faces, marked(self.faces[flat], n))
         self._whole = marked(self.faces[beside], n)  # nodes whose faces are all in the complex
-        near = np.flatnonzero(touching(self.faces, self._whole) & self.left)
+        near = np.flatnonzero(touching(self.faces, self._whole))
         self._complex = Complex(dict(zip(near.tolist(), map(tuple, self.faces[near].tolist()), strict=True)))
         self._bad = set(flat.tolist())
         while any([self._collapse(i) for i in flat.tolist() if i in self._bad]):
             pass
         kept = list(self._complex.faces)
         self.left[near] = False
-        self.left[kept], self.faces[kept] = True, list(self._complex.faces.values())
+        self.left[kept], self.faces[kept] = True, np.reshape(list(self._complex.faces.values()), (-1, 3))
         return len(self._bad)
 
     def _flat(self, faces: IntArray, owners: IntArray) -> BoolArray:
@@ -117,18 +114,6 @@ class Coincidences:
             flat |= ~(row_dots(row_crosses(b - a, c - a), normal) > _FLAT * own.max(axis=0)) & normal.any(axis=1)
             square = np.maximum(square, own)
         return flat | (square.min(axis=0) <= _ROUNDING**2)
-
-    def _put(self, faces: Faces, owners: IntArray, gone: set[int]) -> bool:
-        """Put faces in the complex if that leaves fewer flat ones, and say whether it did."""
-        rows = np.array(list(faces))
-        flat = self._flat(np.array(list(faces.values())), owners)
-        before = self._bad & {*faces, *gone}
-        if flat.sum() >= len(before):
-            return False
-        self._complex.put(faces, gone)
-        self._bad = self._bad - before | set(rows[flat].tolist())
-        self.owners[:, rows] = owners
-        return True
 
     def _distance(self, v: int, w: int) -> float:
         """Measure the distance of two nodes on the surface where it is larger."""
@@ -149,13 +134,17 @@ class Coincidences:
         """Move one end of a side to the other, which ends the side, if that leaves fewer flat faces."""
         if not (self._whole[[out, into]].all() and (edit := self._complex.collapsed(out, into))):
             return False
-        old = [p[into].copy() for p in self.on]
+        faces, gone = edit
+        rows, old = np.array(list(faces)), self.on[:, into].copy()
         for p, fixed in zip(self.on, self._vertex, strict=True):
             p[into] = p[out] if fixed[out] else p[into]
-        if not self._put(edit[0], self.owners[:, list(edit[0])], edit[1]):
-            for p, place in zip(self.on, old, strict=True):
-                p[into] = place
+        flat = self._flat(np.array(list(faces.values())), self.owners[:, rows])
+        before = self._bad & {*faces, *gone}
+        if flat.sum() >= len(before):
+            self.on[:, into] = old
             return False
+        self._complex.put(faces, gone)
+        self._bad = self._bad - before | set(rows[flat].tolist())
         for fixed in self._vertex:
             fixed[into] |= fixed[out]
         self.node[self.node == out] = into

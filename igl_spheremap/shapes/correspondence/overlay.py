@@ -105,18 +105,17 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     crossings = interpolate(A.x, A.f, take_points(source_location, slice(first, None)))
     x = np.concatenate((A.x, B.x[alone], unit_rows(crossings)))
     (own_a, unit_a), (own_b, unit_b) = own_unit(source.vertices), own_unit(target.vertices)
-    on_source, on_target = interpolate(own_a, A.f, source_location), interpolate(own_b, B.f, target_location)
+    on = np.stack((interpolate(own_a, A.f, source_location), interpolate(own_b, B.f, target_location)))
     faces, owners = cell_triangles(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first), x)
-    merged = Coincidences(faces, owners, (on_source, on_target), (own_a[A.f], own_b[B.f]), (own, other))
+    merged = Coincidences(faces, owners, on, (own_a[A.f], own_b[B.f]), (own, other))
     merged.merge()
     without_area = merged.join_places()
     source_face, target_face = merged.owners[:, merged.left]
     target_vertex = merged.node[other]
     target_location.face[target_vertex], target_location.weights[target_vertex] = at_vertices(B.f)
     used, corners = np.unique(merged.faces[merged.left], return_inverse=True)
-    on_source, on_target = np.ldexp(on_source[used], unit_a), np.ldexp(on_target[used], unit_b)
-    return Overlay(corners.reshape(-1, 3), on_source, on_target, take_points(source_location, used),
-                   take_points(target_location, used), source_face, target_face,
+    return Overlay(corners.reshape(-1, 3), np.ldexp(on[0, used], unit_a), np.ldexp(on[1, used], unit_b),
+                   take_points(source_location, used), take_points(target_location, used), source_face, target_face,
                    np.searchsorted(used, target_vertex), without_area)
 
 
