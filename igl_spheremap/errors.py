@@ -261,6 +261,15 @@ def within(error: E, place: str) -> E:
     return error
 
 
+@contextmanager
+def naming(file: str) -> Iterator[None]:
+    """Put the name of a file before what is wrong with the mesh or the map in it."""
+    try:
+        yield
+    except (MeshError, FoldingsRemain) as error:
+        raise within(error, f"{file}: ") from None
+
+
 def without_name(line: str, name: str) -> str:
     """A message without the name of its file, for where that stands already.
 

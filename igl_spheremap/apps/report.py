@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import os
 import platform
-import sys
 import tempfile
 from collections.abc import Callable, Iterable
 from html import escape
@@ -15,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from .._version import __version__
 from ..draw.markup import MOST_FACES, View, made_by, page, page_file, picture, scene, small_png, table
 from ..draw.palette import ANGLES, AREAS, FOLDED, fitting
 from ..draw.plot import fit, pose
@@ -192,10 +192,7 @@ def _svg(figure: Any) -> str:
 
 
 def _versions() -> list[tuple[str, str]]:
-    rows = [("python", platform.python_version()), ("system", f"{platform.system()} {platform.machine()}")]
-    for name in ("igl_spheremap", "libigl", "numpy", "scipy", "polyscope", "matplotlib"):
-        try:
-            rows.append((name, metadata.version(name)))
-        except metadata.PackageNotFoundError:
-            rows.append((name, "not installed" if name not in sys.modules else "not from a package"))
-    return rows
+    packages = ("libigl", "numpy", "scipy", "polyscope", "matplotlib")
+    there = [name for name in packages if any(metadata.distributions(name=name))]
+    return [("python", platform.python_version()), ("system", f"{platform.system()} {platform.machine()}"),
+            ("igl_spheremap", __version__), *((name, metadata.version(name)) for name in there)]

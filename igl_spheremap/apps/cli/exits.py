@@ -26,8 +26,8 @@ class Exit(IntEnum):
         return one
 
     OK = 0, "done; a map is certified folding-free"
-    NO_MESH = 2, "the input is not a closed, oriented, connected genus-0 triangle mesh"
-    UNCERTIFIED = 3, "not certified: foldings remain, or vertices are off the sphere (a map is written all the same)"
+    NO_MESH = 2, "the input can't be mapped: it is no closed genus-0 triangle mesh, or for the plane no disk"
+    UNCERTIFIED = 3, "not certified: foldings or overlaps remain, or vertices are off the sphere (a map is written)"
     USAGE = 64, "the command line is wrong"
     UNAVAILABLE = 69, "a scheduler does not answer, or its workers can't be used"
     FAILED = 70, "the computation failed on a sound mesh, or memory ran out"
@@ -37,17 +37,9 @@ class Exit(IntEnum):
     TERMINATED = 143, "ended by SIGTERM (what was done until then is written)"
 
 
-#: What statuses mean where a surface with a boundary is mapped to the plane.
-_OF_DISKS = {
-    Exit.NO_MESH: "the input is not a disk: an oriented, connected triangle mesh with one boundary loop and no handle",
-    Exit.UNCERTIFIED: "not certified: foldings remain, or the boundary crosses itself (a map is written all the same)",
-}
-
-
-def status_help(of_disks: bool = False) -> str:
+def status_help() -> str:
     """The end of a help text: all statuses, and what they mean."""
-    meanings = {status: status.meaning for status in Exit} | (_OF_DISKS if of_disks else {})
-    return "exit status:\n" + "".join(f"  {status:<3} {meaning}\n" for status, meaning in meanings.items())
+    return "exit status:\n" + "".join(f"  {status:<3} {status.meaning}\n" for status in Exit)
 
 
 class UsageError(Exception):

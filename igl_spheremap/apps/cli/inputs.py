@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import FileError, FoldingsRemain, MeshError, within
+from ...errors import FileError, MeshError, naming
 from ...io.files import SAMPLE, read_mesh, read_sphere
 from ...io.hemispheres import other_side
 from ...io.reading import read_lines
@@ -86,52 +86,37 @@ class InputMap:
 
     def map(self) -> SphereMap:
         """The map as a certified result; errors name its file. A mirror image is refused: others lie in its frame."""
-        try:
+        with naming(self.name):
             return certified(check_mesh(self.source.v, self.source.f, caps=self.source.caps), self.x)
-        except (MeshError, FoldingsRemain) as error:
-            raise within(error, f"{self.name}: ") from None
 
 
-def load_source(args: Namespace, name: str | None = None) -> InputMesh:
+def load_source(args: Namespace, name: str | None = None, *, check: bool = True) -> InputMesh:
     """A mesh that the command line names, SOURCE by default; repairs, which may renumber vertices, go to stderr."""
     name = name or args.source
     args.progress.begin(f"reading {name}")
-    source = read_source(name, repair=repair_options(args), kind=args.format)
+    source = read_source(name, repair=repair_options(args), kind=args.format, check=check)
     if source.repairs:
         args.progress.write(f"igl-spheremap: repaired {source.name}: {'; '.join(source.repairs)}")
     return source
 
 
-def read_source(name: str, *, repair: Mapping[str, Any] | None = None, kind: str = "obj") -> InputMesh:
-    """A checked mesh from a file, a sample, or stdin, whose format is `kind`; `repair` are options of `repair_mesh`.
+def read_source(
+    name: str, *, repair: Mapping[str, Any] | None = None, kind: str = "obj", check: bool = True
+) -> InputMesh:
+    """A mesh from a file, a sample, or stdin, whose format is `kind`; `repair` are options of `repair_mesh`.
 
-    Raises UsageError for an unknown sample, FileError and MeshError for a file without a closed genus-0 mesh.
+    Raises UsageError for an unknown sample, FileError and MeshError for a file without a closed genus-0 mesh. Without
+    `check` any mesh will do; of it and where meshes are repaired, polygons are cut into triangles.
     """
-    mesh = read_any(name, kind, lambda path: read_mesh(path, triangulate=repair is not None))
+    mesh = read_any(name, kind, lambda path: read_mesh(path, triangulate=repair is not None or not check))
     name = "stdin" if name == STREAM else name
-    try:
+    cut = (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
+    with naming(name):
         if repair is None:
-            return InputMesh(name, mesh.v, mesh.f, mesh.metadata, caps=check_mesh(mesh).caps)
-        repaired = repair_mesh(mesh, **repair)
-    except MeshError as error:
-        raise within(error, f"{name}: ") from None
-    return InputMesh(name, repaired.v, repaired.f, mesh.metadata, _triangulated(mesh) + repaired.actions, repaired.caps,
-                     repaired.face_source)
-
-
-def _triangulated(mesh: LoadedMesh) -> tuple[str, ...]:
-    """Say that polygons of the file were cut into triangles, if they were."""
-    return (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
-
-
-def load_any(args: Namespace) -> InputMesh:
-    """The mesh that the command line names, closed or not; polygons are triangulated, and that is a repair."""
-    if args.repair:
-        return load_source(args)
-    args.progress.begin(f"reading {args.source}")
-    mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=True))
-    name = "stdin" if args.source == STREAM else args.source
-    return InputMesh(name, mesh.v, mesh.f, mesh.metadata, _triangulated(mesh))
+            caps = check_mesh(mesh).caps if check else None
+            return InputMesh(name, mesh.v, mesh.f, mesh.metadata, cut, caps)
+        done = repair_mesh(mesh, **repair)
+    return InputMesh(name, done.v, done.f, mesh.metadata, cut + done.actions, done.caps, done.face_source)
 
 
 def load_pair(args: Namespace, mirror: bool = False) -> InputMap:

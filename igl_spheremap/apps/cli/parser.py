@@ -386,7 +386,7 @@ def build_parser(words: Collection[str] | None = None) -> _Parser:
             command.name,
             help=purpose[0].lower() + purpose[1:].rstrip("."),
             description=purpose,
-            epilog=f"{_examples(command.examples)}\n{status_help(command.module == 'plane')}",
+            epilog=f"{_examples(command.examples)}\n{status_help()}",
             formatter_class=RawDescriptionHelpFormatter,
         )
         for names, options in command.arguments if words is None or command.name in words else ():

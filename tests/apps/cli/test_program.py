@@ -113,14 +113,6 @@ def test_without_words_the_help_is_printed(capsys):
     assert capsys.readouterr().out.startswith("usage: igl-spheremap")
 
 
-def test_the_help_of_maps_to_the_plane_is_about_disks(capsys):
-    for command in ("disk", "flatten"):
-        assert main([command, "--help"]) == 0
-        out = capsys.readouterr().out
-        assert "2   the input is not a disk" in out
-        assert "sphere" not in out.replace("igl-spheremap", "")
-
-
 def test_help_lists_each_command_once_under_what_it_is_about(capsys):
     assert sorted(name for names in GROUPS.values() for name in names) == sorted(row.name for row in COMMANDS)
     assert main(["--help"]) == 0

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....draw.palette import colours
-from ....errors import FileError, MapError, MeshError, one_line, within, without_name
+from ....errors import FileError, MapError, MeshError, naming, one_line, without_name
 from ....io.files import write_mesh
 from ....io.npz import array_of, read_arrays, write_arrays
 from ....io.reading import reading
@@ -72,10 +72,8 @@ def run_mesh(args: Namespace) -> None:
         held = read_arrays(args.image) if archive else {"grid": array_of(Path(args.image).read_bytes())}
     if "grid" not in held:
         raise MeshError(f"{args.image} holds no array `grid`; write it by `grid --kind octahedral`")
-    try:
+    with naming(args.image):
         v, f = mesh_from_grid(held["grid"])
-    except MeshError as error:
-        raise within(error, f"{args.image}: ") from None
     write_target(args, lambda path: write_mesh(path, v, f, force=args.force))
     found = Findings(image=args.image, target=args.target, vertices=len(v), faces=len(f))
     found.add("written", f"{args.target} ({target_format(args).name}): {len(v)} vertices, {len(f)} faces")

@@ -2,9 +2,9 @@
 
 from argparse import Namespace
 
-from ....errors import MeshError
+from ....errors import naming
 from ....result.mesh_info import info, mesh_findings
-from ..inputs import load_any
+from ..inputs import load_source
 from ..output import Findings, check_outputs
 
 
@@ -16,15 +16,11 @@ def run_info(args: Namespace) -> None:
     igl-spheremap info lh.pial --json -
     """
     check_outputs(args)
-    source = load_any(args)
+    source = load_source(args, check=False)
     args.progress.begin(f"measuring {source.name}")
-    try:
+    with naming(source.name):
         known, *findings = mesh_findings(info(source.v, source.f))
-    except MeshError as error:
-        raise MeshError(f"{source.name}: {error}") from None
     found = Findings(**known.numbers)
     found.source(source)
-    if source.repairs:
-        found.add("read", "; ".join(source.repairs))
     found.extend(findings)
     found.report(args)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ....errors import FileError, MeshError, import_optional, within
+from ....errors import FileError, MeshError, import_optional, naming
 from ....io.files import read_mesh
 from ....io.patch import read_patch
 from ....io.plane_map import is_patch, read_images, write_plane_map
@@ -64,10 +64,8 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
             shown(iterate)
 
     def solved(listener: Listener) -> PlaneMap:
-        try:
+        with naming(source.name):
             return solve(source.v, source.f, caps=source.caps, balance=args.balance, listener=listener)
-        except MeshError as error:
-            raise within(error, f"{source.name}: ") from None
 
     def write(result: PlaneMap) -> tuple[Certificate, Findings]:
         args.progress.begin(f"writing {args.target}")
@@ -106,11 +104,8 @@ def _load(args: Namespace) -> InputMesh:
     options = _disk_options(args)
     if not (args.repair or args.patch or options):
         return InputMesh(args.source, v, f, rows=rows)
-    try:
-        with usage("--"):
-            disk = repair_disk(v, f, **options)  # the faces of a patch may touch at vertices, or leave some apart
-    except MeshError as error:
-        raise within(error, f"{args.source}: ") from None
+    with naming(args.source), usage("--"):
+        disk = repair_disk(v, f, **options)  # the faces of a patch may touch at vertices, or leave some apart
     if disk.actions:
         args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(disk.actions)}")
     rows = np.where(disk.vertex_source < 0, -1, rows[disk.vertex_source])

@@ -172,7 +172,9 @@ def _add(args: Namespace) -> Exit:
     out = Path(args.out)
     group = read_group(out)
     table, folder = out / "added.tsv", make_folder(out / "added")
-    rows = _earlier(table)
+    rows: dict[str, tuple[object, ...]] = {
+        row[0]: (*row[:4], *(float(cell) if cell else cell for cell in row[4:]))
+        for row in (read_cells(table)[1:] if table.exists() else ())}
     names = expand(args.add)
     found, refused = Findings(), False
     others = [name for name in rows if name not in names]  # whose files stay
@@ -237,14 +239,3 @@ def _test(args: Namespace) -> Exit:
     found.add("written", f"{table}, and beside it arrays, surface and picture of each test")
     found.report(args)
     return Exit.OK
-
-
-def _earlier(table: Path) -> dict[str, tuple[object, ...]]:
-    """Rows of surfaces that were added before, by name."""
-    if not table.exists():
-        return {}
-    return {row[0]: (*row[:4], *map(_number, row[4:])) for row in read_cells(table)[1:]}
-
-
-def _number(cell: str) -> float | str:
-    return float(cell) if cell else cell
