@@ -17,10 +17,13 @@ import numpy as np
 from ...errors import FileError, MeshError, naming
 from ...io.files import SAMPLE, read_mesh, read_sphere
 from ...io.hemispheres import other_side
+from ...io.npz import read_arrays
 from ...io.reading import read_lines
 from ...io.records import Label, LoadedMesh
 from ...io.scalars import read_labels, read_named
 from ...io.templates import TEMPLATES, template_files
+from ...io.written_map import read_map
+from ...maps.balanced import balanced_spherical_map
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import BoolArray, FloatArray, IntArray, check_directions
@@ -117,6 +120,15 @@ def read_source(
             return InputMesh(name, mesh.v, mesh.f, mesh.metadata, cut, caps)
         done = repair_mesh(mesh, **repair)
     return InputMesh(name, done.v, done.f, mesh.metadata, cut + done.actions, done.caps, done.face_source)
+
+
+def map_of(args: Namespace, source: InputMesh, **options: Any) -> SphereMap:
+    """The map that the archive of a mesh holds; other meshes, and those that were repaired, are mapped."""
+    if not source.repairs and source.name.lower().endswith(".npz") and "sphere" in read_arrays(source.name):
+        return read_map(source.name)
+    args.progress.begin(f"mapping {source.name}")
+    return balanced_spherical_map(source.v, source.f, caps=source.caps, listener=args.progress.listener(source.f),
+                                  **options)
 
 
 def load_pair(args: Namespace, mirror: bool = False) -> InputMap:

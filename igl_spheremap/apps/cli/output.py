@@ -184,6 +184,11 @@ class Findings:
             show()
 
 
+def pictures_of(args: Namespace) -> Pictures:
+    """What is written of a program with a picture."""
+    return Pictures(args.screenshot, args.video, tuple(args.size), args.frame, args.length, args.fps)
+
+
 def mirrored(args: Namespace) -> str:
     """Say that both were mirrored, if --reflect was given."""
     return ", mirrored (x to -x)" if args.reflect else ""

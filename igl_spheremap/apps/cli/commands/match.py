@@ -1,18 +1,13 @@
 """`match`: a map from one surface to another."""
 
 from argparse import Namespace
-from pathlib import Path
 
 import numpy as np
 
 from ....balance import AREA_PRESERVING
 from ....io.files import write_mesh
 from ....io.formats import format_of
-from ....io.npz import read_arrays
 from ....io.scalars import read_landmarks
-from ....io.written_map import read_map
-from ....maps.balanced import balanced_spherical_map
-from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import IntArray
 from ....result.findings import certificate_numbers
 from ....shapes.correspondence.files import write_surface_map
@@ -20,10 +15,9 @@ from ....shapes.correspondence.matching import match
 from ....shapes.correspondence.surface_map import SurfaceMap
 from ...viewer.app import open_for, run_app
 from ...viewer.carried_view import CarriedView
-from ...viewer.choices import Pictures
 from ..exits import Exit, UsageError
-from ..inputs import STREAM, InputMesh, load_source
-from ..output import Findings, check_outputs, write_target
+from ..inputs import STREAM, InputMesh, load_source, map_of
+from ..output import Findings, check_outputs, pictures_of, write_target
 from .register import read_features
 
 #: Shares of the target's size: landmarks are met bit for bit on the sphere, so that less is rounding.
@@ -43,7 +37,7 @@ def run_match(args: Namespace) -> Exit:
         format_of(path)
     check_outputs(args, surface=True)
     whole = args.target.lower().endswith(".npz")
-    pictures = Pictures(args.screenshot, args.video, tuple(args.size), args.frame, args.length, args.fps)
+    pictures = pictures_of(args)
     if args.show or pictures.offscreen:
         open_for(pictures)
     sources = [load_source(args, name) for name in (args.source, args.other)]
@@ -54,7 +48,7 @@ def run_match(args: Namespace) -> Exit:
                          "order")
     curves = [_vertices(files, sources) for files in args.curve]
     features = read_features(args.feature, *sources)[1] if args.feature else None
-    maps = [_mapped(args, source) for source in sources]
+    maps = [map_of(args, source, balance=AREA_PRESERVING) for source in sources]
     args.progress.begin(f"matching {sources[0].name} with {sources[1].name}")
     result = match(*maps, landmarks=landmarks, features=features, curves=curves, feature_weight=args.feature_weight,
                    soft=args.soft, reflect=args.reflect,
@@ -81,16 +75,6 @@ def run_match(args: Namespace) -> Exit:
     found.report_beside(args, pictures, lambda: run_app(
         CarriedView(result, up=args.up or sources[0].up, subject=args.colours), pictures, progress=args.progress))
     return Exit.OK
-
-
-def _mapped(args: Namespace, source: InputMesh) -> SphereMap:
-    """Read the map that an archive holds; map other meshes, and those that were repaired, at balance 1."""
-    path = Path(source.name)
-    if not source.repairs and path.suffix.lower() == ".npz" and "sphere" in read_arrays(path):
-        return read_map(path)
-    args.progress.begin(f"mapping {source.name} to the sphere")
-    return balanced_spherical_map(source.v, source.f, balance=AREA_PRESERVING, caps=source.caps,
-                                  listener=args.progress.listener(source.f))
 
 
 def _vertices(files: list[str], sources: list[InputMesh]) -> tuple[IntArray, IntArray]:

@@ -7,20 +7,18 @@ from functools import partial
 from pathlib import Path
 
 from ....errors import FileError, FoldingsRemain, MeshError
-from ....io.written_map import read_map
-from ....maps.balanced import balanced_spherical_map
 from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.disk import check_disk
 from ...viewer.app import open_for, run_app
-from ...viewer.choices import SHOWN, Pictures, guess_up
+from ...viewer.choices import SHOWN, guess_up
 from ...viewer.compare import plane_view
 from ...viewer.map_view import MapView, caption_of
 from ...viewer.player import Player, in_background
 from ..arguments import chosen_method, refuse_flags
 from ..exits import UsageError
-from ..inputs import InputMesh, load_pair, load_source, read_source
-from ..output import Findings, check_outputs
+from ..inputs import InputMesh, load_pair, load_source, map_of, read_source
+from ..output import Findings, check_outputs, pictures_of
 from .plane import find_plane_map
 
 #: Flags that say how a map is made.
@@ -36,7 +34,7 @@ def run_view(args: Namespace) -> None:
     """
     if args.sphere is not None:
         refuse_flags(args, _MAKING, f"{args.sphere}, a map that is there,")
-    pictures = _pictures(args)
+    pictures = pictures_of(args)
     open_for(pictures)
     try:
         source, result, caption = _map(args)
@@ -56,10 +54,6 @@ def run_view(args: Namespace) -> None:
     run_app(view, pictures, progress=args.progress)
 
 
-def _pictures(args: Namespace) -> Pictures:
-    return Pictures(args.screenshot, args.video, tuple(args.size), args.frame, args.length, args.fps)
-
-
 def _map(args: Namespace) -> tuple[InputMesh, SphereMap, str]:
     """The mesh, its map, and a caption."""
     if args.sphere is not None:
@@ -70,15 +64,7 @@ def _map(args: Namespace) -> tuple[InputMesh, SphereMap, str]:
             result = error.result
         return pair.source, result, Path(pair.name).name
     source = load_source(args)
-    if source.name.endswith(".npz") and not args.repair:
-        try:
-            return source, read_map(source.name), "map"
-        except MeshError:  # the archive holds a mesh only
-            pass
-    args.progress.begin(f"mapping {source.name}")
-    listener = args.progress.listener(source.f)
-    result = balanced_spherical_map(source.v, source.f, balance=args.balance, method=args.method, caps=source.caps,
-                                    listener=listener)
+    result = map_of(args, source, balance=args.balance, method=args.method)
     return source, result, caption_of(result)
 
 
@@ -92,7 +78,7 @@ def run_play(args: Namespace) -> None:
     """
     check_outputs(args)
     method = chosen_method(args)
-    pictures = _pictures(args)
+    pictures = pictures_of(args)
     open_for(pictures)
     source = load_source(args)
     args.progress.begin(f"mapping {source.name}")

@@ -99,7 +99,7 @@ def test_one_table_of_many_surfaces_in_frames_that_agree(tmp_path, capsys):
     (["harmonics", "a.coef", "--modes", "2"], 64, "--modes goes with many surfaces"),
     (["harmonics", "a.coef", "--template", "b.coef"], 64, "--align"),
     (["harmonics", "a.coef", "--degree", "-2"], 64, "--degree: -2 is out of range"),
-    (["harmonics", "a.txt"], 74, ".coef, .csv and .npz"),
+    (["harmonics", "a.txt"], 74, ".coef and .npz"),
     (["harmonics", "a.coef", "--surface", "a.ply", "--to", "ico:77"], 64, "--to"),
     (["harmonics", "a.npz", "--data", "short.npz"], 2, "give data of this mesh"),
     (["harmonics", "a.npz", "--data", "short.npz:none"], 2, "no map 'none'"),

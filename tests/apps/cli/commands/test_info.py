@@ -36,8 +36,8 @@ def test_what_cannot_be_mapped_is_measured_too(tmp_path, capsys):
 def test_polygons_are_triangulated(tmp_path, capsys):
     (tmp_path / "quads.off").write_text("OFF 4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n")
     assert main(["info", str(tmp_path / "quads.off")]) == 0
-    out = capsys.readouterr().out
-    assert "triangulated 1 polygon" in out
+    out, err = capsys.readouterr()
+    assert "triangulated 1 polygon" in err
     assert "a disk" in out
 
 
