@@ -252,7 +252,7 @@ def one_line(error: BaseException) -> str:
 
 
 def within(error: E, place: str) -> E:
-    """The error with a place before what is wrong.
+    """The same error with a place put before its message.
 
     >>> str(within(MeshError("no faces"), "a.ply: "))
     'a.ply: no faces'

@@ -136,7 +136,7 @@ class FaceImages:
         return cls(s1, s2, hats, heights, plane, (*alpha, sizes[0]), (*beta, sizes[1]))
 
     def some(self, faces: slice) -> FaceImages:
-        """Those of some faces."""
+        """The images of some of the faces."""
         def cut(part: Any) -> Any:
             return part[..., faces] if isinstance(part, np.ndarray) else tuple(map(cut, part))
 

@@ -127,7 +127,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
 
 
 def write_body(path: Path, body: Any, metadata: Metadata) -> None:
-    """Write a mesh of trimesh's, with the metadata's mark as the generator, and ``extras`` as those of the mesh.
+    """Write a mesh of trimesh, with the metadata's mark as the generator and its ``extras`` as the mesh's extras.
 
     A node of its ``name`` turns the mesh so that what is ``up``, as of `vertical`, is y, as in all glTF files.
     """

@@ -62,7 +62,7 @@ class Hemisphere:
 
 
 def other_side(structure: str) -> str:
-    """The structure of the other side; another structure is that of both.
+    """The structure on the other side; one that has no side is returned as it is.
 
     >>> other_side("CortexLeft"), other_side("Cerebellum")
     ('CortexRight', 'Cerebellum')
@@ -115,7 +115,7 @@ def partner_of(path: PathLike) -> str | None:
 
 
 def atlas_of(path: PathLike) -> str:
-    """The name of an atlas by that of its file.
+    """The name of an atlas, read from the name of its file.
 
     >>> atlas_of("lh.aparc_HCP_MMP1.annot"), atlas_of("tpl-fsLR_hemi-L_atlas-Glasser_dseg.label.gii")
     ('aparc_HCP_MMP1', 'Glasser')

@@ -213,7 +213,7 @@ def read_images(path: PathLike) -> PlaneImages:
 
 
 def _numbered(vertex: IntArray) -> tuple[IntArray, IntArray]:
-    """The first row of each vertex, in their order, and the number of that of each row; rows of -1 are their own.
+    """The first row of each distinct vertex, and for each row the number of its vertex; each -1 is a vertex.
 
     >>> _numbered(np.array([7, 3, 7, -1, -1]))[1].tolist()
     [0, 1, 0, 2, 3]

@@ -277,7 +277,7 @@ def normalised(vertices: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArra
 
 
 def area_weights(areas: FloatArray, f: IntArray, n: int) -> FloatArray:
-    """Areas of `n` vertices with sum 1, none below a billionth of their mean, from those of faces."""
+    """Areas of `n` vertices with sum 1, none below a billionth of their mean, from the areas of faces."""
     return normalised_weights(vertex_shares(areas, f, n), float(areas.sum()))
 
 

@@ -76,7 +76,7 @@ class Refusal:
         self.refuse(f"unreferenced: {count(bad, 'vertex', 'vertices')} in no face, {examples(bad)}", "remove them")
 
     def components(self, label: NDArray[np.int32]) -> NoReturn:
-        """Refuse several components, given that of each face."""
+        """Refuse several components, given the component of each face."""
         sizes = np.sort(np.bincount(label))[::-1]
         self.refuse(f"{len(sizes)} components of {listed(sizes)} faces, face {int(np.argmax(label > 0))} is in the "
                     "second one", "give one closed surface" if self._closed else "give one of them")

@@ -102,7 +102,7 @@ def takes_mesh(function: Callable[Concatenate[ArrayLike, ArrayLike, P], R]) -> T
 
 
 def _of_reader(args: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Vertices and faces among what a reader returned: libigl's readOBJ six arrays, napari values beside the two."""
+    """Vertices and faces among what a reader returned: six arrays by libigl's readOBJ, values as well by napari."""
     if len(args) == 6 and np.ndim(args[3]) == 2:
         return args[0], args[3]
     return args[:2] if len(args) == 3 and np.ndim(args[1]) == 2 and np.ndim(args[2]) == 1 else args

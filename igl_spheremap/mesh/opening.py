@@ -114,7 +114,7 @@ def _points(cut: ArrayLike | None, n: int) -> IntArray | int | None:
 
 
 def _point(rim: ArrayLike | None, v: FloatArray) -> FloatArray | None:
-    """The point whose loop stays, of a vertex or by itself."""
+    """The point that chooses the loop to keep: a vertex's position, or the point itself."""
     if rim is None:
         return None
     if np.ndim(rim) == 0:

@@ -138,7 +138,7 @@ _KINDS: tuple[type[JobRow], ...] = (RegistrationRow, Row)
 
 
 def plain(row: JobRow) -> dict[str, Any]:
-    """A row for JSON: what is not finite is None.
+    """A row for JSON; numbers that are not finite become None.
 
     >>> plain(Row("a.ply", "b.ply", status="no mesh"))["energy"] is None
     True
@@ -166,7 +166,7 @@ def check_table(path: str | os.PathLike[str]) -> None:
 
 
 def write_table(path: str | os.PathLike[str], rows: Sequence[JobRow]) -> None:
-    """Write a table; what is not finite is left empty."""
+    """Write a table; cells of numbers that are not finite are empty."""
     names = [field.name for field in fields(rows[0] if rows else Row)]
     write_cells(path, [names, *(list(plain(row).values()) for row in rows)], force=True)
 
@@ -215,7 +215,7 @@ def outlying(row: JobRow, limits: Mapping[str, float]) -> list[str]:
 
 
 def _quartiles(rows: Sequence[JobRow]) -> Iterator[tuple[FloatArray, float, float]]:
-    """The values of each figure, and the first and third quartile of what is finite."""
+    """The values of each figure, and the first and third quartile of the finite ones."""
     for name in figures_of(rows):
         column = np.array([getattr(row, name) for row in rows], dtype=np.float64)
         finite = column[np.isfinite(column)]

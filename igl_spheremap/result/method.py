@@ -20,7 +20,7 @@ class Method(ABC):
     name: ClassVar[str]
 
     def __post_init__(self) -> None:
-        """Refuse what is not a choice, a count or a number before anything is computed."""
+        """Refuse options that are no choice, count or number where one is asked for, before anything is computed."""
         for name, hint in _hints(type(self)).items():
             value, kinds = getattr(self, name), (hint, *get_args(hint))
             choices = [word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)]

@@ -162,7 +162,7 @@ def _log_conformal_factor(v: FloatArray, f: IntArray, x: FloatArray) -> FloatArr
 
 
 def _log_ratio(image: FloatArray, source: FloatArray) -> FloatArray:
-    """Difference of logarithms; NaN where both are those of 0."""
+    """Difference of logarithms; NaN where both are -inf, that is, of 0."""
     with np.errstate(invalid="ignore"):
         return image - source
 

@@ -48,7 +48,7 @@ class UsageError(Exception):
 
 @contextmanager
 def usage(before: str) -> Iterator[None]:
-    """Say a ValueError of an option as one of the command line, with words before what is wrong."""
+    """Raise a ValueError of an option as a UsageError, with `before` in front of its message."""
     try:
         yield
     except errors.MeshError:

@@ -88,7 +88,7 @@ class InputMap:
         return np.asarray(x / np.median(row_lengths(x)))
 
     def map(self) -> SphereMap:
-        """The map as a certified result; errors name its file. A mirror image is refused: others lie in its frame."""
+        """The map as a certified result; errors name its file. A mirror image is refused: its frame is another."""
         with naming(self.name):
             return certified(check_mesh(self.source.v, self.source.f, caps=self.source.caps), self.x)
 

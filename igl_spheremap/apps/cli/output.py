@@ -148,7 +148,7 @@ class Findings:
             self.add(label, note)
 
     def left_out(self, reasons: Mapping[str, str]) -> None:
-        """Add what was left out and why, the first of many."""
+        """Add the names that were left out, with their reasons; of many only the first."""
         self.figures["left_out"] = dict(reasons)
         for name, reason in list(reasons.items())[:LISTED]:
             self.add("left out", f"{name}: {reason}")
@@ -222,7 +222,7 @@ def aligned(rows: Sequence[Sequence[str]], left: int) -> list[str]:
 
 
 def _plain(value: Any) -> Any:
-    """Only numbers, strings, lists and dicts; what is not finite becomes null."""
+    """Convert to numbers, strings, lists and dicts; numbers that are not finite become null."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, np.generic | np.ndarray):

@@ -79,7 +79,7 @@ class ShownRun:
         return self
 
     def stop(self) -> None:
-        """End at the next iterate, with what there is then."""
+        """Ask the run to end at its next iterate, with the map so far."""
         self._stopped.set()
 
     def close(self) -> None:
@@ -130,7 +130,7 @@ class ShownRun:
 
     @property
     def memory(self) -> str:
-        """Which iterates are kept, and what they take."""
+        """A sentence on which iterates are kept, and how much memory they take."""
         return "" if self._recording is None else self._recording.describe()
 
     def title(self, frame: Frame) -> str:
@@ -223,7 +223,7 @@ class _Sender:
             raise StopIteration
 
     def flush(self) -> None:
-        """Send what is held back."""
+        """Send the iterates that are held back."""
         self._sent = time.monotonic()
         if self._unsent:
             self._messages.put(("iterates", (self._sent - self._began, self._unsent)))

@@ -98,7 +98,7 @@ class Body:
         return places[shown], front[shown]
 
     def _dot(self, label: str, positions: FloatArray, colour: palette.Colour, radius: float) -> None:
-        """Show (k, 3) points on the surface in place of those of that label; k = 0 takes them away."""
+        """Show (k, 3) points under a label, in place of its earlier ones; with k = 0 remove them."""
         name = f"{self.name} {label}"
         if self.points.pop(label, None) is not None:
             ps.remove_point_cloud(name)

@@ -135,7 +135,7 @@ def deepest_tips(mesh: Mesh, x: FloatArray) -> IntArray:
 
 
 def poles_at(x: FloatArray, tips: IntArray) -> FloatArray:
-    """The images (2, 3) of two vertices as poles; where they meet, the first and what is opposite to it."""
+    """The images (2, 3) of two vertices as poles; if they coincide, the first one and its opposite."""
     first, second = x[tips]
     return np.vstack((first, second if first @ second < _APART else -first))
 

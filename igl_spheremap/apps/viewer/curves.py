@@ -20,7 +20,7 @@ _BETWEEN, _ASIDE = 18.0, 60.0
 
 
 def energy_plot(history: Sequence[Step], shown: int, size: tuple[float, float]) -> float | None:
-    """Plot what is minimised over the iterations, with its sign; the place at which it is pressed."""
+    """Plot what is minimised over the iterations, with its sign; return the iteration at which it is pressed."""
     at, values, name = objective(history)
     linear, sizes = linear_below(values), np.abs(values[values != 0])
     unit = linear if 0 < linear < np.inf else float(sizes.min() if linear == 0 else sizes.max(initial=1e-300))
@@ -28,7 +28,7 @@ def energy_plot(history: Sequence[Step], shown: int, size: tuple[float, float]) 
 
 
 def folding_plot(history: Sequence[Step], foldings: IntArray, shown: int, size: tuple[float, float]) -> float | None:
-    """Plot the number of folded faces over the iterations; the place at which it is pressed."""
+    """Plot the number of folded faces over the iterations; return the iteration at which it is pressed."""
     return _curve("folded faces", np.arange(len(foldings)), foldings, 1.0, history, shown, size, palette.FOLDED)
 
 
@@ -73,7 +73,7 @@ def _curve(
 
 
 def _apart(values: FloatArray, unit: float, ends: tuple[float, float], room: float) -> FloatArray:
-    """Those values, the first ones first, that lie on an axis and are far enough apart for text."""
+    """The values that lie on an axis and are far enough apart for text; earlier ones are preferred."""
     places = np.arcsinh(values / unit)
     chosen: list[int] = []
     for k in np.flatnonzero((places >= ends[0]) & (places <= ends[1])):

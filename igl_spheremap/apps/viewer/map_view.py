@@ -246,7 +246,7 @@ def _given(v: FloatArray, f: IntArray) -> Source:
 
 
 def _rebalanced(result: SphereMap, balance: float, v: FloatArray, f: IntArray, *, listener: Listener) -> SphereMap:
-    """What a process computes while the window stays alive; v and f are those of the result."""
+    """The result at another balance, as a process of its own computes it; v and f are the result's."""
     return result.rebalance(balance, listener=listener)
 
 

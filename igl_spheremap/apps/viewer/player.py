@@ -345,7 +345,7 @@ class Player(App):
                 self._refused = str(error)
 
     def _state(self) -> list[str]:
-        """How far the run is, what it takes, and what there is to say of it."""
+        """Lines on how far the run is, how much memory it takes, and its notes."""
         run = self.run
         if run.error is not None:
             return [f"{type(run.error).__name__}: {run.error}"]

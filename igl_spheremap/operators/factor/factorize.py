@@ -93,7 +93,7 @@ def _check_finite(values: np.ndarray) -> None:
 
 
 def _memory() -> float:
-    """Bytes of the machine's memory, not what is free of it: the choice must not change from run to run."""
+    """Bytes of the machine's memory, free or not: the choice must not change from run to run."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):

@@ -28,7 +28,7 @@ class Complex:
         self.put(faces)
 
     def put(self, faces: Faces, gone: Iterable[int] = ()) -> None:
-        """Put faces in the place of those of their numbers, and take others out."""
+        """Put faces in the place of the faces of the same numbers, and take out those in `gone`."""
         for i in (*faces, *gone):
             for v in self.faces.pop(i, ()):
                 self.around[v].discard(i)

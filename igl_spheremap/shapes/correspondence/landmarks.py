@@ -85,7 +85,7 @@ class LandmarkPairs:
         return cls(surface, places, vertices[kept], take_points(goals, kept), [names[k] for k in kept])
 
     def carried(self, values: ArrayLike, source: SphereMap) -> FloatArray:
-        """Interpolate features of the source's own vertices at those of `surface`."""
+        """Interpolate features over the source's own vertices at the vertices of `surface`."""
         values = check_values(values, len(source.sphere), "features of the source")
         return np.concatenate((values, interpolate(values, source.faces, self.places)))
 

@@ -140,7 +140,7 @@ def _snapped(b: SphereMap, x: FloatArray) -> FloatArray:
 
 
 def _same_crossings(cut_a: Segments, cut_b: Segments, A: Triangulation, B: Triangulation, first: int) -> Segments:
-    """Renumber the crossings in the segments of B as they are numbered in those of A."""
+    """Number the crossings in the segments of B as in the segments of A."""
     key = cut_a.crossed[:, 0] * len(B.forward) + B.edge[cut_a.crossed[:, 1]]
     order = np.argsort(key)
     again = A.edge[cut_b.crossed[:, 1]] * len(B.forward) + cut_b.crossed[:, 0]

@@ -62,7 +62,7 @@ def generalised_procrustes(shapes: FloatArray, weights: FloatArray, rigid: bool 
 
 def placed(shape: FloatArray, mean: FloatArray, weights: FloatArray, size: float | None = None) -> tuple[
         FloatArray, float]:
-    """One shape laid on a mean that stays where it is, and its size, which may be given."""
+    """One shape laid on a mean that is held fixed, and the size that it was divided by, which may be given."""
     weights = weights / weights.sum()
     centre, goal = weighted_sum(weights, shape), weighted_sum(weights, mean)
     own, theirs = shape - centre, mean - goal

@@ -95,7 +95,7 @@ class Workplace:
         return self._each("maps", jobs, MapMember, balance=balance)
 
     def _map_job(self, member: Entry, source: Source, features: ArrayLike | None) -> MemberJob:
-        """What is read and written for a member; what was given as an object is written first."""
+        """The job that maps a member; surfaces and features that were given as arrays are written to files first."""
         path, is_map = member.name, isinstance(source, SphereMap)
         if not isinstance(source, str | os.PathLike):
             path = self.place("work", "given", f"{member.short}.npz")
