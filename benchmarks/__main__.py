@@ -11,7 +11,8 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 #: What is not a benchmark: shared code, and a program for another Python.
-SHARED = {"__init__", "__main__", "common", "cortex_data", "judge_meshes", "judge_programs", "pages", "unwrap3d_flow"}
+SHARED = {"__init__", "__main__", "common", "cortex_data", "judge_meshes", "judge_programs", "judge_published", "pages",
+          "unwrap3d_flow"}
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "IGL_NUM_THREADS")
 
 

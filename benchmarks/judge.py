@@ -4,6 +4,7 @@
     python -m benchmarks judge --meshes DIR FOLDER ...           judge the files of each FOLDER
     python -m benchmarks judge --meshes DIR --run FOLDER         run the programs that are installed here, and judge
     python -m benchmarks judge [--kind sphere|disk|map]          print what is known
+    python -m benchmarks judge --published FOLDER                judge what programs and data sets ship themselves
 
 A program maps each DIR/NAME.ply to a sphere about the origin, or to the plane if it has a boundary, or onto
 DIR/NAME.target.ply if there is one, and writes FOLDER/NAME.* in any format that the package reads, positions as .npy
@@ -12,6 +13,7 @@ note. DIR may hold other meshes. A sphere's radius is not judged: signs are thos
 between surfaces is judged on the conformal sphere of its target, which keeps small triangles upright.
 
 Rows of the programs that were judged are replaced in --table; --page has tables by program and class of meshes.
+The files of --published are brought to FOLDER, those of repositories from --clones if they are there.
 SDEM_FOLDER and SEM_FOLDER name the folders of MATLAB code for programs in Octave.
 """
 
@@ -42,6 +44,8 @@ from igl_spheremap.verify.certificate import UNIT_TOLERANCE, Certificate
 from igl_spheremap.verify.distortion import angle_figures, log_figures
 
 from .common import ROOT, fault, limit_time, parser, timed
+from .judge_published import COLUMNS as PUBLISHED_COLUMNS
+from .judge_published import by_verdict, judge_published
 
 RESULTS = Path(__file__).with_name("results") / "judge.tsv"
 TIMES = "times.tsv"
@@ -376,8 +380,17 @@ def main(argv: list[str]) -> None:
     words.add_argument("--kind", choices=KINDS, help="what to print")
     words.add_argument("--table", type=Path, default=RESULTS, help="rows that are known (benchmarks/results/judge.tsv)")
     words.add_argument("--page", type=Path, default=Path("judge.html"), help="the page that is written (judge.html)")
+    words.add_argument("--published", type=Path, metavar="FOLDER", help="where published files are kept")
+    words.add_argument("--clones", type=Path, metavar="DIR", help="of repositories, as OWNER+NAME/repo")
     args = words.parse_args(argv)
     warnings.simplefilter("ignore")  # of other programs
+    if args.published is not None:
+        found = judge_published(args.published, args.clones)
+        with args.table.with_name("judge_published.csv").open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, PUBLISHED_COLUMNS, restval="", lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(found)
+        return print_table(by_verdict(found))
     folders = {args.program or path.resolve().name: path for path in args.folders}
     if len(folders) < len(args.folders):
         words.error("several folders of one name: judge them one by one, with --program")
@@ -405,6 +418,11 @@ def main(argv: list[str]) -> None:
         rows = [row for row in read_table(args.table) if row["mesh"] in {task.name for task in tasks}]
         write_page(args.page, rows)
     for kind in KINDS if args.kind is None else [args.kind]:
-        head, *lines = summary([row for row in rows if row["kind"] == kind])
-        for line in (head, ["---"] + ["---:"] * (len(head) - 1), *lines) if lines else ():
-            print(f"| {' | '.join(line)} |")
+        print_table(summary([row for row in rows if row["kind"] == kind]))
+
+
+def print_table(lines: list[list[str]]) -> None:
+    """Print a head and its rows, if there are any, as a table of a page."""
+    head, *rows = lines
+    for line in (head, ["---"] + ["---:"] * (len(head) - 1), *rows) if rows else ():
+        print(f"| {' | '.join(line)} |")

@@ -63,6 +63,7 @@ TABLES = {
     "judge_spheres": "judge --kind sphere",
     "judge_disks": "judge --kind disk",
     "judge_maps": "judge --kind map",
+    "judge_published": "judge --published PARTS/published",
     "groups_planted": "groups",
     "groups_weights": "groups --weights 4 --members 10",
     "groups_sizes": "groups --sizes 10 100 1000 --vertices 300 --to ico:2",

@@ -186,3 +186,34 @@ def test_the_judge_says_what_is_wrong_with_each_map(tmp_path):
     assert all(float(rows["right"][measure]) < 1e-6 for measure in ("angle", "area", "edge"))
     assert [rows["right"]["seconds"], rows["missing"]["note"]] == ["0.5", "it gave up"]
     assert "42 vertices" in rows["another"]["note"]
+
+
+def test_published_maps_are_judged_on_their_own_numbers(tmp_path, monkeypatch):
+    """A sphere as it is, mirrored, of another radius, with rounded radii and folded, a flat part, and what is none."""
+    monkeypatch.syspath_prepend(str(ROOT))
+    from benchmarks import judge_published
+
+    place = tmp_path / "me+mine"
+    place.mkdir()
+    x, f = ism.samples.sphere(162)
+    folded = x.copy()
+    folded[0] = -x[0]
+    meshes = {"same": (x, f), "mirrored": (100 * x * [-1, 1, 1], f), "rounded": (x.round(4), f), "folded": (folded, f),
+              "open": (x, f[1:]), "flat": (half(x, f)[0] * [1, 1, 0], half(x, f)[1])}
+    for name, mesh in meshes.items():
+        ism.write_mesh(place / f"{name}.ply", *mesh)
+    rows = [f"{name},me/mine,,{name}.ply,,{'plane' if name == 'flat' else 'sphere'}" for name in [*meshes, "missing"]]
+    (tmp_path / "rows.csv").write_text("\n".join(["whose,source,commit,path,surface,kind", *rows]))
+    monkeypatch.setattr(judge_published, "MANIFEST", tmp_path / "rows.csv")
+    clones = tmp_path / "clones" / "me+mine" / "repo"
+    clones.mkdir(parents=True)
+    found = {row["from"]: row for row in judge_published.judge_published(tmp_path, clones.parents[1])}
+    assert found["same"]["verdict"] == found["flat"]["verdict"] == "homeomorphism"
+    assert found["mirrored"]["verdict"] == "homeomorphism, mirrored"
+    assert (found["mirrored"]["radius"], found["mirrored"]["degree"]) == ("100", "-1")
+    assert found["rounded"]["verdict"].startswith("homeomorphism, once scaled to the sphere: radii vary by ")
+    assert found["folded"]["verdict"] == "folded"
+    assert found["folded"]["folded faces"] == str(ism.certify(folded, f).foldings)
+    assert "open surface" in found["open"]["verdict"]
+    assert "not to be had" in found["missing"]["verdict"]
+    assert len(judge_published.by_verdict([*found.values()])) == 1 + len(rows)

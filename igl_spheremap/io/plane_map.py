@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -171,18 +171,19 @@ def read_plane_map(path: PathLike, *, surface: MeshLike | None = None) -> PlaneM
 class PlaneImages:
     """Images (k, 2) in a file that holds a map to the plane, in the file's order, and whether it holds the surface.
 
-    Texture coordinates with a seam come with the vertex (k,) that each is one of, and with faces (m, 3) of their own.
+    Texture coordinates with a seam, and images of a part of the surface, come with the vertex (k,) that each is one of,
+    with faces (m, 3) of their own, and with the number of vertices of the surface.
     """
 
     plane: FloatArray
     has_surface: bool = False
     vertex: IntArray | None = None
     faces: IntArray | None = None
+    size: int = 0
 
     def cut(self, v: ArrayLike, f: ArrayLike, path: PathLike) -> tuple[FloatArray, IntArray]:
-        """Cut the surface where the texture coordinates have a seam; refuse another number of vertices."""
-        rows = check_rows(v, name="vertices")
-        n = len(self.plane) if self.vertex is None else int(self.vertex.max()) + 1
+        """Cut the surface where coordinates have a seam, or to its part; refuse another number of vertices."""
+        rows, n = check_rows(v, name="vertices"), self.size or len(self.plane)
         if len(rows) != n:
             raise MeshError(f"{path} has {n} vertices but the surface has {len(rows)}; give the surface that was "
                             "mapped")
@@ -192,20 +193,30 @@ class PlaneImages:
 
 
 def read_images(path: PathLike) -> PlaneImages:
-    """What a file holds of a map to the plane."""
+    """What a file holds of a map to the plane.
+
+    A flat mesh with vertices in no face, as FreeSurfer's and HCP's, is of the part of the surface that its faces are.
+    """
     path = Path(path)
     if is_patch(path):
-        x = read_patch(path).positions
-    else:
-        kind = format_of(path).name
-        with reading(path):
-            if kind == "OBJ" and (known := texture(path.read_bytes())) is not None:
-                return _unseamed(known, len(read_mesh(path).v))
-            if kind == "glTF" and (uv := texture_of(path)) is not None:
-                return PlaneImages(uv, True)
-            if kind == "NPZ" and "plane" in (arrays := npz.read_arrays(path)):
-                return PlaneImages(check_rows(arrays["plane"], name="plane", columns=2), True)
-        x = read_mesh(path).v
+        return _flat(read_patch(path).positions, path)
+    kind = format_of(path).name
+    with reading(path):
+        if kind == "OBJ" and (known := texture(path.read_bytes())) is not None:
+            return _unseamed(known, len(read_mesh(path).v))
+        if kind == "glTF" and (uv := texture_of(path)) is not None:
+            return PlaneImages(uv, True)
+        if kind == "NPZ" and "plane" in (arrays := npz.read_arrays(path)):
+            return PlaneImages(check_rows(arrays["plane"], name="plane", columns=2), True)
+    x, f = read_mesh(path)
+    used, corners = np.unique(f, return_inverse=True)
+    if len(used) == len(x) or used[0] < 0 or used[-1] >= len(x):
+        return _flat(x, path)
+    return replace(_flat(x[used], path), vertex=used, faces=corners.reshape(-1, 3), size=len(x))
+
+
+def _flat(x: FloatArray, path: Path) -> PlaneImages:
+    """Images whose third coordinates agree."""
     if np.ptp(x[:, 2]) != 0:
         raise MeshError(f"{path} holds no map to the plane: its third coordinates differ, and it has no texture "
                         "coordinates; give a flat mesh, or a surface with texture coordinates")
@@ -235,4 +246,4 @@ def _unseamed(known: ObjTexture, n: int) -> PlaneImages:
     if (of[vertex] == row).all():
         return PlaneImages(known.uv[of], True)
     pairs, corner = np.unique(np.column_stack((row, vertex)), axis=0, return_inverse=True)
-    return PlaneImages(known.uv[pairs[:, 0]], True, pairs[:, 1], corner.reshape(-1, 3))
+    return PlaneImages(known.uv[pairs[:, 0]], True, pairs[:, 1], corner.reshape(-1, 3), n)

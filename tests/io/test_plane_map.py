@@ -149,3 +149,20 @@ def test_what_holds_no_plane_map_is_refused(tmp_path):
         ism.write_mesh(tmp_path / name, W, G)
         with pytest.raises(ism.MeshError, match="no map to the plane"):
             ism.read_plane_map(tmp_path / name)
+
+
+def test_a_flat_mesh_of_a_part_goes_with_the_whole_surface(tmp_path):
+    """As FreeSurfer's and HCP's flat maps: all vertices, of which those in no face lie anywhere."""
+    v, f = ism.samples.sphere(642)
+    part = f[(v[f][:, :, 2] > 0.2).all(axis=1)]
+    used, corners = np.unique(part, return_inverse=True)
+    flat = ism.flatten(v[used], corners.reshape(-1, 3))
+    images = v.copy()
+    images[used] = flat.image
+    ism.write_mesh(tmp_path / "flat.ply", images, part)
+    found = ism.read_plane_map(tmp_path / "flat.ply", surface=(v, f))
+    assert np.array_equal(found.plane, flat.plane)
+    assert np.array_equal(found.mesh.v, v[used])
+    assert found.certificate.folding_free
+    with pytest.raises(ism.MeshError, match="642 vertices but the surface has 12"):
+        ism.read_plane_map(tmp_path / "flat.ply", surface=ism.samples.sphere(12))
