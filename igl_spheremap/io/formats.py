@@ -12,7 +12,7 @@ from ..errors import FileError
 
 PathLike = str | os.PathLike[str]
 #: By whose convention a hemisphere's files are named. FreeSurfer's are written in its formats, the others as GIFTI.
-Convention = Literal["bids", "freesurfer", "hcp"]
+Convention = Literal["bids", "freesurfer", "hcp", "fmriprep"]
 CONVENTIONS = get_args(Convention)
 
 

@@ -127,7 +127,8 @@ def atlas_of(path: PathLike) -> str:
     return found[1] if found else _SIDE.sub("", _ENDS.sub("", name)) or "labels"
 
 
-#: How names of files end by what they hold, by each of `CONVENTIONS`; words in braces are those of `Names.of`.
+#: How names of files end by what they hold, by BIDS, FreeSurfer and HCP; words in braces are those of `Names.of`. The
+#: last rows are of fMRIPrep's set alone, whose names are those of BIDS derivatives.
 _ENDINGS = {
     "sulc": ("sulc.shape.gii", "sulc", "sulc.native.shape.gii"),
     "curv": ("curv.shape.gii", "curv", "curvature.native.shape.gii"),
@@ -143,6 +144,11 @@ _ENDINGS = {
     "labels": ("seg-{label}{desc}_dseg.label.gii", "{name}{dotted}.annot", "{name}{dotted}.native.label.gii"),
     "margin": ("seg-{label}_desc-margin{mirrored}_probseg.shape.gii", "{name}{dotted}.margin",
                "{name}_margin{dotted}.native.shape.gii"),
+    "white": ("white.surf.gii",),
+    "pial": ("pial.surf.gii",),
+    "thickness": ("thickness.shape.gii",),
+    "cortex": ("desc-cortex{mirrored}_mask.label.gii",),
+    "msmsulc": ("space-{label}_desc-msmsulc{mirrored}_sphere.surf.gii",),
 }
 
 
@@ -157,6 +163,7 @@ class Names:
     def of(self, what: str, name: str = "", *, kind: str = "", vertices: int = 0) -> str:
         """The name of the file of ``sulc``, ``curv``, ``area``, ``sphere`` or ``midthickness``, or of the others below.
 
+        fMRIPrep's set has ``white``, ``pial``, ``thickness``, ``cortex`` and, of a frame, ``msmsulc``, too.
         Of a frame `name` ``registered`` is the sphere, ``distortion`` how areas changed, ``resampled`` the surface of a
         kind with the vertices of the template; of an atlas `name` ``labels``, and ``margin``, how sure they are.
         """
@@ -172,9 +179,10 @@ class Names:
             "density": f"{round(vertices / 1000)}k" if vertices >= 1000 else str(vertices),
             "mesh": {"fsaverage": f"fsavg_{side}", "fsLR": "fs_LR"}.get(name, name),
         }
-        end = _ENDINGS[what][CONVENTIONS.index(self.convention)]
+        convention = "bids" if self.convention == "fmriprep" else self.convention
+        end = _ENDINGS[what][CONVENTIONS.index(convention)]
         begin = {"bids": f"{h.entities}_hemi-{h.side}_", "freesurfer": f"{h.hemi}.", "hcp": f"{h.subject}.{h.side}."}
-        return begin[self.convention] + end.format(**words)
+        return begin[convention] + end.format(**words)
 
 
 def fill_sides(pattern: str, structure: str) -> str:

@@ -17,12 +17,14 @@ from ...io.files import read_mesh, read_sphere
 from ...io.formats import CONVENTIONS, Convention
 from ...io.gifti import structure_of
 from ...io.hemispheres import SIDES, Hemisphere, Names, atlas_of, fill_sides, hemisphere_of, partner_of
+from ...io.records import Label
 from ...io.replacing import replacing
-from ...io.scalars import read_scalars
+from ...io.scalars import read_labels, read_scalars
 from ...io.templates import TEMPLATES, TemplateFiles, template_files
 from ...populations.job import Job, check_places
 
 _BIDS_VERSION = "1.10.0"
+_WALL = re.compile(r"(?i)unknown|corpus_?callosum|.*medial_?wall|\?\?\?")
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,10 @@ class LabelFile:
 
 @dataclass(frozen=True)
 class HemisphereJob(Job):
-    """A hemisphere, the pial surface beside it if there is one, its templates and atlases, and where the files go."""
+    """A hemisphere, the pial surface beside it if there is one, its templates and atlases, and where the files go.
+
+    `wall` is the atlas whose table names the medial wall, if one does.
+    """
 
     hemisphere: Hemisphere
     pial: str | None
@@ -43,6 +48,7 @@ class HemisphereJob(Job):
     atlases: tuple[LabelFile, ...]
     folder: str
     names: tuple[Names, ...]
+    wall: LabelFile | None = None
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -75,6 +81,16 @@ class HemisphereJob(Job):
             yield names.of("resampled", template.space, vertices=template.size, kind=self.kind)
         for atlas in self.atlases:
             yield from (names.of("labels", atlas_of(atlas.path)), names.of("margin", atlas_of(atlas.path)))
+        if names.convention == "fmriprep":
+            yield from (names.of("msmsulc", "fsLR"), names.of("thickness"), names.of("cortex"),
+                        names.of("margin", "cortex"))
+            yield from (names.of(kind) for kind, _ in self.copied(names))
+
+    def copied(self, names: Names) -> list[tuple[str, str]]:
+        """The kinds and files of the given surfaces, but for those that lie where their copies would."""
+        given = (("white", self.source), ("pial", self.pial))
+        return [(kind, path) for kind, path in given if path and os.path.realpath(path) != os.path.realpath(
+            os.path.join(self.folder, names.of(kind)))]
 
 
 def hemisphere_jobs(
@@ -104,14 +120,28 @@ def hemisphere_jobs(
         templates = tuple(template(name, there, kind) for name in to)
         atlases = tuple(fit(fill_sides(path, there), templates) for path in labels
                         if structure_of(fill_sides(path, there)).get("structure", there) == there)
+        wall = next((atlas for atlas in atlases if wall_of(read_labels(atlas.path))), None)
+        if "fmriprep" in names:
+            needed = {"a pial surface beside it": pial, "labels whose table names the medial wall": wall,
+                      "the templates fsaverage and fsLR": {"fsaverage", "fsLR"} <= {each.space for each in templates}}
+            if missing := [words for words, given in needed.items() if not given]:
+                raise FileError(f"{source}: fMRIPrep's set needs {' and '.join(missing)}")
         folder = out.replace("{folder}", os.path.dirname(source) or ".").replace("{subject}", which.subject)
         if os.path.exists(folder) and not os.path.isdir(folder):
             raise FileError(f"{folder} is a file; give a folder for the results")
         job = HemisphereJob(source, "", which, pial, templates, atlases, folder,
-                            tuple(Names(convention, which, reflect) for convention in dict.fromkeys(names)))
+                            tuple(Names(convention, which, reflect) for convention in dict.fromkeys(names)), wall)
         jobs.append(replace(job, target=job.targets[0]))
     check_places(jobs, "use {subject}, and each hemisphere, template and atlas once")
     return jobs
+
+
+def wall_of(table: tuple[Label, ...] | None) -> list[int]:
+    """The keys of the labels that stand for the medial wall, by the names that FreeSurfer and HCP give them.
+
+    Beside these it has -1, which is no label.
+    """
+    return [label.key for label in table or () if _WALL.fullmatch(label.name)]
 
 
 def _structure_within(source: str) -> str | None:

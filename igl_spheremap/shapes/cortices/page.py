@@ -53,7 +53,7 @@ def draw_registration(row: RegistrationRow, path: str, job: HemisphereJob, task:
         return False
     if is_newer(path, task.place(row.target)):
         return True
-    given, v = task.surface(job)
+    given, _, v = task.surface(job)
     side = LATERAL[job.hemisphere.other if task.reflect else job.hemisphere.structure].T
     drawn = []
     for k, registered in enumerate(job.targets[: len(job.templates)]):

@@ -50,9 +50,10 @@ def register_hemispheres(
     to : sequence of str
         Templates: fsaverage (the default), fsaverage3 to 7, fsLR, from the folders that `template_files` lists, or
         ``NAME=SURFACE,SPHERE``, files of which ``{hemi}`` is lh or rh and ``{side}`` L or R.
-    names : sequence of {"bids", "freesurfer", "hcp"}
+    names : sequence of {"bids", "freesurfer", "hcp", "fmriprep"}
         By whose conventions files are named. FreeSurfer's are written in its formats, the others as GIFTI. HCP's sulc
-        and curvature have the other sign.
+        and curvature have the other sign. "fmriprep" is BIDS, and what smriprep takes in besides: both surfaces,
+        thickness, and a mask of the cortex.
     labels : sequence of str
         Files of labels at the vertices of a template, which are carried to the surfaces, each with its margin, see
         `label_margin`. ``{hemi}`` and ``{side}`` are as above; files whose names tell another side are left out.

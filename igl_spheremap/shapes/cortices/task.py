@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...balance import ON_SPHERE
 from ...errors import FileError, FoldingsRemain, MeshError
@@ -26,13 +27,15 @@ from ...populations.job import Task
 from ...populations.table import RegistrationRow
 from ...resampling.transfer import resample
 from ..correspondence.registration import Registration, reflected, register
-from .jobs import HemisphereJob, LabelFile
+from .jobs import HemisphereJob, LabelFile, wall_of
 from .labels import label_margin
-from .writer import Writer
+from .writer import Writer, thickness_of
 
 #: Radians by which registrations are off along each axis: a median of 1.9 mm on fsaverage (docs/correspondence.md),
 #: which is 1.18 standard deviations of two axes, on a sphere of 74 mm that has its area.
 _ERROR = 1.9 / 1.18 / 74
+#: The mask of the cortex, as a table of labels.
+_CORTEX = (Label(0, "???", (0.0, 0.0, 0.0, 0.0)), Label(1, "cortex", (0.9, 0.7, 0.6, 1.0)))
 _UNSURE = 0.5  # a margin below it: less than three quarters of what lies within the error has the label
 
 
@@ -46,16 +49,16 @@ class SphereRegistration(Task[HemisphereJob]):
     def empty(self, job: HemisphereJob) -> RegistrationRow:
         return RegistrationRow(job.source, job.target)
 
-    def surface(self, job: HemisphereJob) -> tuple[LoadedMesh, FloatArray]:
-        """Read the given surface, and the positions of what is registered: the midthickness, if there is a pial."""
+    def surface(self, job: HemisphereJob) -> tuple[LoadedMesh, FloatArray, FloatArray]:
+        """Read the given surface, positions of the pial one, and of what is registered: the midthickness of both."""
         given = read_mesh(self.place(job.source))
         if job.pial is None:
-            return given, given.v
+            return given, given.v, given.v
         v, f = read_mesh(self.place(job.pial))
         if len(v) != len(given.v) or not np.array_equal(f, given.f):
             raise MeshError(f"{job.pial} has other vertices or faces than {job.source}; give surfaces of one mesh, or "
                             "take it out of that folder")
-        return given, (given.v + v) / 2
+        return given, v, (given.v + v) / 2
 
     def template(self, job: HemisphereJob, k: int) -> SphereMap:
         """Read a template of a job with its sphere."""
@@ -68,7 +71,7 @@ class SphereRegistration(Task[HemisphereJob]):
 
     def run(self, job: HemisphereJob, check: Callable[[], None]) -> RegistrationRow:
         """Read, map, register to each template, write."""
-        given, v = self.surface(job)
+        given, pial, v = self.surface(job)
         templates = [self.template(job, k) for k in range(len(job.templates))]
         atlases = [(atlas, *self._atlas(atlas)) for atlas in job.atlases]
         check()
@@ -77,8 +80,9 @@ class SphereRegistration(Task[HemisphereJob]):
         own = balanced_spherical_map(v, given.f, balance=ON_SPHERE)
         found = [register(own, template, reflect=self.reflect) for template in templates]
         spheres = [reflected(each.map) if self.reflect else each.map for each in found]  # they fit the surface as it is
-        taken = [label_margin(templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR)
-                 for atlas, values, _ in atlases]
+        taken = [self._taken(atlas, values, templates, found) for atlas, values, _ in atlases]
+        cortex = next((self._taken(atlas, ~np.isin(values, [*wall_of(table), -1]), templates, found)
+                       for atlas, values, table in atlases if atlas == job.wall), None)
         foldings = moved = 0
         for names in job.names:
             writer = Writer(self.place(job.folder), names, given, mark)
@@ -98,10 +102,25 @@ class SphereRegistration(Task[HemisphereJob]):
             for (atlas, _, table), (labels, margin) in zip(atlases, taken, strict=True):
                 writer.labels(names.of("labels", atlas_of(atlas.path)), atlas_of(atlas.path), labels, table)
                 writer.scalars(names.of("margin", atlas_of(atlas.path)), "margin", margin)
+            if names.convention == "fmriprep" and cortex is not None:
+                mask, margin = cortex
+                spaces = [files.space for files in job.templates]
+                writer.sphere(names.of("msmsulc", "fsLR"), spheres[spaces.index("fsLR")].sphere)
+                writer.scalars(names.of("thickness"), "thickness", mask * thickness_of(given.v, pial, given.f))
+                writer.labels(names.of("cortex"), "cortex", mask, _CORTEX)
+                writer.scalars(names.of("margin", "cortex"), "margin", margin)
+                for kind, _ in job.copied(names):
+                    writer.surface(names.of(kind), given.v if kind == "white" else pial, given.f)
             foldings, moved = foldings + writer.foldings, moved + writer.moved
         return replace(self.empty(job), **_figures(found, [margin for _, margin in taken]), vertices=len(v),
                        status="folded" if foldings else "certified", foldings=foldings,
                        notes="; ".join(_notes(job, found, moved)))
+
+    @staticmethod
+    def _taken(atlas: LabelFile, values: NDArray[Any], templates: Sequence[SphereMap],
+               found: Sequence[Registration]) -> tuple[IntArray, FloatArray]:
+        """Take labels of a template to the surface, each with its margin."""
+        return label_margin(templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR)
 
     def _atlas(self, atlas: LabelFile) -> tuple[IntArray, tuple[Label, ...] | None]:
         path = self.place(atlas.path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+import igl
 import numpy as np
 
 from ...io.files import write_mesh
@@ -65,6 +66,12 @@ class Writer:
 
     def _path(self, name: str) -> str:
         return os.path.join(self._folder, name)
+
+
+def thickness_of(white: FloatArray, pial: FloatArray, f: IntArray) -> FloatArray:
+    """Average the distances of each vertex to the other surface, as FreeSurfer does (Fischl and Dale 2000)."""
+    squares = [igl.point_mesh_squared_distance(p, q, f)[0] for p, q in ((white, pial), (pial, white))]
+    return np.asarray(np.sqrt(squares).mean(axis=0))
 
 
 def _colour(key: int) -> tuple[float, float, float, float]:

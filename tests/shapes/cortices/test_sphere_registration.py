@@ -279,3 +279,78 @@ def test_no_label_is_lost_on_the_way(made):
     (row,) = run(desk, **options | {"labels": labels})
     assert row.status == "certified"
     assert Path(desk / "out/sub-07/lh.halves.annot").is_file()
+
+
+#: The surfaces that smriprep's io_spec.json asks for, of each hemisphere: suffix and extension, space, desc; None means
+#: that the name must not have it.
+SMRIPREP = {
+    "white": ("white.surf.gii", None, ...), "pial": ("pial.surf.gii", None, ...),
+    "midthickness": ("midthickness.surf.gii", None, ...), "sphere": ("sphere.surf.gii", None, None),
+    "thickness": ("thickness.shape.gii", None, ...), "sulc": ("sulc.shape.gii", None, ...),
+    "curv": ("curv.shape.gii", None, ...), "sphere_reg": ("sphere.surf.gii", "fsaverage", "reg"),
+    "sphere_reg_fsLR": ("sphere.surf.gii", "fsLR", "reg"), "sphere_reg_msm": ("sphere.surf.gii", "fsLR", "msmsulc"),
+    "cortex_mask": ("mask.label.gii", None, "cortex"),
+}  # fmt: skip
+
+
+KEYS = "space", "desc"
+
+
+def found_by(query, names):
+    """The names that a query finds, by entities as readers of BIDS take them apart."""
+    end, *wanted = query
+    found = []
+    for name in names:
+        *entities, suffix = name.split("_")
+        values = dict(entity.split("-", 1) for entity in entities)
+        if suffix == end and all(want in (..., values.get(key)) for key, want in zip(KEYS, wanted, strict=True)):
+            found.append(name)
+    return found
+
+
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory):
+    """fMRIPrep's set of a left hemisphere, whose template has a medial wall where y is below -.6."""
+    desk = tmp_path_factory.mktemp("fmriprep")
+    files = write_template(desk).partition("=")[2]
+    x, _ = sphere(642)
+    table = (Label(0, "Medial_wall", (1.0, 0.0, 0.0, 1.0)), Label(1, "cortex", (0.0, 0.0, 1.0, 1.0)))
+    values = np.where(x[:, 1] > -0.6, 1.0, np.where(x[:, 0] > 0, 0.0, -1.0))  # -1: no label, as in FreeSurfer's own
+    write_scalars(desk / "lh.aparc.annot", {"aparc": values}, metadata={"labels": table})
+    y, f = turned(500)
+    for kind, factor in (("white", 1.0), ("pial", THICK)):
+        write_mesh(desk / f"sub-07_ses-1_hemi-L_{kind}.surf.gii", factor * body(y), f)
+    options = {"to": [f"{space}={files}" for space in ("fsaverage", "fsLR")], "names": ["fmriprep"]}
+    (row,) = run(desk, out="out/{subject}/anat", **options, labels=[f"{desk}/{{hemi}}.aparc.annot"])
+    assert row.status == "certified"
+    return desk, options, y, f
+
+
+def test_smriprep_finds_each_of_its_files_once(prepared):
+    folder = prepared[0] / "out/sub-07/anat"
+    names = [path.name for path in folder.iterdir()]
+    assert {key: len(found_by(query, names)) for key, query in SMRIPREP.items()} == dict.fromkeys(SMRIPREP, 1)
+    for key in ("sphere", "sphere_reg", "sphere_reg_fsLR", "sphere_reg_msm"):
+        assert certify_radius(*read_sphere(folder / found_by(SMRIPREP[key], names)[0])).folding_free
+
+
+def test_thickness_is_that_between_the_surfaces_and_none_on_the_medial_wall(prepared):
+    desk, _, y, _ = prepared
+    begin = desk / "out/sub-07/anat/sub-07_ses-1_hemi-L_"
+    mask, thickness, margin = (next(iter(read_scalars(f"{begin}{end}").values())) for end in (
+        "desc-cortex_mask.label.gii", "thickness.shape.gii", "seg-cortex_desc-margin_probseg.shape.gii"))
+    assert [label.name for label in read_labels(f"{begin}desc-cortex_mask.label.gii")] == ["???", "cortex"]
+    assert (mask == (y[:, 1] > -0.6))[margin == 1].mean() > 0.98
+    assert (thickness[mask == 0] == 0).all()
+    white, pial = (ism.read_mesh(f"{begin}{kind}.surf.gii") for kind in ("white", "pial"))
+    assert np.array_equal(white.v, ism.read_mesh(desk / "sub-07_ses-1_hemi-L_white.surf.gii").v)
+    gap = np.linalg.norm(pial.v - white.v, axis=1)
+    assert (thickness <= gap * (1 + 1e-6)).all()
+    assert np.median((thickness / gap)[mask == 1]) > 0.8
+
+
+def test_what_the_set_of_fmriprep_lacks_is_named(prepared, tmp_path):
+    desk, options, y, f = prepared
+    write_mesh(tmp_path / "sub-1_hemi-L_white.surf.gii", body(y), f)
+    with pytest.raises(ism.FileError, match="needs a pial surface beside it and labels whose table names the medial"):
+        run(desk, [tmp_path / "sub-1_hemi-L_white.surf.gii"], **options)
