@@ -45,7 +45,7 @@ def read_polygons(path):
 READERS = {
     read_mesh: ("ball.obj", "ball.off", "ball.ply", "text.ply", "ball.stl", "text.stl", "ball.npz", "ball.glb",
                 "ball.gltf", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere.conformal", "ball.vtk", "text.vtk",
-                "new.vtk", "mixed.ply"),
+                "new.vtk", "mixed.ply", "ball.tab"),
     read_polygons: ("ball.obj", "ball.off", "ball.ply", "text.ply", "ball.vtk", "text.vtk", "mixed.ply"),
     read_sphere: ("map.npz",),
     read_map: ("map.npz",),

@@ -41,7 +41,7 @@ BENCHMARKS = ROOT / "benchmarks"
 BUILT = {DOCS / "_build", DOCS / "gallery", DOCS / "reference" / "generated", REPRODUCED}
 PAGES = [ROOT / "README.md", *(p for p in sorted(DOCS.rglob("*.md")) if not BUILT & set(p.parents))]
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
-EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "display": ("polyscope",),
+EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "display": ("polyscope",), "plot": ("matplotlib",),
           "pyvista": ("pyvista",), "nitransforms": ("nitransforms",), "mne": ("mne",), "neuromaps": ("neuromaps",)}
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 #: Words of command lines that open a window, take long or go on from those; their own tests run them.
@@ -98,6 +98,7 @@ def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("files")
     v, f = ism.samples.make("spheroid", n_vertices=500)
     write_mesh(folder / "bunny.ply", v, f)
+    write_mesh(folder / "67p.tab", v, f)
     write_mesh(folder / "bunny.obj", v, f)
     write_mesh(folder / "scan.stl", np.concatenate([v, v[f[:20]].reshape(-1, 3) + 9]), scan_faces(f, len(v)))
     write_mesh(folder / "X_surf.vtk", v, f)

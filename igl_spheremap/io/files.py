@@ -27,8 +27,8 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     Parameters
     ----------
     path : str or path-like
-        An OBJ, OFF, PLY, STL, VTK, glTF, GIFTI, FreeSurfer or NPZ file; or ``sample:NAME[:key=value,...]``, a
-        shape of `igl_spheremap.samples`.
+        An OBJ, OFF, PLY, STL, VTK, glTF, GIFTI, FreeSurfer or NPZ file, or a shape model of a small body; or
+        ``sample:NAME[:key=value,...]``, a shape of `igl_spheremap.samples`.
     triangulate : bool
         Cut polygons into triangles; by default they are refused.
 
@@ -102,7 +102,7 @@ def write_mesh(
 ) -> None:
     """Write a triangle mesh; the end of the file's name decides the format.
 
-    The file is written under a temporary name and renamed. OBJ, OFF, PLY, VTK and NPZ are exact; STL, glTF, GIFTI
+    The file is written under a temporary name and renamed. OBJ, OFF, PLY, VTK, NPZ and .tab are exact; STL, glTF, GIFTI
     and FreeSurfer files hold float32. STL files hold no vertices, but triangles: the order of the vertices is lost.
 
     Parameters

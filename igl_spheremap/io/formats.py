@@ -49,6 +49,7 @@ FORMATS = (
     Format("PLY", "ply", (".ply",), magic=(b"ply\n", b"ply\r"), both=True, data=True),
     Format("STL", "stl", (".stl",), single=True, ordered=False),
     Format("VTK", "vtk", (".vtk",), magic=(b"# vtk DataFile",), data=True),
+    Format("shape model", "plates", (".tab", ".ver", ".icq")),
     Format("glTF", "gltf", (".glb", ".gltf"), magic=(b"glTF",), single=True, package="trimesh"),
     Format("GIFTI", "gifti", (".gii", ".gii.gz"), magic=(b"<?xml", b"\x1f\x8b"), radius=100.0, single=True,
            package="nibabel", data=True),
