@@ -70,8 +70,8 @@ def write_report(
     return _write_page(place, f"{source} on the sphere", result.certificate, command, [
         table(result_rows(result, map_findings(result))[1:]),
         "<h2>Rounds</h2>" + table(round_rows(result), ROUNDS) if result.rounds else "",
-        "<h2>Before and after</h2>",
-        _scene(mesh, result.sphere, up),
+        "<h2>Before and after</h2>" if _began_folded(recording) else "<h2>The map</h2>",
+        _scene(mesh, result.sphere, _began_folded(recording), up),
         "<h2>Pictures</h2>",
         *_pictures(mesh, result.sphere, recording, up),
         "<h2>Curves</h2>",
@@ -136,15 +136,23 @@ def _plane_scene(result: PlaneMap, up: str) -> str:
     return f"{scene(f, views)}<p>{_TURN}</p>"
 
 
-def _scene(mesh: Mesh, sphere: FloatArray, up: str) -> str:
-    """Surface, Gauss map and result, to be turned."""
+def _began_folded(recording: Recording) -> bool:
+    """Whether a run began with the Gauss map, which folds most surfaces; others began with maps of their own."""
+    return any(step.stage == "gauss map" for step in recording.history[:1]) and bool(recording.foldings[0])
+
+
+def _scene(mesh: Mesh, sphere: FloatArray, before: bool, up: str) -> str:
+    """Surface and result, to be turned, and between them the Gauss map if the run removed its foldings."""
     if len(mesh.f) > MOST_FACES:
         return _TOO_LARGE.format(len(mesh.f))
     turn = pose(mesh.unit, up)
-    gauss, result = (colouring(mesh, x, SUBJECTS[0]) for x in (vertex_normals(mesh.unit, mesh.f), sphere))
-    views = [View("Surface", fit(mesh.unit, turn), gauss.colours, gauss.folded,
-                  ("folded by the Gauss map; same colour: same place", FOLDED))]
-    for name, x, colours in (("Gauss map", vertex_normals(mesh.unit, mesh.f), gauss), ("Result", sphere, result)):
+    gauss = vertex_normals(mesh.unit, mesh.f)
+    maps = [("Gauss map", gauss, colouring(mesh, gauss, SUBJECTS[0]))] if before else []
+    maps.append(("Result", sphere, colouring(mesh, sphere, SUBJECTS[0])))
+    by = "folded by the Gauss map" if before else "folded"
+    views = [View("Surface", fit(mesh.unit, turn), maps[0][2].colours, maps[0][2].folded,
+                  (f"{by}; same colour: same place", FOLDED))]
+    for name, x, colours in maps:
         views.append(View(f"{name}: {count_foldings(len(colours.folded))}", x @ turn.T, colours.colours, colours.folded,
                           sphere=True, image=True))
     return f"{scene(mesh.f, views)}<p>{_TURN} {_MARKS}</p>"
@@ -157,7 +165,7 @@ def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> 
     folded = [frame.iterate for frame in recording.frames if frame.foldings]
     if folded and folded[-1].stage != "gauss map":
         shots.insert(0, (f"Last with foldings: {title_of(folded[-1])}", folded[-1].x, SUBJECTS[0]))
-    if not in_scene:
+    if not in_scene and _began_folded(recording):
         shots.insert(0, ("Gauss map", vertex_normals(mesh.unit, mesh.f), SUBJECTS[0]))
 
     def draw(x: FloatArray, title: str, subject: str) -> Callable[[Path], object]:

@@ -7,13 +7,18 @@ const key = "igl_spheremap ratings " + location.pathname;
 let ratings = {}, bar = null;  // the bar of a histogram that was clicked: cards outside of it are hidden
 try { ratings = JSON.parse(localStorage.getItem(key)) || {}; } catch { /* a browser that keeps nothing */ }
 const add = (parent, tag, properties = {}) => parent.appendChild(Object.assign(document.createElement(tag), properties));
-const cards = JSON.parse(document.querySelector(".cards").textContent).map(card => ({...card,
+const data = JSON.parse(document.querySelector(".cards").textContent);
+const cards = data.cards.map(card => ({...card,
   element: Object.assign(document.createElement("div"), {id: card.key, className: card.good ? "card" : "card bad"})}));
 const byElement = new Map(cards.map(card => [card.element, card]));
 const rated = row => ratings[row.source] || {rating: "", comment: ""};
 
 function rate(row, change) {
   ratings[row.source] = {...rated(row), ...change};
+  store();
+}
+
+function store() {
   try { localStorage.setItem(key, JSON.stringify(ratings)); } catch { /* a browser that keeps nothing */ }
   show();
 }
@@ -113,7 +118,7 @@ function open() {
   const table = add(dialog, "table");
   for (const [name, value] of Object.entries(row)) {
     const line = add(table, "tr");
-    add(line, "th", {scope: "row", textContent: name.replaceAll("_", " ")});
+    add(line, "th", {scope: "row", textContent: data.labels[name] ?? name.replaceAll("_", " ")});
     add(line, "td", {textContent: value === null ? "none" : typeof value === "number" ? +value.toPrecision(6) : String(value)});
   }
   add(dialog, "pre", {textContent: command});
@@ -140,6 +145,16 @@ form.bars.onclick = () => { bar = null; show(); };
 form.onsubmit = event => event.preventDefault();
 form.oninput = show;
 form.sort.onchange = sort;
+form.load.onchange = async () => {
+  // What was saved: cells in quotes have theirs doubled, and a cell that a spreadsheet took for a formula has one before it.
+  const plain = cell => (/^".*"$/.test(cell) ? cell.slice(1, -1).replaceAll('""', '"') : cell).replace(/^'(?=[=+\-@'])/, "");
+  for (const line of (await form.load.files[0].text()).split(/\r?\n/).slice(1).filter(Boolean)) {
+    const [source, , rating, comment] = line.split("\t").map(plain);
+    ratings[source] = {rating: rating ?? "", comment: comment ?? ""};
+  }
+  form.load.value = "";
+  store();
+};
 form.querySelector("[name=export]").onclick = () => {
   // No spreadsheet takes a cell for a formula, and quotes are doubled, as in all tables of the package.
   const safe = text => String(text).replace(/[\t\r\n]+/g, " ").replace(/^(?=[=+\-@'])/, "'");

@@ -67,13 +67,15 @@ def card_sheet(cards: Sequence[Card], figures: Mapping[str, str], legends: Itera
     shown = ["all", *sorted({card.row["status"] for card in cards}), "outliers", "passed", "failed by you", "not rated"]
     statuses = "".join(f"<option>{escape(one)}</option>" for one in shown)
     code = files(__package__).joinpath("cards.js").read_text(encoding="utf-8")
-    data = json.dumps(entries).replace("<", "\\u003c")  # no text ends the element that holds it
+    known = {"cards": entries, "labels": figures}
+    data = json.dumps(known).replace("<", "\\u003c")  # no text ends the element that holds it
     return (f'<div class="legends">{"".join(map(legend, legends))}</div>'
             f'<form class="toolbar"><label>sort by <select name="sort">{sorts}</select></label> '
             f'<label>show <select name="status">{statuses}</select></label> '
             '<label>name has <input name="text" type="search"></label> '
             '<button type="button" name="bars" hidden></button> '
-            '<button type="button" name="export">Save ratings as TSV</button> <output></output></form>'
+            '<button type="button" name="export">Save ratings as TSV</button> '
+            '<label>load ratings <input name="load" type="file" accept=".tsv"></label> <output></output></form>'
             '<div class="sheet"></div><dialog></dialog>'
             f'<script type="application/json" class="cards">{data}</script><script>{code}</script>')
 
@@ -87,7 +89,8 @@ def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str
     if not len(values):
         return ""
     if np.ptp(values) == 0:
-        return f"<figure><figcaption>{label}: {values[0]:.3g} in all</figcaption></figure>"
+        same = f", the same for all {len(values):,} {nouns}" if len(values) > 1 else ""
+        return f"<figure><figcaption>{label}: {values[0]:.3g}{same}</figcaption></figure>"
     ends = float(values.min()), min(limit, float(values.max()))
     if ends[0] == ends[1]:
         ends = ends[0] - 0.5, ends[1] + 0.5
@@ -104,6 +107,6 @@ def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str
                      f'data-said="{label} {said}" title="{said}" style="--share: {count / most:.1%}"'
                      f'{" disabled" * (not count)}></button>')
     caption = f"{label}: median {np.median(values):.3g}, largest {values.max():.3g}"
-    return (f'<figure class="histogram"><small>{most} {escape(nouns)}</small><div class="bars">{"".join(drawn)}</div>'
+    return (f'<figure class="histogram"><small>{most} {escape(nouns if most > 1 else nouns[:-1])}</small><div class="bars">{"".join(drawn)}</div>'
             f"<small><span>{edges[0]:.3g}</span><span>{escape(axis)}</span><span>{edges[-1]:.3g}</span></small>"
             f"<figcaption>{caption}</figcaption></figure>")

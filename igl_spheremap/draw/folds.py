@@ -77,7 +77,8 @@ class Clusters:
 
 @dataclass(frozen=True, eq=False)
 class Marks:
-    """Clusters of folded faces as pictures mark them: their middles (c, 3), and the vector areas (k, 3) of their faces.
+    """Clusters of folded faces as pictures mark them: their middles (c, 3), and vector areas (k, 3) and longest sides
+    (k,) of their faces.
 
     There are none where folded faces cover much of the surface. The vectors point out of the surface, whichever way the
     faces turn.
@@ -86,6 +87,7 @@ class Marks:
     clusters: Clusters
     middles: FloatArray
     outward: FloatArray
+    longest: FloatArray
 
     @classmethod
     def of(cls, x: FloatArray, f: IntArray, folded: IntArray, sphere: bool) -> Marks:
@@ -98,10 +100,11 @@ class Marks:
         if plane or sphere:  # of a map: a face that is flipped turns the other way
             way = np.array([[0.0, 0.0, 1.0]]) if plane else middles / np.maximum(row_lengths(middles), 1e-300)[:, None]
             outward = row_lengths(outward)[:, None] * way
-        return cls(clusters, clusters.sums(middles) / clusters.sizes[:, None], outward)
+        longest = np.max([row_lengths(p - q) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+        return cls(clusters, clusters.sums(middles) / clusters.sizes[:, None], outward, longest)
 
     def unseen(self, towards: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:
-        """Middles of the clusters that are too small to be seen or turn away, and which of them face the viewer.
+        """Middles of the clusters that are too small or thin to be seen or turn away, and which face the viewer.
 
         `towards` is the unit vector to the viewer; a unit of length takes `pixels` pixels.
 
@@ -111,7 +114,8 @@ class Marks:
         ([1, 0], [False])
         """
         facing = self.outward @ towards
-        coloured = self.clusters.sums(np.maximum(facing, 0)) * pixels**2  # the pixels whose middles it covers
+        wide = 2 * facing * pixels >= self.longest  # at least a pixel: of thinner faces hardly any pixel is coloured
+        coloured = self.clusters.sums(np.where(wide, facing, 0)) * pixels**2  # the pixels whose middles it covers
         front = self.clusters.sums(facing) >= 0
         small = coloured < SEEN**2
         return self.middles[small], front[small]

@@ -170,6 +170,7 @@ def _content(f: IntArray, view: View) -> dict[str, object]:
         "starts": _base64(marks.clusters.starts.astype("<u4")),
         "middles": _base64(marks.middles.astype("<f4")),
         "outward": _base64(marks.outward.astype("<f4")),
+        "longest": _base64(marks.longest.astype("<f4")),
     }
 
 

@@ -20,7 +20,7 @@ for (const element of document.querySelectorAll("[data-scene]:empty")) {
     box.className = "view";
     const [canvas, marks] = ["surface", "marks"].map(name => box.appendChild(document.createElement("canvas")));
     marks.className = "marks"; canvas.tabIndex = 0; canvas.ariaLabel = view.caption;
-    figure.appendChild(document.createElement("figcaption")).textContent = view.caption;
+    const caption = figure.appendChild(document.createElement("figcaption"));
     figure.insertAdjacentHTML("beforeend", view.legend);
     const gl = canvas.getContext("webgl2", {antialias: true});
     if (!gl) { figure.textContent = "This browser has no WebGL 2."; return () => {}; }
@@ -48,6 +48,7 @@ for (const element of document.querySelectorAll("[data-scene]:empty")) {
     const x = new Float32Array(bytes(view.positions)), colours = new Uint8Array(bytes(view.colours));
     const folded = new Uint32Array(bytes(view.folded)), starts = new Uint32Array(bytes(view.starts));
     const middles = new Float32Array(bytes(view.middles)), outward = new Float32Array(bytes(view.outward));
+    const longest = new Float32Array(bytes(view.longest));
     const drawn = [...faces.keys()].filter(k => k % 3 === 0).map(k => k / 3).concat([...folded]);
     const corners = new Float32Array(9 * drawn.length), painted = new Uint8Array(9 * drawn.length);
     drawn.forEach((face, k) => {
@@ -65,7 +66,8 @@ for (const element of document.querySelectorAll("[data-scene]:empty")) {
           if (size === 0) continue;
           const {at, scale} = view.sphere ? magnified(area.map(one => one / size)) : {at: [0, 0, area[2] / size], scale: zoom};
           const part = size * at[2] * (scale * pixels) ** 2;
-          facing += part; coloured += Math.max(part, 0);
+          facing += part;
+          if (2 * part >= longest[k] * scale * pixels) coloured += part;  // at least a pixel wide
         }
         if (coloured >= scene.seen ** 2 || (view.sphere && power > 1 && facing < 0)) return;
         const middle = turned(middles, cluster);
@@ -115,6 +117,8 @@ for (const element of document.querySelectorAll("[data-scene]:empty")) {
         gl.drawArrays(gl.TRIANGLES, first, count);
       }
       mark(canvas.clientWidth, devicePixelRatio);
+      caption.textContent = view.caption
+        + (view.sphere && power > 1 ? `, magnified ${(+power.toPrecision(2)).toLocaleString("en")} times in front` : "");
     };
   });
   const draw = () => requestAnimationFrame(() => views.forEach(view => view()));

@@ -129,7 +129,7 @@ def write_page(
             f"<h2>{sheet.nouns.capitalize()}</h2><p>Worst first: files without a map, then by foldings, then by the "
             f"figure farthest above those of the others. Outliers lie more than {OUTLIER:g} interquartile ranges above "
             f"the third quartile. Click a bar to see its {sheet.nouns}, a picture to see all of it.{left_out}</p>",
-            card_sheet(cards, {**figures_of(rows), "seconds": "seconds"}, sheet.legends)]
+            card_sheet(cards, {**figures_of(rows), "seconds": "seconds", "memory": "MB of memory"}, sheet.legends)]
     with replacing(path, force=True) as partial:
         partial.write_text(page(sheet.title, "\n".join(filter(None, body))), encoding="utf-8",
                            errors="backslashreplace")

@@ -26,7 +26,7 @@ def verdict(certificate: Certificate, caps: BoolArray | None = None) -> Finding:
     numbers, text = certificate_numbers(certificate), str(certificate)
     if caps is not None:
         numbers["caps"] = int(caps.sum())
-        text += f"; {numbers['caps']:,} of its {len(caps):,} faces are caps, which no figure counts"
+        text += f"; {numbers['caps']:,} of its {len(caps):,} faces are caps, which figures leave out"
     return Finding("certificate", text, {"certificate": numbers})
 
 
@@ -71,5 +71,5 @@ def edges(logarithms: FloatArray) -> Finding:
 
 def _ratios(label: str, name: str, logarithms: FloatArray) -> Finding:
     numbers = log_figures(logarithms)
-    text = "log(image / source) is {mean:.3g} on average (99% below {p99:.3g}, at most {max:.3g})"
+    text = "|log(image / source)| is {mean:.3g} on average (99% below {p99:.3g}, at most {max:.3g})"
     return Finding(label, text.format(**numbers), {name: numbers})

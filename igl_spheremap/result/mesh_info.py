@@ -147,7 +147,7 @@ def mesh_findings(found: MeshInfo) -> list[Finding]:
                     {**known, **asdict(found.topology), **quality}),
             Finding("topology", verdict[found.maps_to], {}), *_parts(found.topology)]
     if found.not_finite:
-        rows.append(Finding("not finite", f"{_vertices(found.not_finite)}, which no figure counts", {}))
+        rows.append(Finding("not finite", f"{_vertices(found.not_finite)}, which figures leave out", {}))
     if found.quality:
         rows += _figures(found.quality, found.topology.edges)
     rows += [Finding("note", note, {}) for note in found.notes]

@@ -123,11 +123,11 @@ class Recording(History):
         with self._lock:
             kept, steps, used = len(self._frames), len(self.steps), self._nbytes() / 1e6
             if kept == steps:
-                return f"every iteration is kept: {used:,.{int(used < 10)}f} of {self._budget / 1e6:,g} MB"
+                return f"every iterate is kept: {used:,.{int(used < 10)}f} of {self._budget / 1e6:,g} MB"
             others, changes = (f"1 in {stride // 2:,}" if stride > 2 else "all" for stride in self._strides)
             return (
-                f"{kept:,} of {steps:,} iterations are kept: starts and ends of stages, of the steps that change the "
-                f"number of foldings {changes}, of the others {others}; {used / kept * steps:,.0f} MB (--keep) hold all"
+                f"{kept:,} of {steps:,} iterates are kept: {changes} where foldings change, {others} elsewhere; "
+                f"--keep {used / kept * steps + 1:.0f} (MB) keeps all"
             )
 
     @property
@@ -182,7 +182,7 @@ def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: F
     counts = None if foldings is None else np.asarray(foldings)
     said = []
     if curved := len(values) > 2:
-        said.append(f"{len(history):,} iterates")
+        said.append(f"{sum(step.iteration > 0 for step in history):,} iterations")
     elif len(values):
         said.append(f"{name}: {' to '.join(f'{value:.3g}' for value in values)}")
     if counts is not None and not counts.any():

@@ -151,8 +151,9 @@ class Result(Shown):
     def __repr__(self) -> str:
         outcome = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"
         balance = f", balance={self.balance:g}" if self.balance else ""
+        taken = f"{self.iterations} iteration{'s' * (self.iterations != 1)}"
         return (f"{type(self).__name__}({self._size()}, method={self.method!r}{balance}, {outcome}, "
-                f"energy={self.energy:.6f}, {self.status.name}, {self.iterations} iterations, {self.seconds:.2f} s)")
+                f"energy={self.energy:.6f}, {self.status.name}, {taken}, {self.seconds:.2f} s)")
 
 
 def run_findings(result: Result) -> list[Finding]:

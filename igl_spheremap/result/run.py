@@ -276,7 +276,8 @@ class Run:
         return float(self.settings.get("balance", 0.0))
 
     def __repr__(self) -> str:
-        return f"Run({self.method!r}, {self.status.name}, {self.iterations} iterations, {self.seconds:.2f} s)"
+        taken = f"{self.iterations} iteration{'s' * (self.iterations != 1)}"
+        return f"Run({self.method!r}, {self.status.name}, {taken}, {self.seconds:.2f} s)"
 
 
 class OfListener(BaseException):

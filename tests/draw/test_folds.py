@@ -55,3 +55,10 @@ def test_a_fold_in_the_plane_is_seen_from_above_whichever_way_its_face_turns():
         marks = Marks.of(x, np.array([face, [0, 3, 4]]), np.array([0]), True)
         assert len(marks.unseen(np.array([0.0, 0, 1]), 1.01 * SEEN * np.sqrt(2))[0]) == 0
         assert marks.unseen(np.array([0.0, 0, 1]), 0.99 * SEEN * np.sqrt(2))[1].tolist() == [True]
+
+
+def test_a_sliver_is_marked_however_long_it_is():
+    x = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1e-3, 0], [-9, 0, 0], [0, -9, 0]])
+    marks = Marks.of(x, np.array([[0, 2, 1], [0, 3, 4]]), np.array([0]), True)
+    for pixels in (400, 900, 1100):  # its area is 80, 405 and 605 pixels, its width .4, .9 and 1.1
+        assert len(marks.unseen(np.array([0.0, 0, 1]), pixels)[0]) == (pixels < 1000)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import os
+import re
 import traceback
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -226,6 +227,15 @@ def write_video(app: App, path: Path, length: int, rate: int, progress: Any = No
             if advance is not None:
                 advance()
     return shown
+
+
+def file_stem(source: str, kind: str) -> str:
+    """The name of a file of that kind on a surface.
+
+    >>> file_stem("a/lh.pial", "map"), file_stem("sample:dino", "run"), file_stem("", "map")
+    ('lh_map', 'sample_dino_run', 'map')
+    """
+    return re.sub(r"\W+", "_", f"{Path(source).stem}_{kind}").lstrip("_")
 
 
 class SaveWidgets:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import multiprocessing
 import os
 import queue
@@ -20,7 +21,7 @@ from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
 from ...mesh.measure import vertex_normals
 from ...result.recording import BUDGET, Frame, Recording
-from ...result.run import Iterate, Listener, Step, stage_title
+from ...result.run import Iterate, Listener, Step, title_of
 
 Source = tuple[FloatArray, IntArray]
 
@@ -32,6 +33,8 @@ _TURN = 0.3
 _GATHER = 0.01
 #: A stage may begin with the last map of the one before, up to rounding; it is shown once.
 _SAME = 1e-9
+#: The most steps that are called changes of the foldings: beyond, as where they flicker, one would lead hardly further.
+_FEW = 24
 
 
 class Solve(Protocol):
@@ -61,7 +64,7 @@ class ShownRun:
         self.frames: tuple[Frame, ...] = ()
         #: Places of the frames that the next iteration follows, and their iterations.
         self.steps = self.iterations = np.empty(0, dtype=np.int64)
-        self.foldings = np.empty(0, dtype=np.int64)
+        self.foldings = self.changes = np.empty(0, dtype=np.int64)
         self.seconds = 0.0
         self._recording: Recording | None = None
         self._budget = budget
@@ -136,18 +139,17 @@ class ShownRun:
     def title(self, frame: Frame) -> str:
         """What a frame shows, in words."""
         if self.result is None or frame is not self.frames[-1]:
-            return f"{stage_title(frame.iterate)}, iteration {frame.index:,}"
+            return title_of(frame.iterate)
         return f"Result: {'certified' if self.result.certificate.folding_free else 'not'} folding-free"
 
     def stops(self) -> list[tuple[str, int]]:
         """Names and places of the start, of the frames at star maps and repairs, and of the end."""
         marks = [("Gauss map", 0)]
         for k, frame in enumerate(self.frames[:-1]):
-            stage, number = stage_of(frame.iterate)
-            again = f" {number}" if number > 1 else ""
-            if stage == "star map":
+            again = f" {frame.iterate.round}" if frame.iterate.round > 1 else ""
+            if frame.iterate.stage == "star map":
                 marks += [(f"before the star map{again}", k - 1), (f"after the star map{again}", k)]
-            elif stage == "repair":
+            elif frame.iterate.stage == "repair":
                 marks.append((f"repair{again}", k))
         return [*marks, ("end", len(self.frames) - 1)]
 
@@ -158,14 +160,9 @@ class ShownRun:
         return int(kept[min(max(k, 0), len(kept) - 1)]) if len(kept) else 0
 
     def change(self, iteration: int, way: int) -> int | None:
-        """The next step (way 1) or the one before (-1) at which there are half or twice as many foldings, or none."""
-        kept, counts = self.iterations, self.foldings
-        if not len(kept):
-            return None
-        steps, end = (kept[kept > iteration], 1) if way > 0 else (kept[kept < iteration][::-1], 0)
-        now, there = counts[iteration + end], counts[steps + end]
-        far = (there != now) & (np.maximum(there, now) >= 2 * np.minimum(there, now))
-        return int(steps[far.argmax()]) if far.any() else None
+        """The next step (way 1) or the one before (-1) at which the foldings change much, or none."""
+        steps = self.changes[self.changes > iteration] if way > 0 else self.changes[self.changes < iteration][::-1]
+        return int(steps[0]) if len(steps) else None
 
     def _update(self) -> None:
         """Count what was taken over."""
@@ -173,7 +170,7 @@ class ShownRun:
             self.frames, self.foldings = self._recording.frames, self._recording.foldings
             places = np.array([frame.index for frame in self.frames])
             self.steps = np.flatnonzero(np.diff(places) == 1)
-            self.iterations = places[self.steps]
+            self.iterations, self.changes = places[self.steps], changes(self.foldings)
 
     def _take_mesh(self, source: Source) -> None:
         self.mesh = check_mesh(*source)
@@ -202,9 +199,25 @@ class ShownRun:
         self.error = error
 
 
-def stage_of(iterate: Iterate) -> tuple[str, int]:
-    """Stage and round, which stay the same until a stage ends."""
-    return iterate.stage, iterate.round
+def changes(foldings: IntArray) -> IntArray:
+    """Steps after which 1 + foldings has grown or fallen by a factor since the last: 2, or so much that they are few.
+
+    >>> changes(np.array([100, 90, 40, 45, 0, 0]))
+    array([1, 3])
+    """
+    levels = np.log2(1.0 + foldings).tolist()
+    tried = (_jumps(levels, octaves) for octaves in itertools.count(1))
+    return np.array(next(found for found in tried if len(found) <= _FEW), dtype=np.int64)
+
+
+def _jumps(levels: list[float], size: float) -> list[int]:
+    """Steps after which a level is this far from what it was after the last of them, or from the first."""
+    found, level = [], levels[0]
+    for k, now in enumerate(levels):
+        if abs(now - level) >= size:
+            found.append(k - 1)
+            level = now
+    return found
 
 
 class _Sender:

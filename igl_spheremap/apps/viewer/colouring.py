@@ -27,6 +27,7 @@ SQUARES = 24
 _APART = 0.5
 FOLDED_MARKS = ("folded face (dot: small, ring: behind)", palette.FOLDED)
 FOLDED_LEGEND = (f"{FOLDED_MARKS[0]}; same colour: same place", palette.FOLDED)
+BOARD_LEGEND = ("squares of the sphere, the same on the surface", palette.CHECKS[0])
 _DARKEST = 0.72  # brightness of the deepest hollows
 #: Hollows of about this size are seen, on a surface as large as the unit sphere.
 _REACH = 0.1
@@ -115,7 +116,7 @@ def checkerboard(
     corners = squares * mercator_corners(x, mesh.f, poles_at(x, deepest_tips(mesh, x)) if poles is None else poles)
     if mesh.caps is not None:
         corners[mesh.caps.repeat(3)] = 0.5
-    return Colouring(np.tile(palette.SURFACE, (len(mesh.f), 1)), folded, _marks(folded), corners)
+    return Colouring(np.tile(palette.SURFACE, (len(mesh.f), 1)), folded, (BOARD_LEGEND, *_marks(folded)), corners)
 
 
 def _marks(folded: IntArray) -> tuple[Legend, ...]:

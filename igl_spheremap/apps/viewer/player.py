@@ -27,7 +27,7 @@ from ...mesh.check import Mesh, check_mesh
 from ...mesh.objects import takes_mesh
 from ...result.recording import Frame, Recording
 from ...result.run import Listener
-from .app import App, SaveWidgets, present
+from .app import App, SaveWidgets, file_stem, present
 from .background_run import ShownRun, Source
 from .choices import KEEP, SIZE, SUBJECTS
 from .curves import energy_plot, folding_plot
@@ -49,7 +49,7 @@ _PLAY = 50.0
 SPEEDS = (1, 2, 5, 10, 25, 100)
 
 _HINT = (
-    "The space bar plays, the arrow keys left and right step, up and down go to where foldings have halved or doubled. "
+    "The space bar plays, the arrow keys left and right step, up and down go to where foldings change much. "
     "Drag the line in a curve. Drag to turn all, drag with the right button to shift, scroll to zoom, double-click to "
     "reset."
 )
@@ -93,7 +93,7 @@ class Player(App):
         self.colours = Colours(SUBJECTS[0])
         #: How much the lens magnifies; None: as fits what it is on.
         self.power: float | None = None
-        self._save = SaveWidgets(self, "run", lambda: self.run.result)
+        self._save = SaveWidgets(self, file_stem(name, "run"), lambda: self.run.result)
         self._updated = time.monotonic()
         self._next: ShownRun | None = None
         self.grid = Grid(foot=_CURVES)
@@ -171,7 +171,7 @@ class Player(App):
     def _facts(self, frame: Frame) -> dict[str, Any]:
         """What a picture of a frame shows, for JSON."""
         step = frame.iterate.step
-        return {"title": self.run.title(frame), "stage": step.stage, "round": step.round, "iteration": frame.index,
+        return {"title": self.run.title(frame), "stage": step.stage, "round": step.round, "iteration": step.iteration,
                 "foldings": frame.foldings}
 
     def tick(self) -> None:
@@ -351,11 +351,11 @@ class Player(App):
             return [f"{type(run.error).__name__}: {run.error}"]
         if not run.frames:
             return [f"reading {run.name}" if run.mesh is None else "making the first map"]
-        count = len(run.foldings) - 1
         if run.result is None:
+            count = sum(step.iteration > 0 for step in run.history)
             return [f"computing: {count:,} iterations, {count / max(run.seconds, 1e-3):,.0f} a second", run.memory]
         notes = (f"note: {note}" for note in run.result.notes)
-        return [f"{count:,} iterations in {run.seconds:.3g} s", run.memory, *notes]
+        return [f"{run.result.iterations:,} iterations in {run.seconds:.3g} s", run.memory, *notes]
 
     def _play_widgets(self) -> None:
         assert self.before is not None
@@ -372,7 +372,7 @@ class Player(App):
         if chosen := menu("speed", f"x{self.speed}", speeds):
             self.speed = speeds[chosen]
         imgui.SetNextItemWidth(-1)
-        moved, iteration = imgui.SliderInt("##iteration", at, 0, last, "iteration %d")
+        moved, iteration = imgui.SliderInt("##iteration", at, 0, last, "iterate %d")
         if moved:
             self._leave_for(iteration)
         for label, way in (("previous", -1), ("next", 1)):
@@ -381,7 +381,7 @@ class Player(App):
             if imgui.Button(label):
                 self._leave_for(change)
             imgui.EndDisabled()
-            tip("To where there are half or twice as many foldings, none, or some.")
+            tip("To where there are half or twice as many foldings; or, where that is often, to the largest changes.")
             imgui.SameLine()
         imgui.TextUnformatted("change of foldings")
         marks = dict(self.run.stops())
@@ -462,8 +462,8 @@ def play(
     Returns
     -------
     list of dict
-        What each picture shows: ``title``, ``stage``, ``round``, ``iteration`` and ``foldings`` after the step, and the
-        same of the map ``before`` it.
+        What each picture shows: ``title``, ``stage``, ``round``, ``iteration`` of the stage, and ``foldings`` after the
+        step, and the same of the map ``before`` it.
 
     Raises
     ------

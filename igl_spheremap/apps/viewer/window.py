@@ -216,8 +216,7 @@ def grab() -> NDArray[np.uint8]:
 def show(callback: Callable[[], None]) -> None:
     """Run the window until it is closed, with a callback before every frame."""
     ps.set_user_callback(callback)
-    with contextlib.suppress(KeyboardInterrupt):
-        ps.show()
+    ps.show()
     ps.clear_user_callback()
 
 

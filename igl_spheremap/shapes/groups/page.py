@@ -22,11 +22,14 @@ from ...io.replacing import make_folder, replacing
 from ...io.textured import write_picture
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.timings import counted
-from .files import FIGURES, file_names, member_rows
+from .files import file_names, member_rows
 from .group import Group
 from .series import Series
 from .series_files import frame_rows
 
+#: What members are sorted by, by the names of their figures.
+_FIGURES = {"correlation": "correlation of depth with the mean's", "size": "size over that of all",
+            "distance": "distance from the mean (rms)"}
 _REACH = 2.0  # standard deviations that pictures of a mode go to either side
 _SHOWN = 3  # modes with pictures
 _SIZE = 200  # pixels of each of the two views of a member: both fill a card on a screen of high resolution
@@ -53,12 +56,12 @@ def write_group_page(path: str | os.PathLike[str], group: Group, command: str = 
             ("Mean: standard deviation of position", spread, group.spread), ("+2 standard deviations", away, moved)]))
     usual = float(np.sqrt(np.mean([member.distance**2 for member in group.members])))
     ramp = sizes("distance from the mean", round_up(_FAR * usual))
-    figures = {name: name for name in (*FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes))))}
+    figures = _FIGURES | {f"mode_{k + 1}": f"score of mode {k + 1}" for k in range(len(group.modes))}
     body += ["<p>Drag to turn, double-click to reset.</p>", "<h2>How good a model the modes are</h2>",
              table(rows, ("modes", "compactness", "generalisation", "specificity")), "<h2>Members</h2>",
              '<div class="plots">',
-             *(histogram(name, name, np.array([getattr(member, name) for member in group.members]),
-                         np.inf, "", "members") for name in FIGURES), "</div>",
+             *(histogram(name, label, np.array([getattr(member, name) for member in group.members]), np.inf, "",
+                         "members") for name, label in _FIGURES.items()), "</div>",
              "<p>What was left out, then members that may lie wrong, which are marked, then the farthest from the mean "
              "first. Click a bar to see its members, a picture to see all of one. <code>template "
              "--ratings</code> reads the ratings that are saved.</p>",

@@ -236,7 +236,7 @@ figures = dict(spread=spread, facts=facts, drawn=min(drawn_), back=bool((view.re
     half, equal, conformal = figures["spread"]
     assert equal < 0.02 < 0.4 * conformal < half < 0.7 * conformal
     assert figures["back"]
-    assert all("covered once (exact)" in text and "areas: log(image / source)" in text for text in figures["facts"])
+    assert all("covered once (exact)" in text and "areas: |log(image / source)" in text for text in figures["facts"])
     assert figures["drawn"] > 0.15
 
 

@@ -11,7 +11,7 @@ import pytest
 from drawing import command, drive, needs_drawing, run
 
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer.background_run import ShownRun
+from igl_spheremap.apps.viewer.background_run import ShownRun, changes
 from igl_spheremap.draw import palette
 from igl_spheremap.result.recording import Recording
 
@@ -65,17 +65,24 @@ def test_a_run_in_another_process_is_the_run_here(dino_run):
         assert shown.foldings == frame.foldings == len(shown.folded)
 
 
-def test_the_next_change_is_the_first_step_to_half_or_twice_as_many_foldings(dino_run):
-    counts = [ism.certify(frame.iterate.x, dino_run.mesh.f).foldings for frame in dino_run.frames]
+def test_changes_of_the_foldings_are_few_and_each_is_large():
+    rng = np.random.default_rng(0)
+    flickering = np.where(rng.random(3000) < 0.5, 0, rng.integers(1, 40, 3000))
+    for counts in (flickering, np.arange(5000)[::-1], np.array([7]), np.array([0, 1, 1])):
+        found, levels = changes(counts), np.log2(1.0 + counts)
+        starts = np.concatenate(([0], found + 1))
+        assert len(found) <= 24
+        assert (np.abs(np.diff(levels[starts])) >= 1).all()
+    assert changes(np.array([0, 1, 1])).tolist() == [0]
+    assert len(changes(np.arange(5000)[::-1])) == 12
 
-    def far(a, b):
-        return a != b and max(a, b) >= 2 * min(a, b)
 
-    steps = range(len(counts) - 1)
-    for k in steps[::7]:
-        assert dino_run.change(k, 1) == next((j for j in steps[k + 1 :] if far(counts[j + 1], counts[k + 1])), None)
-        assert dino_run.change(k, -1) == next((j for j in steps[:k][::-1] if far(counts[j], counts[k])), None)
-    assert dino_run.change(0, 1) > 1
+def test_the_next_change_is_the_first_one_beyond(dino_run):
+    steps = dino_run.changes.tolist()
+    assert len(steps) > 1
+    for k in range(0, len(dino_run.foldings), 7):
+        assert dino_run.change(k, 1) == next((j for j in steps if j > k), None)
+        assert dino_run.change(k, -1) == next((j for j in steps[::-1] if j < k), None)
 
 
 def test_the_mask_of_a_frame_is_its_certificate(dino_run):
@@ -101,8 +108,8 @@ def test_a_bounded_run_forgets_frames_but_not_its_stops_and_says_so(dino_run):
     bounded = ShownRun(40 * dino_run.frames[0].iterate.x.nbytes).begin(load, LAI2014)
     bounded.wait()
     assert len(bounded.frames) <= 40
-    assert f"{len(bounded.frames)} of {len(dino_run.frames)} iterations are kept" in bounded.memory
-    assert "every iteration is kept" in dino_run.memory
+    assert f"{len(bounded.frames)} of {len(dino_run.frames)} iterates are kept" in bounded.memory
+    assert "every iterate is kept" in dino_run.memory
     assert (bounded.foldings == dino_run.foldings).all()
     assert [name for name, _ in bounded.stops()] == [name for name, _ in dino_run.stops()]
     assert [(bounded.frames[k].index, bounded.frames[k].foldings) for _, k in bounded.stops()] == [
@@ -123,7 +130,7 @@ def test_the_process_of_a_run_ends_with_a_window_that_is_killed():
 import time
 from functools import partial
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer.background_run import ShownRun
+from igl_spheremap.apps.viewer.background_run import ShownRun, changes
 run = ShownRun().begin(partial(ism.samples.make, 'dumbbell', n_vertices=300),
                     partial(ism.spherical_conformal_map, method='lai2014'))
 while run.mesh is None:

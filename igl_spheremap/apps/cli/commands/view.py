@@ -1,7 +1,6 @@
 """`view` and `play`: a map, or how it comes about, in a window, as a picture or as a video."""
 
 import os
-import re
 from argparse import Namespace
 from functools import partial
 from pathlib import Path
@@ -10,7 +9,7 @@ from ....errors import FileError, FoldingsRemain, MeshError
 from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.disk import check_disk
-from ...viewer.app import open_for, run_app
+from ...viewer.app import file_stem, open_for, run_app
 from ...viewer.choices import SHOWN, guess_up
 from ...viewer.compare import plane_view
 from ...viewer.map_view import MapView, caption_of
@@ -49,8 +48,8 @@ def run_view(args: Namespace) -> None:
         return
     args.progress.close()
     up = args.up or source.up
-    name = re.sub(r"\W+", "_", f"{Path(source.name).stem}_map")
-    view = MapView(result.mesh, {caption: result.sphere}, up=up, subject=SHOWN[args.show], result=result, name=name)
+    view = MapView(result.mesh, {caption: result.sphere}, up=up, subject=SHOWN[args.show], result=result,
+                   name=file_stem(source.name, "map"))
     run_app(view, pictures, progress=args.progress)
 
 
