@@ -107,6 +107,7 @@ def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str
                      f'data-said="{label} {said}" title="{said}" style="--share: {count / most:.1%}"'
                      f'{" disabled" * (not count)}></button>')
     caption = f"{label}: median {np.median(values):.3g}, largest {values.max():.3g}"
-    return (f'<figure class="histogram"><small>{most} {escape(nouns if most > 1 else nouns[:-1])}</small><div class="bars">{"".join(drawn)}</div>'
+    counted = f"{most} {nouns if most > 1 else nouns.removesuffix('s')}"
+    return (f'<figure class="histogram"><small>{escape(counted)}</small><div class="bars">{"".join(drawn)}</div>'
             f"<small><span>{edges[0]:.3g}</span><span>{escape(axis)}</span><span>{edges[-1]:.3g}</span></small>"
             f"<figcaption>{caption}</figcaption></figure>")

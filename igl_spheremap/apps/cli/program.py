@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except _Terminated:
             return _fail(Exit.TERMINATED, "terminated")
         except KeyboardInterrupt:
-            return _fail(Exit.INTERRUPTED, "interrupted")
+            return _fail(Exit.INTERRUPTED, "interrupted by you")
         except EXPECTED as error:
             if isinstance(error, OSError):
                 _drop_output()
@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _end_at_once(*_: object) -> None:
-    os.write(2, b"igl-spheremap: interrupted\n")
+    os.write(2, b"igl-spheremap: interrupted by you\n")
     os._exit(Exit.INTERRUPTED)
 
 

@@ -40,7 +40,8 @@ def figure_1(runs: Runs) -> Any:
     """A brain and its conformal map under one checkerboard, whose squares keep their right angles."""
     surface = runs.surface("Brain")
     result = runs.get(surface, "auto").result
-    title = f"Fig. 1. A brain and its conformal map: mean angle difference {_mean_angle(result):.2f}°"
+    mean = np.abs(result.angle_differences()).mean()
+    title = f"Fig. 1. A brain and its conformal map: mean angle difference {mean:.2f}°"
     figure, ((source, sphere),) = page_figure(1, 2, title, 3.6)
     v, f = igl.upsample(surface.v, surface.f, _DIVIDED)  # smooth borders of the squares
     x = unit_rows(igl.upsample(result.sphere, surface.f, _DIVIDED)[0])
@@ -56,10 +57,10 @@ def figure_2(runs: Runs) -> Any:
     figure, ((ax,),) = page_figure(1, 1, "Fig. 2. The path of Theorem 1 and the straight step", 5)
     F, AF = np.array([[0.0, 1.0, 0.0]]), np.array([[-1.0, 0.0, 0.0]])
     turn = np.linspace(0, 2 * np.pi, 200)
-    ax.plot(np.cos(turn), np.sin(turn), color=GUIDE)
+    ax.plot(np.cos(turn), np.sin(turn), color=GUIDE, label="unit sphere, in the plane of F and AF")
     path = np.array([cayley_step(F, AF, tau)[0] for tau in np.linspace(0, 1.5, 60)])
-    ax.plot(path[:, 0], path[:, 1], color=LINES[0], linewidth=3)
-    ax.plot([0, 1.5], [1, 1], color=FOLDED, linewidth=2)
+    ax.plot(path[:, 0], path[:, 1], color=LINES[0], linewidth=3, label="Y: on it, for every step")
+    ax.plot([0, 1.5], [1, 1], color=FOLDED, linewidth=2, label="straight: off the sphere, infeasible")
     for tau in (0.5, 1.0, 1.5):
         straight, curved = (F - tau * AF)[0], cayley_step(F, AF, tau)[0]
         ax.plot([straight[0], curved[0]], [straight[1], curved[1]], color=GUIDE, linestyle=":")
@@ -69,9 +70,7 @@ def figure_2(runs: Runs) -> Any:
         ax.annotate(f"Y[{tau:g}]", curved[:2], (-10, -14), textcoords="offset points", ha="right")
     ax.plot(0, 1, "o", color=INK)
     ax.annotate("F", (0, 1), (-4, 8), textcoords="offset points", ha="right")
-    ax.annotate("unit sphere, in the plane of F and AF", (-0.62, -0.3))
-    ax.annotate("off the sphere:\ninfeasible", (1.6, 0.85), color=FOLDED)
-    ax.annotate("on it, for every step", (-0.28, 0.6), color=LINES[0])
+    ax.legend(loc="lower right", frameon=False)
     ax.set(aspect="equal", xlim=(-1.15, 2.2), ylim=(-1.15, 1.35))
     ax.axis("off")
     return figure
@@ -215,10 +214,6 @@ def _results(runs: Runs, surface: PaperSurface, algorithm: str, ways: Sequence[s
 def named(surface: PaperSurface) -> str:
     """The paper's name, and what stands for its surface."""
     return f"{surface.name}:\n{surface.relation}"
-
-
-def _mean_angle(result: SphereMap) -> float:
-    return float(np.abs(result.angle_differences()).mean())
 
 
 def dinosaurs(runs: Runs) -> list[PaperSurface]:

@@ -45,7 +45,7 @@ def reproduce(
         path = out / (f"{name}.md" if name in TABLES else f"{name}.png")
         with replacing(path, force=True) as partial:
             if name in TABLES:
-                partial.write_text(str(TABLES[name](runs)), encoding="utf-8")
+                partial.write_text(TABLES[name](runs), encoding="utf-8")
             else:
                 figure = FIGURES[name](runs)
                 figure.savefig(partial, format="png", dpi=_WIDTH / figure.get_figwidth())

@@ -59,20 +59,6 @@ TABLE_3 = (
 )
 
 
-@dataclass(frozen=True)
-class Table:
-    """A table that can be written: what it is, how to read it, and its rows."""
-
-    title: str
-    note: str
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-
-    def __str__(self) -> str:
-        lines = [f"| {' | '.join(each)} |" for each in [self.head, ["---"] * len(self.head), *self.rows]]
-        return "\n\n".join([f"# {self.title}", self.note.strip(), "\n".join(lines)]) + "\n"
-
-
 _NOTE = """\
 "lai2014" is `Lai2014()`, the paper's algorithms made to work; "as printed" `Lai2014.as_printed()`; "as programmed"
 `Lai2014.as_programmed()`, by the rules of the authors' published program; "gu-yau" the algorithm of Gu and Yau from the
@@ -92,10 +78,11 @@ WAYS = {"lai2014": "{}", "as printed": "{} as printed", "as programmed": "{} as 
         "auto": "auto"}
 
 
-def _table(title: str, rows: Sequence[PaperRow], algorithm: str, runs: Runs) -> Table:
-    """The paper's numbers, and below them those of the surface that stands for its own."""
+def _table(title: str, rows: Sequence[PaperRow], algorithm: str, runs: Runs) -> str:
+    """The paper's numbers, and below them those of the surface that stands for its own, as Markdown."""
     compared = any(row.their_iterations for row in rows)
-    return Table(title, _NOTE, _HEAD, [line for row in rows for line in _lines(row, algorithm, runs, compared)])
+    cells = [_HEAD, ["---"] * len(_HEAD), *(line for row in rows for line in _lines(row, algorithm, runs, compared))]
+    return "\n\n".join([f"# {title}", _NOTE.strip(), "\n".join(f"| {' | '.join(each)} |" for each in cells)]) + "\n"
 
 
 def _lines(row: PaperRow, algorithm: str, runs: Runs, compared: bool) -> Iterator[list[str]]:
@@ -151,7 +138,7 @@ def _ratio(theirs: float, ours: float) -> str:
 
 
 #: What writes the tables, by their names.
-TABLES: dict[str, Callable[[Runs], Table]] = {
+TABLES: dict[str, Callable[[Runs], str]] = {
     "table1": partial(_table, "Table 1. Algorithm 1 from the Gauss map", TABLE_1, "Algorithm 1"),
     "table2": partial(_table, "Table 2. Algorithm 1 and the algorithm of Gu and Yau", TABLE_2, "Algorithm 1"),
     "table3": partial(_table, "Table 3. Algorithm 2 and the algorithm of Gu and Yau", TABLE_3, "Algorithm 2"),

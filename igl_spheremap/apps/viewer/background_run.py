@@ -6,6 +6,7 @@ import itertools
 import multiprocessing
 import os
 import queue
+import signal
 import threading
 import time
 from collections.abc import Callable
@@ -78,7 +79,9 @@ class ShownRun:
         self._messages: multiprocessing.Queue[Any] = spawn.Queue(_IN_TRANSIT)
         work = (load, solve, self._messages, self._stopped)
         self.process = spawn.Process(target=_work, args=work, daemon=True)
+        handler = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the window, which ends the process
         self.process.start()
+        signal.signal(signal.SIGINT, handler)
         return self
 
     def stop(self) -> None:
@@ -264,7 +267,5 @@ def _work(load: Callable[[], Source], solve: Solve, messages: Any, stopped: Even
         finally:
             sender.flush()
         messages.put(("result", result))
-    except KeyboardInterrupt:
-        messages.put(("error", RuntimeError("interrupted by you")))
     except Exception as error:  # shown in the window
         messages.put(("error", error))

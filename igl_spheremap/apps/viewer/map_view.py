@@ -164,11 +164,6 @@ class MapView(ColouredApp):
         load = partial(_given, self.mesh.v, self.mesh.f)
         self._run = ShownRun().begin(load, partial(_rebalanced, self.result, balance))
 
-    def prepare(self, listener: Listener | None = None) -> None:
-        if self._run is not None:
-            self._run.wait()
-            self._take_map()
-
     def _take_map(self) -> None:
         if self._run is None:
             return

@@ -189,7 +189,7 @@ MODULES = ["argparse", "numpy", "igl.pyigl_core", "tqdm", "igl_spheremap.apps.cl
 @pytest.mark.parametrize("module", MODULES)
 def test_ctrl_c_during_imports_is_one_line(module):
     done = subprocess.run([sys.executable, "-c", INTERRUPTED, module], capture_output=True, text=True, timeout=60)
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "igl-spheremap: interrupted\n")
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "igl-spheremap: interrupted by you\n")
 
 
 def test_what_takes_time_to_import_is_imported_by_main():
@@ -379,7 +379,7 @@ def test_an_interrupt_is_one_line_and_leaves_whole_files_only(words, stopped, tm
 
     monkeypatch.setattr(f"igl_spheremap.apps.cli.{stopped}", pressed)
     assert main(words) == 130
-    assert capsys.readouterr() == ("", "igl-spheremap: interrupted\n")
+    assert capsys.readouterr() == ("", "igl-spheremap: interrupted by you\n")
     written = ["out.obj"] if "map" in words else []
     assert sorted(os.listdir(tmp_path)) == ["folded.obj", *written]
     if written:

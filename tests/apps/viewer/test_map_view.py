@@ -227,7 +227,8 @@ ps.set_user_callback(lambda: app.draw_app(view))
 spread, facts, drawn_ = [], [], []
 for balance in (0.5, 1.0, 0.0):
     view.rebalance(balance)
-    view.prepare()
+    view._run.wait()
+    view._take_map()
     drawn_.append(drawn(window.grab()))
     spread.append(float(np.abs(ism.log_area_ratios(v, f, view.result.sphere)).mean()))
     facts.append('\\n'.join(view.lines))
@@ -255,7 +256,8 @@ view.look()
 seen = []
 for balance in (0.0, 1.0):
     view.rebalance(balance)
-    view.prepare()
+    view._run.wait()
+    view._take_map()
     view.show_subject('area distortion')
     high = view.colours.ramp.high
     view.show_subject('checkerboard')
