@@ -53,7 +53,7 @@ def test_all_changes_of_the_number_of_foldings_are_kept_before_any_other_step(ro
     assert len(kept) <= room
     assert kept >= {*changes.tolist(), *(changes + 1).tolist()}
     assert f"{len(kept)} of 1,000 iterates are kept" in recording.describe()
-    assert "of the steps that change the number of foldings all" in recording.describe()
+    assert "all where foldings change" in recording.describe()
 
 
 def test_where_every_step_changes_the_number_of_foldings_these_are_thinned():

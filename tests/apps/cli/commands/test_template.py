@@ -71,7 +71,7 @@ def test_the_folder_holds_the_group_in_several_formats(group, folder):
     assert [float(row["mode_1"]) for row in table[:3]] == found.scores[:, 0].tolist()
     assert ism.read_map(group / "members" / "body1.npz").certificate.folding_free
     page = (group / "index.html").read_text()
-    cards = json.loads(page.partition('class="cards">')[2].partition("</script>")[0])
+    cards = json.loads(page.partition('class="cards">')[2].partition("</script>")[0])["cards"]
     assert [card["row"]["status"] for card in cards] == ["left out"] * 3 + ["member"] * 3
     doubtful = {member.name for member in found.members if member.doubts}
     order = [(card["row"]["source"] not in doubtful, -card["row"]["distance"]) for card in cards[3:]]
