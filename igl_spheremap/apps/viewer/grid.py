@@ -332,9 +332,9 @@ def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -
     for k in range(len(legend.stops) - 1):
         a, b = (packed(tuple(legend.stops[k + j].tolist())) for j in (0, 1))
         canvas.AddRectFilledMultiColor((left + k * step, y + 20), (left + (k + 1) * step, y + 30), a, b, b, a)
-    text(canvas, x, y, legend.label)
     for edge, side, name in zip((left, left + width), (-1, 1), legend.ends, strict=True):
         text(canvas, edge + side * (6 + text_width(name) / 2), y + 16, name)
+    text(canvas, x, y, legend.label)
 
 
 def wrapped(paragraphs: str, width: float) -> list[str]:
