@@ -242,7 +242,7 @@ def one_line(error: BaseException) -> str:
     ('a.ply: No such file', 'out of memory; try a smaller mesh or more memory')
     """
     words: object = error
-    if isinstance(error, MemoryError):
+    if isinstance(error, MemoryError) and (type(error) is not MemoryError or not error.args):
         words = "out of memory; try a smaller mesh or more memory"
     elif isinstance(error, ImportError):
         words = f"a library can't be loaded: {error}; install it anew, or try more memory"

@@ -14,7 +14,8 @@ from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import shared_edges
 from ..operators.factor.factor import Analysis, Entries, Factor
-from ..operators.factor.factorize import analyse, fits_memory, refactorize
+from ..operators.factor.factorize import analyse, refactorize
+from ..operators.factor.memory import fits_memory
 
 #: Corner pairs of a face whose 2 x 2 blocks are kept; the others are their transposes.
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))

@@ -5,12 +5,14 @@ Nothing here takes time to import, so that Ctrl-C is caught at once.
 
 import contextlib
 import io
+import math
 import os
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 
 from ...errors import said_by
+from ...operators.factor.memory import OF_ANY_MAP, bytes_left, too_little
 from .exits import EXPECTED, Exit, describe, shell_of
 
 
@@ -85,6 +87,10 @@ def _run(words: list[str], imported: Callable[[], None], saying: contextlib.Exit
         args = parser.parse(words)
     except SystemExit:  # --help and --version
         return Exit.OK
+    if bytes_left() < math.inf:  # each further thread of BLAS would take 40 MB, three times
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if bytes_left() < OF_ANY_MAP:
+        raise too_little(OF_ANY_MAP)
     from .progress import Progress  # imports numpy, which --help does not need
 
     args.words, run = words, args.row.run

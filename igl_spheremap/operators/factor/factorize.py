@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from functools import cache
 from importlib import import_module
 
@@ -12,16 +11,13 @@ import scipy.sparse as sp
 from ...errors import FactorisationFailed
 from ...mesh.timings import phase
 from .factor import Analysis, Cholmod, Entries, Factor, SuperLU, factorised
+from .memory import OF_SOLVER, bytes_left, too_little
 
 #: The module that each solver needs, and its class. The fastest measured comes first.
 _SOLVERS: dict[str, tuple[str, type[Analysis]]] = {
     "cvxopt": ("cvxopt.cholmod", Cholmod),
     "scipy": ("scipy.sparse.linalg", SuperLU),
 }
-
-#: Memory of a factor and of making it: the most that was measured, of SuperLU with 240,000 vertices (`python -m
-#: benchmarks factors`).
-_BYTES_PER_UNKNOWN = 3_000
 
 
 def available_backends() -> tuple[str, ...]:
@@ -70,13 +66,10 @@ def refactorize(analysis: Analysis, values: np.ndarray) -> Factor:
     return analysis.factorise(values)
 
 
-def fits_memory(n: int) -> bool:
-    """Whether an exact factor for this number of unknowns takes at most half of the machine's memory."""
-    return n * _BYTES_PER_UNKNOWN <= _memory() / 2
-
-
 def _chosen(backend: str) -> str:
     available = available_backends()
+    if not available:
+        raise too_little(OF_SOLVER["scipy.sparse.linalg"])
     if backend == "auto":
         return available[0]
     if backend not in _SOLVERS:
@@ -92,17 +85,11 @@ def _check_finite(values: np.ndarray) -> None:
         raise FactorisationFailed("the matrix has entries that are not finite")
 
 
-def _memory() -> float:
-    """Bytes of the machine's memory, free or not: the choice must not change from run to run."""
-    try:
-        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (AttributeError, ValueError, OSError):
-        return float("inf")
-
-
 @cache
 def _loads(module: str) -> bool:
     """Whether a module is installed, and the system gives the memory that its libraries take."""
+    if bytes_left() < OF_SOLVER[module]:
+        return False
     try:
         import_module(module)
     except ImportError:

@@ -1,5 +1,7 @@
 """All factorisations agree, and fail alike."""
 
+import os
+import subprocess
 import sys
 import threading
 
@@ -214,8 +216,34 @@ def test_wrong_shape_of_right_hand_side():
         factorize(problem(0)).solve(np.zeros(13))
 
 
+@pytest.mark.posix
+@pytest.mark.parametrize(("megabytes", "status", "words"), [
+    (240, 70, "the system lets this process take 2"), (400, 0, ", scipy: ")])
+def test_a_limit_of_memory_leads_to_a_smaller_solver_or_a_sentence(megabytes, status, words, tmp_path):
+    """Without one OpenBLAS waits for memory without end at 240 MB, and cvxopt's kills the process at 400."""
+    command = (f"ulimit -t 20; ulimit -v {megabytes * 1024}; "
+               f"exec {sys.executable} -m igl_spheremap map sample:spheroid:n_vertices=500 m.npz")
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    done = subprocess.run(["sh", "-c", command], cwd=tmp_path, capture_output=True, text=True, env=environment,
+                          check=False)
+    assert done.returncode == status, done
+    assert words in done.stdout + done.stderr
+    assert len(done.stderr.splitlines()) <= 1
+
+
+def test_solvers_are_chosen_by_the_memory_that_is_left(monkeypatch):
+    for left, chosen in ((1e9, available_backends()[0]), (100e6, "scipy")):
+        factorize_module._loads.cache_clear()
+        monkeypatch.setattr(factorize_module, "bytes_left", lambda left=left: left)
+        assert factorize(problem(2)).backend == chosen
+    factorize_module._loads.cache_clear()
+    monkeypatch.setattr(factorize_module, "bytes_left", lambda: 20e6)
+    with pytest.raises(MemoryError, match="libraries need 80; raise the limit"):
+        factorize(problem(2))
+    factorize_module._loads.cache_clear()
+
+
 def test_a_solver_whose_library_can_not_be_loaded_is_passed_over(monkeypatch):
-    """As where the system gives too little memory for it."""
 
     def refuse(module):
         if not module.startswith("scipy"):

@@ -1,0 +1,46 @@
+"""How much memory there is: that of the machine, and what the system lets a process take."""
+
+from __future__ import annotations
+
+import os
+
+#: Memory of a factor and of making it: the most that was measured, of SuperLU with 240,000 vertices (`python -m
+#: benchmarks factors`).
+_BYTES_PER_UNKNOWN = 3_000
+#: Bytes of address space that libraries take when they are loaded and first used: those of any map with one thread of
+#: BLAS, and what each solver adds. With 20 MB less OpenBLAS waits for memory without end, or ends the process (measured
+#: with `ulimit -v`, of numpy 2.4, scipy 1.17 and cvxopt 1.3).
+OF_ANY_MAP = 300e6
+OF_SOLVER = {"cvxopt.cholmod": 260e6, "scipy.sparse.linalg": 80e6}
+
+
+def fits_memory(n: int) -> bool:
+    """Whether an exact factor for this number of unknowns takes at most half of the machine's memory.
+
+    What is free of it does not count: the choice must not change from run to run.
+    """
+    try:
+        machine = float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return True
+    return n * _BYTES_PER_UNKNOWN <= machine / 2
+
+
+def bytes_left() -> float:
+    """Address space that this process may still take; infinite where the system sets no limit (`ulimit -v`)."""
+    try:
+        import resource  # not on Windows
+
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if limit != resource.RLIM_INFINITY:
+            with open("/proc/self/statm", encoding="ascii") as sizes:
+                return float(limit - int(sizes.read().split()[0]) * resource.getpagesize())
+    except (ImportError, OSError):
+        pass
+    return float("inf")
+
+
+def too_little(needed: float) -> MemoryError:
+    """What to raise where the limit leaves less than libraries need, which would wait for it or crash."""
+    return MemoryError(f"the system lets this process take {bytes_left() / 1e6:.0f} MB more, and libraries need "
+                       f"{needed / 1e6:.0f}; raise the limit, as by ulimit -v")
