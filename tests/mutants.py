@@ -53,7 +53,7 @@ READERS = {
     read_scalars: ("data.npz", "data.shape.gii", "lh.data", "lh.data.annot", "point.vtk", "data.npy", "data.csv",
                    "data.tsv", "data.txt", "data.1D", "data.ply"),
     read_labels: ("lh.data.annot", "data.label.gii"),
-    read_coefficients: ("ball.coef", "ball.coef.csv", "ball.npz.coef.npz"),
+    read_coefficients: ("ball.coef", "ball.npz.coef.npz"),
 }
 CASES = [(reader, name) for reader, names in READERS.items() for name in names]
 
