@@ -19,7 +19,7 @@ from itertools import count
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..mesh.edges import components, marked, touching
+from ..mesh.edges import touching
 from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces, orientation_signs
@@ -33,8 +33,6 @@ _REMOVED_RINGS = 4
 #: Each time after this many batches of collapses, a further ring around the foldings that are left is removed as well.
 #: A mesh of 48,000 vertices with a mirrored limb takes 1.9 s so, and 14 s if only vertices of folded faces are removed.
 _PATIENCE = 8
-#: A vertex is tried at the centre of its kernel, then at these shares of the way there from the target of its collapse.
-_SHARES = (1.0, 0.3, 0.1, 0.01, 1e-3)
 #: The vertices present are relaxed each time their number has grown by this factor: some 25 times on the way from a
 #: tetrahedron to 100,000 vertices, which costs as much as relaxing all of them three times. With 3 every eighth part
 #: of the set tune ends the same; without relaxing maps of 117 bodies, rounded to float32, have angles 1.9 percent worse
@@ -80,15 +78,14 @@ def progressive_embedding(x: FloatArray, f: IntArray, listener: PositionsListene
 
 
 def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
-                  listener: PositionsListener | None = None, among: BoolArray | None = None) -> FloatArray:
-    """Repair foldings, or those `among` some faces, by progressive embedding around them; the map's degree stays.
+                  listener: PositionsListener | None = None) -> FloatArray:
+    """Repair foldings by progressive embedding around them; the map's degree stays.
 
-    `grid` rounds unit rows to the positions that are allowed. Where it is too coarse, foldings that lie apart are
-    repaired group by group, by ever larger regions around each. Foldings that this does not repair stay. The whole map
-    stays as it is if more than half of its faces are folded.
+    `grid` rounds unit rows to the positions that are allowed. Where it is too coarse vertices spread out, and then ever
+    larger regions are rebuilt. Foldings that this does not repair stay. The whole map stays as it is if more than half
+    of its faces are folded.
     """
-    bad = folded_faces(x, f) if among is None else folded_faces(x, f) & among
-    forced, rings, keep = np.zeros(len(x), dtype=bool), _REMOVED_RINGS, True
+    bad, forced, rings, keep = folded_faces(x, f), np.zeros(len(x), dtype=bool), _REMOVED_RINGS, True
     while 0 < bad.sum() <= len(f) / 2:
         try:
             return _rebuild_locally(x, f, bad, forced, grid or unit_rows, listener, rings, keep)
@@ -97,30 +94,12 @@ def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
         except _TooCoarse as failure:
             if forced.all():
                 break
-            if keep and len(groups := _apart(f, bad, len(x))) > 1:
-                for group in groups:
-                    x = embed_locally(x, f, grid, listener, among=group)
-                break
             if not keep:
                 forced[failure.vertices] = True
                 forced = dilate(f, forced, rings)
                 rings *= 2
             keep = False
     return x
-
-
-def _apart(f: IntArray, bad: BoolArray, n: int) -> list[BoolArray]:
-    """Groups of bad faces whose surroundings have no vertex in common, the largest group first.
-
-    Embedded all at once the parts of the set tune end alike, 28 trees, chains and worms of up to 1,960 nepers 1.4
-    percent higher, and to round the maps of 117 bodies to float32 takes more than ten minutes, not 25 seconds (tried by
-    hand).
-    """
-    near = dilate(f, marked(f[bad], n), _REMOVED_RINGS)
-    inside = f[near[f].all(axis=1)]
-    label = components(inside.ravel(), inside[:, [1, 2, 0]].ravel(), n)[1][f[:, 0]]
-    found, size = np.unique(label[bad], return_counts=True)
-    return [bad & (label == k) for k in found[np.argsort(-size, kind="stable")]]
 
 
 def fix_orientation(x: FloatArray, f: IntArray) -> FloatArray:
@@ -221,13 +200,10 @@ def _insert(mesh: Complex, batch: Batch, home: FloatArray | None) -> None:
     """Give the vertices of a batch that was just restored positions in their kernels."""
     x, stars, target = mesh.x, batch.stars, batch.target
     placed = centres_beside(x, stars, target, None if home is None else home[stars.vertices])
-    for share in _SHARES:
-        x[stars.vertices] = mesh.grid(unit_rows(x[target] + share * (placed - x[target])))
-        failed = np.flatnonzero(~proper(x, stars))
-        stars, target, placed = stars.take(failed), target[failed], placed[failed]
-        if not len(target):
-            return
-    raise _TooCoarse(stars.vertices)
+    x[stars.vertices] = mesh.grid(placed)
+    failed = ~proper(x, stars)
+    if failed.any():
+        raise _TooCoarse(stars.vertices[failed])
 
 
 def relax_areas(mesh: Complex, movable: BoolArray) -> None:

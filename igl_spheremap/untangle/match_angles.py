@@ -18,7 +18,7 @@ from ..newton.system import VertexSystem, gram_blocks
 from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows, weighted_sum
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces, signed_volumes
-from .embedding import dilate
+from .embedding import dilate, embed_locally
 from .local_repair import FEW, RELAXED_RINGS, small_moves
 from .relax import AngleLoss, relax_angles
 
@@ -156,7 +156,7 @@ class AngleProblem:
         return np.asarray(np.einsum("an,ain->ni", step, model.axes))
 
     def accept(self, x: FloatArray, move: FloatArray) -> Trial:
-        """The map x + move; if it folds few faces, and small moves repair them, what moved is relaxed.
+        """The map x + move; if it folds few faces, they are repaired, and what moved is relaxed.
 
         To relax with the model's smoothing in place of .5 degrees ends the set tune .2 percent lower (tried by hand).
         """
@@ -165,7 +165,7 @@ class AngleProblem:
         if folded.sum() > FEW * len(self.f):
             return Trial(x, np.inf, folded)
         if folded.any():
-            z = small_moves(y, self.f)
+            z = embed_locally(small_moves(y, self.f), self.f)
             if folded_faces(z, self.f).any():
                 return Trial(x, np.inf, folded)
             movable = dilate(self.f, (z != y).any(axis=1), RELAXED_RINGS)

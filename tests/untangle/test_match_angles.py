@@ -125,15 +125,15 @@ def test_damping_grows_where_a_step_folds():
     assert trials[-1].value < 0.1 * problem().value(x)
 
 
-def test_steps_mend_slivers_by_small_moves_and_refuse_what_only_embedding_would_mend():
+def test_what_a_step_folds_is_mended_by_small_moves_or_by_embedding():
     p = problem()
     i, j = F[0, :2]
-    for target, mended in ((X[j] + 0.02 * (X[j] - X[i]), True), (-X[i], False)):
+    for target in (X[j] + 0.02 * (X[j] - X[i]), -X[i]):
         move = np.zeros_like(X)
         move[i] = target - X[i]
         trial = p.accept(X, move)
         assert trial.folded.any()
-        assert np.isfinite(trial.value) == mended
+        assert np.isfinite(trial.value)
         assert (orientation_signs(trial.x, F) > 0).all()
 
 
