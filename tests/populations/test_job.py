@@ -11,17 +11,18 @@ from igl_spheremap.populations.job import Job, key_of
 from igl_spheremap.populations.mapping import SphereMapping
 from igl_spheremap.shapes.cortices.task import SphereRegistration
 from igl_spheremap.shapes.groups.jobs import MapMember, MemberJob, PlaceMember, RegisterMember
+from igl_spheremap.shapes.groups.turns import Trial
 from igl_spheremap.shapes.harmonics.spharm_pdm import ShapeExpansion
 
 HERE = {"force": False, "folder": "/here", "say": as_call}
 MAPPING = SphereMapping(Auto(), 0.5, None, **HERE)
 TASKS = [MAPPING, ShapeExpansion(MAPPING, 15, 10, **HERE), SphereRegistration(reflect=False, **HERE),
          MapMember(icosphere="ico:4", balance=1.0, **HERE), RegisterMember(icosphere="ico:4", **HERE),
-         PlaceMember(icosphere="ico:4", turn=[[1.0]], **HERE)]
+         PlaceMember(icosphere="ico:4", **HERE)]
 #: Another value of each field.
 OTHER = {"force": True, "folder": "/there", "say": Shell({}), "version": "0", "method": Lai2014(), "balance": 0.25,
          "repair": {"weld": 1e-9}, "mapping": replace(MAPPING, balance=0.75), "degree": 16, "subdivision": 11,
-         "reflect": True, "icosphere": "ico:5", "turn": [[-1.0]]}
+         "reflect": True, "icosphere": "ico:5"}
 JOB = MemberJob("a.npz", "b.npz", features=("c.npz:thickness",))
 
 
@@ -40,7 +41,8 @@ def test_the_key_of_a_method_holds_its_options():
 
 
 @pytest.mark.parametrize(("change", "same"), [
-    ({"is_map": True}, False), ({"search": True}, False), ({"features": ("c.npz:curv",)}, False),
+    ({"is_map": True}, False), ({"trial": Trial(mirror=True)}, False), ({"turn": ((1.0,),)}, False),
+    ({"features": ("c.npz:curv",)}, False),
     ({"target": "d.npz"}, False), ({"features": ("elsewhere/c.npz:thickness",)}, True),
     ({"source": "elsewhere/a.npz"}, True),
 ])

@@ -61,12 +61,18 @@ def _beyond(value: float | FloatArray, values: FloatArray) -> bool:
     return bool(value - np.median(values) > _BEYOND * max(deviation, _USUAL))
 
 
-def group_doubts(changes: Sequence[float], settled: bool, laid: Sequence[Laid], scores: FloatArray) -> Iterator[str]:
+def group_doubts(changes: Sequence[float], settled: bool, axis: FloatArray | None, laid: Sequence[Laid],
+                 scores: FloatArray) -> Iterator[str]:
     """Sentences on what to doubt of the mean; its last move counts only if it has not settled."""
     if changes[-1] > _MOVED and not settled:
         yield (f"the mean still moved by {100 * changes[-1]:.2g} percent of its radius in round {len(changes)}, the "
                "last: points still slide; look at the farthest members, or give a finer mesh")
-    if symmetric(laid):
+    if axis is not None:
+        x, y, z = axis / np.linalg.norm(axis)
+        yield (f"turned about the axis ({x:.2f}, {y:.2f}, {z:.2f}) by any angle, the mean moves less than members lie "
+               "off: the bodies are round; each is turned to the least distance from the mean, and modes along such "
+               "turns are chance")
+    elif symmetric(laid):
         angle = np.median([each.angle for each in laid if each.rival < _RIVAL])
         yield (f"most members fit the mean nearly as well when they are turned, by {angle:.0f} degrees for instance: "
                "the bodies are symmetric, and modes along such turns are chance")
@@ -75,11 +81,12 @@ def group_doubts(changes: Sequence[float], settled: bool, laid: Sequence[Laid], 
                "kinds, each with a mean of its own")
 
 
-def drift_doubts(laid: Laid) -> Iterator[str]:
+def drift_doubts(laid: Laid, axis: FloatArray | None) -> Iterator[str]:
     """A sentence on what to doubt of a series' drift, by how its last frame is registered to the first one."""
-    if laid.rival < _RIVAL:
-        yield (f"the last frame fits the first one nearly as well when it is turned by {laid.angle:.0f} degrees: shape "
-               "does not tell how points moved along the surface, and drift counts that turn, too")
+    if axis is not None or laid.rival < _RIVAL:
+        turn = "about its axis" if axis is not None else f"by {laid.angle:.0f} degrees"
+        yield (f"the last frame fits the first one nearly as well when it is turned {turn}: shape does not tell how "
+               "points moved along the surface, and drift counts that turn, too")
 
 
 def two_kinds(scores: FloatArray) -> tuple[int, int] | None:

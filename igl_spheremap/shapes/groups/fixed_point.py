@@ -20,10 +20,11 @@ from ...sphere.moebius import best_rotation
 from ...sphere.rows import row_lengths, weighted_sum
 from ...untangle.local_repair import unfolded
 from .procrustes import generalised_procrustes, placed
+from .turns import NOTHING, Trial, Turns
 
 _ROUNDS = 10  # at most: 3 to 5 are usual, each of which moves the mean by a quarter of what the one before did
 _PATIENCE = 5  # rounds after which other rotations are tried, also if the mean does not settle
-_SEARCHES = 3  # at most; after the first one most groups have nobody who lies wrong
+_LOOKS = 3  # at most; after the first one most groups have nobody who lies wrong
 
 
 class Registered(NamedTuple):
@@ -47,8 +48,8 @@ class Registered(NamedTuple):
     turned: int
 
 
-#: Registers members to a template, from where they are, or also from other rotations if the last argument is true.
-Register = Callable[[Sequence[int], SphereMap, bool], Registered]
+#: Registers members to a template, from where they are, and tries what the last argument says for each.
+Register = Callable[[Sequence[int], SphereMap, Sequence[Trial]], Registered]
 
 
 class FixedPoint(NamedTuple):
@@ -64,37 +65,47 @@ class FixedPoint(NamedTuple):
         How far it moved in each round, as a share of its root mean square radius.
     settled : bool
         Whether that is less, in the last one, than the mesh's faces are from the sphere.
+    axis : (3,) float64 array or None
+        The point of the sphere about which the mean is round, if there is one.
+    turns : list of (3, 3) float64 arrays
+        Turns of the members' spheres about it, to the least distance from the mean; the identity if there is none.
     """
 
     members: list[int]
     mean: FloatArray
     changes: tuple[float, ...]
     settled: bool
+    axis: FloatArray | None
+    turns: list[FloatArray]
 
 
 def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x: FloatArray, f: IntArray, *,
                 balance: float, rigid: bool) -> FixedPoint:
     """Register members to a first template (n, 3), on the mesh x, f of the sphere, and to their mean until it stays.
 
-    The mean keeps the rotation of the first template's sphere. Once it stays, or if it will not for some rounds, other
-    rotations of the members are tried, until none of them fits better.
+    The mean keeps the rotation of the first template's sphere. Once it stays, or if it will not for some rounds, turns
+    and mirror images of members are tried that may fit as well, until none of them fits better. If the mean is round
+    about an axis, it says by which turn about that each member comes nearest.
     """
     finest = 1 - float(row_lengths(x[f].mean(axis=1)).min())  # how far the mesh's faces are from the sphere
     before, target = first, certified(check_mesh(first, f), x)
-    changes = list[float]()
-    searches, searched, began = 0, False, 0
+    turns, axis = Turns(x), None
+    trials = nothing = [NOTHING] * len(members)
+    changes, looks, quiet, began = list[float](), 0, False, 0
     for step in count(1):
-        found = register(members, target, search := not searched and step > 1 and (
-            changes[-1] < finest or step - began > _PATIENCE))
+        found = register(members, target, trials)
         members, aligned = found.members, generalised_procrustes(found.shapes, found.areas, rigid)
         changes.append(_change(before, aligned.mean, found.areas))
-        if search:
-            searches += 1
-            searched = not found.turned or searches == _SEARCHES
-            began = step if found.turned else began
-        settled = changes[-1] < finest
-        if searched and (settled or step - began >= _ROUNDS):
-            return FixedPoint(members, aligned.mean, tuple(changes), settled)
+        settled, began = changes[-1] < finest, step if found.turned else began
+        quiet = quiet or looks == _LOOKS or (trials != nothing and not found.turned)
+        trials = nothing = [NOTHING] * len(members)
+        if not quiet and (settled or step - began >= _PATIENCE):
+            looks += 1
+            axis, trials = turns.trials(aligned.mean, aligned.shapes)
+            quiet = trials == nothing
+        if quiet and (settled or step - began >= _ROUNDS):
+            about = [np.eye(3)] * len(members) if axis is None else turns.about(axis, aligned.mean, aligned.shapes)
+            return FixedPoint(members, aligned.mean, tuple(changes), settled, axis, about)
         before = aligned.mean
         target = balanced_spherical_map(before, f, balance=balance)
         as_before = best_rotation(target.sphere, x, found.areas)

@@ -20,7 +20,7 @@ from ...mesh.arrays import FloatArray, IntArray, own_unit
 from ...mesh.check import check_mesh
 from ...resampling.transfer import check_map, resample
 from .doubts import member_doubts
-from .laying import laid
+from .laying import tried
 from .modes import ModelFigures, model_figures
 from .placing import at_points, carried, check_member
 from .procrustes import placed
@@ -226,7 +226,7 @@ class Group(Shown):
         """
         check_member(check_map(source, "source"))
         coarse = at_points(source, self.sphere, self.faces)
-        found = laid(coarse, self.map, search=True)
+        found = tried(coarse, self.map)
         onto = carried(source, coarse, found.sphere)
         points = resample(onto, (self.sphere, self.faces)).v
         shape, size = placed(points, self.vertices, self.areas, 1.0 if self.rigid else None)

@@ -24,6 +24,7 @@ from ..harmonics.harmonics import spherical_harmonics
 from .features import FeatureFiles, file_of
 from .laying import laid
 from .placing import at_points, carried, mapped, own_areas
+from .turns import NOTHING, Rows, Trial
 
 _DEGREE = 8  # of the harmonics whose powers tell which member is nearest to the mean: limbs and lobes, no details
 
@@ -32,14 +33,16 @@ _DEGREE = 8  # of the harmonics whose powers tell which member is nearest to the
 class MemberJob(Job):
     """A member's files: those that are read beside the source, its features among them, and written beside the target.
 
-    `is_map` says that the source is a map, which is taken as it is; `search` that turns of the member are tried.
+    `is_map` says that the source is a map, which is taken as it is; `trial` what its registration tries,
+    `turn` by which matrix its sphere is multiplied.
     """
 
     beside: tuple[str, ...] = ()
     more: tuple[str, ...] = ()
     features: tuple[str, ...] = ()
     is_map: bool = False
-    search: bool = False
+    trial: Trial = NOTHING
+    turn: Rows = ()
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -51,7 +54,7 @@ class MemberJob(Job):
 
     @property
     def chosen(self) -> tuple[object, ...]:
-        return self.is_map, self.search, *(path.removeprefix(file_of(path)) for path in self.features)
+        return self.is_map, tuple(self.trial), self.turn, *(path.removeprefix(file_of(path)) for path in self.features)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,9 +101,9 @@ class RegisterMember(MemberTask):
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         coarse, target = self.surface(job.source), self.surface(job.beside[0])
-        before = [read_arrays(self.place(path))["sphere"] for path in job.beside[1:]]
+        before = next((read_arrays(self.place(path))["sphere"] for path in job.beside[1:]), None)
         check()
-        registered = laid(coarse, target, *before, search=job.search)
+        registered = laid(coarse, target, before, job.trial)
         points, f = resample(certified(coarse.mesh, registered.sphere), (coarse.sphere, coarse.faces))
         arrays = registered._asdict() | {"points": points, "areas": vertex_areas(points, f)}
         npz.save_arrays(self.place(job.target), arrays)
@@ -109,16 +112,14 @@ class RegisterMember(MemberTask):
 
 @dataclass(frozen=True, kw_only=True)
 class PlaceMember(MemberTask):
-    """Carry a registration, turned by the rows of a matrix, to the member's own mesh, and sample it there."""
-
-    turn: list[list[float]]
+    """Carry a registration, turned, to the member's own mesh, and sample it there."""
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         arrays = read_arrays(self.place(job.source))
         points, registered = map(self.place, job.beside)
         coarse, y = self.surface(points), read_arrays(registered)["sphere"]
         check()
-        onto = carried(npz.map_of(arrays), coarse, y @ np.array(self.turn))
+        onto = carried(npz.map_of(arrays), coarse, y @ np.array(job.turn))
         there = coarse.sphere, coarse.faces
         write_map(self.place(job.target), onto, force=True)
         npz.save_arrays(self.place(job.more[0]), {

@@ -28,6 +28,7 @@ from .doubts import drift_doubts
 from .features import check_features
 from .placing import Source, carried, names_of
 from .procrustes import generalised_procrustes
+from .turns import NOTHING, Turns
 from .workplace import Entry, stacked, workplace
 
 
@@ -153,19 +154,22 @@ def series(
         paths = [place.of(frame, "points") for frame in frames]
         coarse = [certified(check_mesh(points, mesh[1]), mesh[0]) for points in stacked(paths, "points")[0]]
         last = replace(frames[-1])  # to the first frame directly
-        place.registered("pairs", [*frames[1:], last], [*paths[:-1], paths[0]], [False] * (len(frames) - 1) + [True])
+        place.registered("pairs", [*frames[1:], last], [*paths[:-1], paths[0]],
+                         [NOTHING] * len(frames))
+        axis, trials = Turns(mesh[0]).trials(coarse[0].vertices, stacked([last.sphere], "points")[0])
+        place.registered("tried", [last], paths[:1], trials)
         frames[0].sphere = place.place("work", "chain", "0.npz")
         save_arrays(frames[0].sphere, {"sphere": mesh[0]})
         for k, (before, frame) in enumerate(pairwise(frames)):  # to the first sphere, through that of the one before
             onto = carried(certified(coarse[k + 1].mesh, _sphere(frame)), coarse[k], _sphere(before))
             frame.sphere = place.place("work", "chain", f"{k + 1}.npz")
             save_arrays(frame.sphere, {"sphere": onto.sphere})
-        place.placed(frames, np.eye(3))
+        place.placed(frames, [np.eye(3)] * len(frames))
         points, areas, data = stacked([place.of(frame, "placed") for frame in frames], "points", "areas", "features")
         onto = carried(npz.map_of(read_arrays(place.of(last, "map"))), coarse[-1], _sphere(last))
         return Series(points, mesh[1], mesh[0], areas, data, tuple(read_map(place.result(frame)) for frame in frames),
                       np.linalg.norm(points[-1] - resample(onto, mesh).v, axis=1),
-                      tuple(drift_doubts(place.laid(last))))
+                      tuple(drift_doubts(place.laid(last), axis)))
 
 
 def _sphere(frame: Entry) -> FloatArray:

@@ -25,6 +25,7 @@ from .group import Group, Member
 from .modes import principal_modes
 from .placing import Source, names_of
 from .procrustes import generalised_procrustes
+from .turns import Trial
 from .workplace import Entry, Workplace, stacked, workplace
 
 _FEWEST = 3  # members: two have one mode and no median
@@ -138,14 +139,14 @@ class _Members:
         medoid = int(np.argmin(np.linalg.norm(powers - powers.mean(axis=0), axis=1)))
         return np.asarray(found[order[medoid].number]["points"])
 
-    def registered(self, numbers: Sequence[int], target: SphereMap, search: bool) -> Registered:
+    def registered(self, numbers: Sequence[int], target: SphereMap, trials: Sequence[Trial]) -> Registered:
         """Members registered to a template, from where they were in the round before."""
         self._round += 1
         folder = f"rounds/{self._round}"
         template = self._place.place("work", folder, "template.npz")
         save_arrays(template, {"points": target.vertices, "sphere": target.sphere})
         found = self._place.registered(folder, [self._known[k] for k in numbers], [template] * len(numbers),
-                                       [search] * len(numbers))
+                                       trials)
         points, areas, turned = stacked([member.sphere for member in found], "points", "areas", "turned")
         return Registered([member.number for member in found], points, (areas / len(found)).sum(axis=0),
                           int(turned.sum()))
@@ -154,7 +155,7 @@ class _Members:
         """The group: each registration is carried to the member's own mesh, and sampled there; it may keep the maps."""
         mesh = check_mesh(fixed.mean, self._f)
         turn = best_rotation(self._x, orientation_target(mesh), mesh.A)
-        members = self._place.placed([self._known[k] for k in fixed.members], turn)
+        members = self._place.placed([self._known[k] for k in fixed.members], [R.T @ turn for R in fixed.turns])
         points, own, features = stacked([self._place.of(member, "placed") for member in members],
                                         "points", "areas", "features")
         areas = (own / len(members)).sum(axis=0)
@@ -169,11 +170,15 @@ class _Members:
                 for member, each, correlation, size, distance in zip(
                     members, laid, *(array.tolist() for array in (correlations, aligned.sizes, aligned.distances)),
                     strict=True)]
+        axis = None
+        if fixed.axis is not None:
+            heights = self._x @ fixed.axis
+            axis = fixed.mean[heights.argmax()] - fixed.mean[heights.argmin()]
         order = np.argsort([member.number for member in members])  # as the sources came
         return Group(
             aligned.mean, self._f, self._x, aligned.shapes[order], found.modes, found.variances, found.scores[order],
             tuple(rows[k] for k in order), areas, np.sqrt((away**2).sum(axis=(0, 2)) / (len(members) - 1)),
             features[order], {name: one_line(error) for name, error in self._place.left_out.items()},
             fixed.changes, rigid, balance,
-            notes=tuple(group_doubts(fixed.changes, fixed.settled, laid, found.scores)),
+            notes=tuple(group_doubts(fixed.changes, fixed.settled, axis, laid, found.scores)),
         )  # fmt: skip

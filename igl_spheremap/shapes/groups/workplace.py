@@ -32,6 +32,7 @@ from .files import file_names
 from .jobs import MapMember, MemberJob, MemberTask, PlaceMember, RegisterMember
 from .laying import Laid
 from .placing import Source, names_of
+from .turns import NOTHING, Trial, rows
 
 #: The manifest in the folder.
 MANIFEST = "manifest.jsonl"
@@ -45,7 +46,7 @@ class Entry:
     name: str
     short: str
     sphere: str = ""  # the file of its last registration
-    search: str = ""  # that of the last one for which other rotations were tried
+    search: str = ""  # that of the last one that tried other turns or a mirror image
 
 
 @contextmanager
@@ -92,6 +93,7 @@ class Workplace:
                 jobs[member] = self._map_job(member, source, None if features is None else features[k])
             except MeshError as error:
                 self.left_out[name] = error
+        self._enough(len(jobs), len(names))
         return self._each("maps", jobs, MapMember, balance=balance)
 
     def _map_job(self, member: Entry, source: Source, features: ArrayLike | None) -> MemberJob:
@@ -118,27 +120,28 @@ class Workplace:
         return MemberJob(path, self.of(member, "map"), more=(self.of(member, "points"),), features=columns,
                          is_map=is_map)
 
-    def registered(self, folder: str, members: Sequence[Entry], templates: Sequence[str], search: Sequence[bool]) -> (
+    def registered(self, folder: str, members: Sequence[Entry], templates: Sequence[str], trials: Sequence[Trial]) -> (
             list[Entry]):
-        """Register each member to the points in a file, from where it was before, or perhaps a turn of that."""
-        jobs = {member: MemberJob(self.of(member, "points"), self.place("work", folder, f"{k}.npz"), search=turns,
+        """Register each member to the points in a file, from where it was before, and try what its trial says."""
+        jobs = {member: MemberJob(self.of(member, "points"), self.place("work", folder, f"{k}.npz"), trial=trial,
                                   beside=(template, *filter(None, (member.sphere,))))
-                for k, (member, template, turns) in enumerate(zip(members, templates, search, strict=True))}
+                for k, (member, template, trial) in enumerate(zip(members, templates, trials, strict=True))}
         found = self._each("registrations", jobs, RegisterMember, "it could not be registered: ")
         for member in found:
             member.sphere = jobs[member].target
-            member.search = member.sphere if jobs[member].search else member.search
+            member.search = member.sphere if jobs[member].trial != NOTHING else member.search
         return found
 
-    def placed(self, members: Sequence[Entry], turn: FloatArray) -> list[Entry]:
+    def placed(self, members: Sequence[Entry], turns: Sequence[FloatArray]) -> list[Entry]:
         """Carry the last registrations, turned, to the members' own meshes."""
         jobs = {member: MemberJob(self.of(member, "map"), self.result(member), more=(self.of(member, "placed"),),
-                                  beside=(self.of(member, "points"), member.sphere)) for member in members}
-        return self._each("members", jobs, PlaceMember, turn=turn.tolist())
+                                  beside=(self.of(member, "points"), member.sphere), turn=rows(turn))
+                for member, turn in zip(members, turns, strict=True)}
+        return self._each("members", jobs, PlaceMember)
 
     def laid(self, member: Entry) -> Laid:
-        """The last registration for which other rotations were tried."""
-        arrays = read_arrays(member.search)
+        """The last registration that tried other turns or a mirror image, or else the last one."""
+        arrays = read_arrays(member.search or member.sphere)
         return Laid(arrays["sphere"], *(arrays[name].item() for name in Laid._fields[1:]))
 
     def _each(self, name: str, jobs: Mapping[Entry, MemberJob], kind: Callable[..., MemberTask], failing: str = "",
@@ -153,10 +156,14 @@ class Workplace:
                 found.append(member)
             else:
                 self.left_out[member.name] = MeshError(failing + without_name(row.notes, row.source))
-        if len(found) < self._least:
-            reason = next((f"; surface {first}: {error}" for first, error in self.left_out.items()), "")
-            raise MeshError(f"{len(found)} of {len(jobs)} surfaces are left, {self._least} are needed{reason}")
+        self._enough(len(found), len(jobs))
         return found
+
+    def _enough(self, left: int, members: int) -> None:
+        """Raise a MeshError with the first reason if too few of the members are left."""
+        if left < min(self._least, members):
+            name, error = next(iter(self.left_out.items()))
+            raise MeshError(f"{left} of {members} surfaces are left, {self._least} are needed; surface {name}: {error}")
 
 
 def stacked(paths: Sequence[str], *names: str) -> list[NDArray[Any]]:

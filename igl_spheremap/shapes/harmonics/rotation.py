@@ -115,9 +115,9 @@ def best_rotations(target: FloatArray, source: FloatArray, band: int, most: int 
 
     The correlation is that of all columns together. An ellipsoid fits itself in four ways: as many maxima are refined.
     """
-    f, g = _padded(target, band), _padded(source, band)
+    f, g = padded(target, band), padded(source, band)
     size = np.sqrt(np.vdot(f, f).real * np.vdot(g, g).real)
-    refined = [_refine(f, g, R) for R in _peaks(_on_grid(f, g), most)]
+    refined = [_refine(f, g, R) for R in _peaks(on_grid(f, g), most)]
     refined.sort(key=lambda candidate: -candidate.correlation)
     kept: list[RotationCandidate] = []
     for R, value in refined:
@@ -126,7 +126,7 @@ def best_rotations(target: FloatArray, source: FloatArray, band: int, most: int 
     return kept
 
 
-def _padded(c: FloatArray, band: int) -> ComplexArray:
+def padded(c: FloatArray, band: int) -> ComplexArray:
     """Complex coefficients (degrees 1 ... band - 1, orders -(band - 1) ... band - 1, k), zero where there is none."""
     rows = np.zeros((band - 1, 2 * band - 1, c.shape[1]), dtype=complex)
     for ell in range(1, band):
@@ -136,7 +136,7 @@ def _padded(c: FloatArray, band: int) -> ComplexArray:
 
 @lru_cache(maxsize=4)
 def _padded_spins(band: int) -> tuple[FloatArray, FloatArray]:
-    """Lay `spin` and `ladder` of the degrees 1 ... band - 1 out as `_padded` lays coefficients out."""
+    """Lay `spin` and `ladder` of the degrees 1 ... band - 1 out as `padded` lays coefficients out."""
     U, steps = np.zeros((band - 1, 2 * band - 1, 2 * band - 1)), np.zeros((band - 1, 2 * band - 2))
     for ell in range(1, band):
         inside = slice(band - 1 - ell, band + ell)
@@ -150,7 +150,7 @@ def rotation_angle(R: FloatArray) -> float:
     return float(np.degrees(Rotation.from_matrix(R).magnitude()))
 
 
-def _on_grid(f: ComplexArray, g: ComplexArray) -> FloatArray:
+def on_grid(f: ComplexArray, g: ComplexArray) -> FloatArray:
     """Correlation at R_z(a) R_y(b) R_z(c), angles in steps of pi / band, by one Fourier transform.
 
     D is written by eigenvectors of J_x, so that its three angles are phases (Risbo 1996; Kostelec and Rockmore 2008).

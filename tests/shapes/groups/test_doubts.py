@@ -8,11 +8,13 @@ from family import spiral
 from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
-from igl_spheremap.resampling.transfer import sphere_mesh
+from igl_spheremap.resampling.transfer import resample, sphere_mesh
 from igl_spheremap.shapes.correspondence.registration import reflected
 from igl_spheremap.shapes.groups.doubts import drift_doubts, group_doubts, member_doubts
 from igl_spheremap.shapes.groups.laying import Laid, laid
 from igl_spheremap.shapes.groups.placing import at_points
+from igl_spheremap.shapes.groups.turns import Turns
+from igl_spheremap.shapes.harmonics.rotation import rotation_angle
 
 ARMS = np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1]])
 
@@ -35,10 +37,11 @@ def arms():
 def test_a_member_whose_arms_are_exchanged_is_turned_right(arms, angle):
     up = arms.sphere[np.argmax(arms.vertices[:, 2])]
     wrong = arms.sphere @ Rotation.from_rotvec(np.radians(angle) * up).as_matrix().T
-    found = laid(arms, arms, wrong, search=True)
+    shape = resample(ism.sphere_map(arms.vertices, arms.faces, wrong), (arms.sphere, arms.faces)).v
+    _, (trial,) = Turns(arms.sphere).trials(arms.vertices, [shape])
+    found = laid(arms, arms, wrong, trial)
     assert found.turned
     assert np.median(np.linalg.norm(found.sphere - arms.sphere, axis=1)) < 0.1
-    assert not laid(arms, arms, arms.sphere, search=True).turned
 
 
 def test_the_first_registration_is_that_which_leads_nearest(arms):
@@ -63,6 +66,21 @@ def test_a_mirrored_member_is_named_and_no_other(here):
     assert "mirror it" in " ".join(found.members[4].doubts)
     assert not any(member.doubts for member in found.members[:4])
     assert "mirror it" in " ".join(found.place(reflected(sources[0])).member.doubts)
+
+
+def test_round_bodies_are_said_to_be_round_and_lie_nearest_about_their_axis(here):
+    rng = np.random.default_rng(0)
+    sources = []
+    for length in (0.7, 0.9, 1.1, 1.4):
+        x, f = spiral(300, rng)
+        side = np.append(rng.normal(size=2), 0)
+        bump = 0.05 * np.exp(-3 * ((x - side / np.linalg.norm(side)) ** 2).sum(axis=1))
+        sources.append((x * (1 + 0.4 * x[:, 2] + 0.4 * x[:, 2] ** 2 + bump)[:, None] * [1, 1, length], f))
+    found = ism.shapes.template(sources, target="ico:2", engine=here)
+    assert "the bodies are round" in found.notes[0]
+    turns = Turns(found.sphere)
+    axis, _ = turns.trials(found.vertices, found.shapes)
+    assert max(rotation_angle(R) for R in turns.about(axis, found.vertices, found.shapes)) < 10
 
 
 def test_good_groups_have_no_doubts(group, three, maps):
@@ -97,13 +115,15 @@ def test_what_is_doubted_of_a_member(laid, distance, words):
 
 
 def test_what_is_doubted_of_a_drift():
-    assert not [*drift_doubts(NOTHING)]
-    assert "turned by 90 degrees" in next(drift_doubts(NOTHING._replace(rival=1.2)))
+    assert not [*drift_doubts(NOTHING, None)]
+    assert "turned by 90 degrees" in next(drift_doubts(NOTHING._replace(rival=1.2), None))
+    assert "turned about its axis" in next(drift_doubts(NOTHING, ARMS[0]))
 
 
 def test_what_is_doubted_of_a_mean():
     calm, kinds = (np.array([row]).T for row in ([-1, -0.2, 0.4, 0.1, 0.7, -0.5], [1.0, 1.1, 0.9, -1, -1, -1]))
-    assert not [*group_doubts([0.1, 0.001], True, [NOTHING] * 6, calm)]
-    assert "moved by 4 percent" in next(group_doubts([0.1, 0.04], False, [NOTHING] * 6, calm))
-    assert "symmetric" in next(group_doubts([0.001], True, [NOTHING._replace(rival=1.05)] * 6, calm))
-    assert "into 3 and 3" in next(group_doubts([0.001], True, [NOTHING] * 6, kinds))
+    assert not [*group_doubts([0.1, 0.001], True, None, [NOTHING] * 6, calm)]
+    assert "moved by 4 percent" in next(group_doubts([0.1, 0.04], False, None, [NOTHING] * 6, calm))
+    assert "symmetric" in next(group_doubts([0.001], True, None, [NOTHING._replace(rival=1.05)] * 6, calm))
+    assert "(0.00, 0.60, 0.80)" in next(group_doubts([0.001], True, np.array([0, 3.0, 4.0]), [NOTHING] * 6, calm))
+    assert "into 3 and 3" in next(group_doubts([0.001], True, None, [NOTHING] * 6, kinds))

@@ -1,0 +1,186 @@
+"""How far two shapes lie from each other after turns of their spheres, in space, by few harmonics of positions.
+
+A turn R of the sphere takes the shape f to f(R^-1 x); what is left is laid on the other shape by a rotation of space.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ...mesh.arrays import FloatArray
+from ...sphere.moebius import best_rotation
+from ..harmonics.basis import degree_of, terms
+from ..harmonics.rotation import on_grid, padded, rotate
+
+_TRY = 1.5  # times the distance, at most: of octopuses whose arms were exchanged the right turn leaves 1.1 to 1.3 times
+# that, of members that lie right the next one 1.8 times or more
+_TRIED = 4  # turns at most: arms of an octopus are exchanged with the next ones
+_BAND = 9  # degrees are below it: those of an octopus' eight arms, and larger parts
+_APART = np.cos(np.radians(25.0))  # between turns that are two: more than a step of the grid
+_ROUGHLY = 2.0  # times that, at most, at the nearest turn of the grid
+_STEPS = 3  # of a turn of the grid to the nearest one; each leaves the square of what is left
+_ABOUT = np.radians(np.arange(0, 360, 10))  # turns about an axis: harmonics of the last degree repeat after 45 degrees
+_ROUNDS = 5  # of turns to the mean and means; the last ones are within the step of the turns
+_SMALL = 0.01  # radians of a turn that stands for a derivative: its square is what that is off by
+
+
+Rows = tuple[tuple[float, ...], ...]
+
+
+class Trial(NamedTuple):
+    """What a registration tries beside where the one before ended.
+
+    Attributes
+    ----------
+    turns : tuple of rows of (3, 3) matrices
+        Those of the sphere that may lead to less.
+    mirror : bool
+        Whether the mirror image may.
+    """
+
+    turns: tuple[Rows, ...] = ()
+    mirror: bool = False
+
+
+#: Goes on from where the registration before ended.
+NOTHING = Trial()
+
+
+class Turns:
+    """What to try of shapes that lie on each other, given at points x of the sphere."""
+
+    def __init__(self, x: FloatArray) -> None:
+        band = min(_BAND, int(np.sqrt(len(x) / 2)))  # two points for each function
+        self._project = np.linalg.pinv(sum(terms(np.eye(band**2), x)))
+
+    def trials(self, mean: FloatArray, shapes: Iterable[FloatArray]) -> tuple[FloatArray | None, list[Trial]]:
+        """What each shape may try to come nearer to a mean.
+
+        Also the point of the sphere about which the mean may turn by any angle without moving as far as half of the
+        shapes lie off, if there is one.
+        """
+        f, *others = map(self._coefficients, (mean, *shapes))
+        axis = free_axis(f, float(np.median([off(f, g) for g in others])))
+        return axis, [rivals(f, g, axis) for g in others]
+
+    def about(self, axis: FloatArray, mean: FloatArray, shapes: Iterable[FloatArray]) -> list[FloatArray]:
+        """Turns of shapes about an axis to the least distance from their mean, which begins as the given one."""
+        f, *others = map(self._coefficients, (mean, *shapes))
+        for _ in range(_ROUNDS):
+            turns = [_nearest_about(axis, f, g) for g in others]
+            turned = [rotate(g, R) for g, R in zip(others, turns, strict=True)]
+            f = np.mean([g @ best_rotation(g, f, np.ones(len(f))) for g in turned], axis=0)
+        return turns
+
+    def _coefficients(self, shape: FloatArray) -> FloatArray:
+        """Coefficients ((L + 1)^2, 3) of a shape (n, 3), without its centre, of unit size."""
+        c = np.concatenate((np.zeros((1, 3)), (self._project @ shape)[1:]))
+        return c / np.linalg.norm(c)
+
+
+def rivals(f: FloatArray, g: FloatArray, axis: FloatArray | None = None) -> Trial:
+    """Other turns and the mirror image of g that come as near to f as g lies, or nearly so.
+
+    Turns about an axis count as one: a shape that may turn about it as it likes is its own mirror image, too.
+    """
+    parity = np.concatenate([np.full(2 * ell + 1, (-1.0) ** (ell + 1)) for ell in range(degree_of(f) + 1)])
+    mirrored = axis is None and len(_near(f, parity[:, None] * g, off(f, g), axis)) > 0
+    near = [R for R in _near(f, g, _TRY * off(f, g), axis) if _differ(R, np.eye(3), axis)]
+    return Trial(tuple(map(rows, near)), mirrored)
+
+
+def _near(f: FloatArray, g: FloatArray, least: float, axis: FloatArray | None) -> list[FloatArray]:
+    """Turns of g that leave it nearer to f than `least`: the best ones in the surroundings of the nearest of a grid."""
+    distances, found = _on_grid(f, g), list[FloatArray]()
+    for R in _rotations(degree_of(f) + 1)[np.argsort(distances)[: np.count_nonzero(distances < _ROUGHLY * least)]]:
+        if len(found) <= _TRIED and all(_differ(R, other, axis) for other in found):
+            found.append(R)
+    refined = [_refined(f, g, R) for R in found]
+    return [R for k, R in enumerate(refined)
+            if off(f, rotate(g, R)) < least and all(_differ(R, other, axis) for other in refined[:k])]
+
+
+def _differ(R: FloatArray, other: FloatArray, axis: FloatArray | None) -> bool:
+    """Whether two turns, or where they take an axis, are more than a step of the grid from each other."""
+    likeness = (np.trace(R @ other.T) - 1) / 2 if axis is None else R @ axis @ other @ axis
+    return bool(likeness < _APART)
+
+
+def _refined(f: FloatArray, g: FloatArray, R: FloatArray) -> FloatArray:
+    """Gauss and Newton's method for the turn near R, and the rotation of space, that leave the least distance."""
+    for _ in range(_STEPS):
+        turned = rotate(g, R)
+        space = best_rotation(turned, f, np.ones(len(f)))
+        columns = np.concatenate((_moves(turned) @ space, _spins(turned @ space))).reshape(6, -1).T
+        R = _turn(np.linalg.lstsq(columns, (f - turned @ space).ravel())[0][:3]) @ R
+    return R
+
+
+def _moves(f: FloatArray) -> FloatArray:
+    """How a shape moves as its sphere turns about each axis, (3, (L + 1)^2, 3)."""
+    return np.stack([rotate(f, _turn(_SMALL * e)) - rotate(f, _turn(-_SMALL * e)) for e in np.eye(3)]) / (2 * _SMALL)
+
+
+def _spins(f: FloatArray) -> FloatArray:
+    """How it moves as space turns."""
+    return np.cross(np.eye(3)[:, None], f)
+
+
+def free_axis(f: FloatArray, least: float) -> FloatArray | None:
+    """The axis about which no turn takes a shape as far from itself as `least`, if there is one."""
+    spun = np.linalg.qr(_spins(f).reshape(3, -1).T)[0]
+    moved = _moves(f).reshape(3, -1).T
+    axis = np.linalg.svd(moved - spun @ (spun.T @ moved), full_matrices=False)[2][2]
+    return axis if max(off(f, rotate(f, _turn(angle * axis))) for angle in _ABOUT) < least else None
+
+
+def _nearest_about(axis: FloatArray, f: FloatArray, g: FloatArray) -> FloatArray:
+    """The turn about an axis by which g comes nearest to f."""
+    distances = np.array([off(f, rotate(g, _turn(angle * axis))) for angle in _ABOUT])
+    k = int(np.argmin(distances))
+    before, here, after = distances[[k - 1, k, (k + 1) % len(distances)]]
+    bend = before - 2 * here + after
+    shift = (before - after) / (2 * bend) if bend > 0 else 0.0  # of the parabola through the three
+    return _turn((_ABOUT[k] + shift * _ABOUT[1]) * axis)
+
+
+def rows(R: FloatArray) -> Rows:
+    """A matrix as a value, which a job can hold."""
+    return tuple(map(tuple, R.tolist()))
+
+
+def _turn(w: ArrayLike) -> FloatArray:
+    return np.asarray(Rotation.from_rotvec(w).as_matrix())
+
+
+@lru_cache(maxsize=1)
+def _rotations(band: int) -> FloatArray:
+    """The turns at which `_on_grid` has distances, (k, 3, 3)."""
+    steps = np.indices((2 * band, band + 1, 2 * band)).reshape(3, -1).T
+    return np.asarray(Rotation.from_euler("ZYZ", np.pi / band * steps).as_matrix())
+
+
+def _on_grid(f: FloatArray, g: FloatArray) -> FloatArray:
+    """Distances (k,) of f from g after turns that lie evenly."""
+    band = degree_of(f) + 1
+    columns = [[padded(each[:, [k]], band) for k in range(3)] for each in (f, g)]
+    products = [[on_grid(a, b)[:, : band + 1].ravel() for b in columns[1]] for a in columns[0]]
+    return _distances(f, g, np.moveaxis(np.array(products), 2, 0))
+
+
+def off(f: FloatArray, g: FloatArray) -> float:
+    """Root mean square distance of two shapes as they lie, after the best rotation of space."""
+    return float(_distances(f, g, f.T @ g))
+
+
+def _distances(f: FloatArray, g: FloatArray, products: FloatArray) -> FloatArray:
+    """Root mean square distances after the best rotation of space, by the products (..., 3, 3) of coordinates."""
+    fits = np.linalg.svd(products, compute_uv=False)
+    fits[..., 2] *= np.sign(np.linalg.det(products))
+    return np.sqrt(np.maximum((f**2).sum() + (g**2).sum() - 2 * fits.sum(axis=-1), 0) / (4 * np.pi))
