@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -17,27 +18,19 @@ SUFFIX = ".annot"
 _VERSION = -2  # where each entry of the table has its place before it; older tables begin with their length
 
 
-class _Numbers:
-    """Read big-endian numbers and texts one after another, and refuse a file that ends too early."""
+def _bytes_of(file: BytesIO, size: int) -> bytes:
+    """The next bytes; a MeshError where the file ends earlier."""
+    data = file.read(max(size, 0))
+    check_complete(len(data) == size, f"{len(data)} bytes", str(size))
+    return data
 
-    def __init__(self, data: bytes) -> None:
-        self._data, self._at = data, 0
 
-    def take(self, size: int) -> bytes:
-        left = len(self._data) - self._at
-        check_complete(0 <= size <= left, f"{left} bytes", str(size))
-        self._at += size
-        return self._data[self._at - size : self._at]
+def _number(file: BytesIO) -> int:
+    return int(struct.unpack(">i", _bytes_of(file, 4))[0])
 
-    def next(self) -> int:
-        return int(struct.unpack(">i", self.take(4))[0])
 
-    def text(self) -> str:
-        return printable(self.take(self.next()).split(b"\0")[0].decode("utf-8", errors="replace"))
-
-    @property
-    def ended(self) -> bool:
-        return self._at == len(self._data)
+def _text_of(file: BytesIO) -> str:
+    return printable(_bytes_of(file, _number(file)).split(b"\0")[0].decode("utf-8", errors="replace"))
 
 
 def read_scalars(path: Path) -> dict[str, IntArray]:
@@ -57,22 +50,22 @@ def read_table(path: Path) -> tuple[Label, ...]:
 
 
 def _read(path: Path) -> tuple[IntArray, tuple[Label, ...]]:
-    numbers = _Numbers(path.read_bytes())
-    n = numbers.next()
-    rows = np.frombuffer(numbers.take(8 * n), ">i4").reshape(-1, 2).astype(np.int64)
+    file = BytesIO(path.read_bytes())
+    n = _number(file)
+    rows = np.frombuffer(_bytes_of(file, 8 * n), ">i4").reshape(-1, 2).astype(np.int64)
     if not np.array_equal(np.sort(rows[:, 0]), np.arange(n)):
         raise MeshError("damaged: it does not name each vertex once; write the file anew")
-    if numbers.ended or not numbers.next():
+    if not any(file.read(4)):
         raise MeshError("the annotation has no table of labels; write the file anew with its colours")
-    count = numbers.next()
+    count = _number(file)
     placed = count == _VERSION
     if placed:
-        numbers.next()  # places, of which some may be empty
-    numbers.text()  # the name of the table's file
+        _number(file)  # places, of which some may be empty
+    _text_of(file)  # the name of the table's file
     table = []
-    for k in range(numbers.next() if placed else count):
-        key, name = numbers.next() if placed else k, numbers.text()
-        red, green, blue, clear = struct.unpack(">4i", numbers.take(16))
+    for k in range(_number(file) if placed else count):
+        key, name = _number(file) if placed else k, _text_of(file)
+        red, green, blue, clear = struct.unpack(">4i", _bytes_of(file, 16))
         table.append(Label(key, name, (red / 255, green / 255, blue / 255, 1 - clear / 255)))
     return rows[np.argsort(rows[:, 0]), 1], tuple(table)
 

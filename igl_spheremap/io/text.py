@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -95,24 +94,29 @@ def numbers(rows: TextRows, width: int, what: str) -> FloatArray:
     """The first `width` tokens of each line as floats; `what` names a line in messages."""
     message = f"{what} {{}} reads {{!r}} where {width} numbers are expected"
     _refuse(rows.counts < width, message, rows)
-    lengths = np.full(len(rows), width)
-    return _convert(rows, np.zeros_like(lengths), lengths, float, message).reshape(-1, width)
+    return _convert(rows, _first(rows.counts)[:, None] + np.arange(width), float, message)
 
 
 def indices(rows: TextRows) -> Polygons:
     """Lines of vertex indices as polygons, indices as in the file; what follows a ``/`` in a token is left out."""
     message = "face {} reads {!r} where whole numbers are expected"
-    return Polygons(_convert(rows, np.zeros_like(rows.counts), rows.counts, int, message), rows.counts)
+    return Polygons(_convert(rows, np.arange(rows.counts.sum()), int, message), rows.counts)
 
 
 def counted_indices(rows: TextRows, lead: int = 0) -> Polygons:
     """Lines that state their number of indices, behind `lead` other tokens, as polygons; the rest is left out."""
     message = "face {} reads {!r} where a number of corners and as many whole numbers are expected"
-    start = np.full(len(rows), lead)
     _refuse(rows.counts <= lead, message, rows)
-    sizes = _convert(rows, start, np.ones_like(start), int, message)
+    head = _first(rows.counts) + lead
+    sizes = _convert(rows, head, int, message)
     _refuse((sizes < 0) | (sizes > rows.counts - lead - 1), message, rows)
-    return Polygons(_convert(rows, start + 1, sizes, int, message), sizes)
+    corners = np.repeat(head + 1 - _first(sizes), sizes) + np.arange(sizes.sum())
+    return Polygons(_convert(rows, corners, int, message), sizes)
+
+
+def _first(counts: IntArray) -> IntArray:
+    """The number of the first of each group of tokens, the groups behind one another."""
+    return np.cumsum(counts) - counts
 
 
 def write_text(path: Path, head: str, metadata: Metadata, *parts: tuple[str, NDArray[Any]]) -> None:
@@ -130,26 +134,22 @@ def write_text(path: Path, head: str, metadata: Metadata, *parts: tuple[str, NDA
                 file.write(((template * len(block)) % tuple(block.ravel().tolist())).encode())
 
 
-def _convert(
-    rows: TextRows, start: IntArray, lengths: IntArray, kind: Callable[[bytes], Any], message: str
-) -> NDArray[Any]:
-    """Convert tokens of each line, `lengths` of them from number `start` on, to one array of numbers."""
+def _convert(rows: TextRows, places: IntArray, kind: Callable[[bytes], Any], message: str) -> NDArray[Any]:
+    """Convert the tokens at some places among those of all lines to numbers, in an array of the shape of `places`."""
     text = rows.bytes()
     if kind is int and b"/" in text:
         text = re.sub(rb"/\S*", b"", text)
     tokens = text.split()
-    if not np.array_equal(lengths, rows.counts):
-        place = np.arange(len(tokens)) - np.repeat(np.cumsum(rows.counts) - rows.counts, rows.counts)
-        place -= np.repeat(start, rows.counts)
-        tokens = list(compress(tokens, ((place >= 0) & (place < np.repeat(lengths, rows.counts))).tolist()))
-    dtype = np.int64 if kind is int else np.float64
+    if places.size < len(tokens):
+        tokens = [tokens[k] for k in places.ravel().tolist()]
     try:
         if b"_" in text:  # Python takes it for a mark between digits
             raise ValueError
-        return np.fromiter(map(kind, tokens), dtype=dtype, count=len(tokens))
+        found = np.fromiter(map(kind, tokens), dtype=np.int64 if kind is int else np.float64, count=len(tokens))
+        return found.reshape(places.shape)
     except (ValueError, OverflowError):
         bad = next(k for k, token in enumerate(tokens) if not _is(kind, token))
-        _refuse(np.cumsum(lengths) > bad, message, rows)
+        _refuse(np.cumsum(rows.counts) > places.ravel()[bad], message, rows)
         raise
 
 
