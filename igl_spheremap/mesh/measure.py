@@ -10,7 +10,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import HALF_DIGITS, FloatArray, IntArray
+from .arrays import HALF_DIGITS, FloatArray, IntArray, own_unit
 
 #: Faces that are measured at once: temporaries fit the cache, and calls cost little.
 _BLOCK = 1 << 14
@@ -25,6 +25,8 @@ FLOAT64_LIMIT = float(512 * np.finfo(float).eps)
 _SHORTEST = np.sqrt(np.finfo(float).tiny)
 #: Sums of unit vectors shorter than this are rounding, of up to 4,096 of them.
 _CANCELLED = 4096 * np.finfo(float).eps
+#: Volumes below this share of the cube of the extent are rounding: a flat surface encloses none.
+_FLAT = 1e-9
 
 
 def by_blocks(compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: IntArray) -> NDArray[Any]:
@@ -177,6 +179,12 @@ def enclosed_volume(v: FloatArray, f: IntArray) -> float:
     """Volume inside a closed surface, negative if its faces are oriented inwards."""
     a, b, c = ((v - v.mean(axis=0))[f[:, k]] for k in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6
+
+
+def inside_out(v: FloatArray, f: IntArray) -> bool:
+    """Say whether the faces of a closed surface point inwards: its volume is below 0 by more than rounding."""
+    own = own_unit(v)[0]
+    return enclosed_volume(own, f) < -_FLAT * np.ptp(own, axis=0).max() ** 3
 
 
 def vertex_normals(v: FloatArray, f: IntArray) -> FloatArray:

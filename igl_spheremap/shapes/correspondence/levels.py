@@ -8,11 +8,12 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from ...errors import MeshError
+from ...errors import MeshError, Remedy
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
 from ...mesh.check import check_mesh
+from ...mesh.measure import inside_out
 from ...newton.system import VertexSystem
 from ...resampling.locate import Location, locator_of
 from ...resampling.transfer import weighted
@@ -47,12 +48,14 @@ class Level:
 
     @classmethod
     def of(cls, result: SphereMap, name: str, landmarks: IntArray | None = None) -> Level:
-        """Take a surface with its own mesh; a MeshError names it if it is a round sphere."""
+        """Take a surface with its own mesh; a MeshError names it if it is a round sphere, or inside out."""
         length = row_lengths(result.vertices)
         if np.ptp(length) < UNIT_TOLERANCE * length.mean() and np.allclose(
                 result.vertices / length[:, None], result.sphere, rtol=0, atol=UNIT_TOLERANCE):
             raise MeshError(f"{name} is a sphere, the map itself: strain is measured on surfaces; give the one that "
                             "was mapped")
+        if inside_out(result.vertices, result.faces):
+            raise MeshError(f"{name} is inside out: its faces point inwards; reverse them", Remedy("repair_mesh"))
         return cls(result, result.mesh.unit, np.empty(0, dtype=np.int64) if landmarks is None else landmarks)
 
     def coarser(self, size: int) -> Level:

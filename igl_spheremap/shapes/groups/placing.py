@@ -14,7 +14,7 @@ from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
-from ...mesh.measure import enclosed_volume
+from ...mesh.measure import inside_out
 from ...mesh.objects import MeshLike
 from ...resampling.locate import locator_of
 from ...resampling.transfer import interpolate, resample
@@ -25,7 +25,6 @@ from ...untangle.local_repair import unfolded
 #: What members of groups are given as.
 Source = str | os.PathLike[str] | SphereMap | MeshLike
 
-_ROUNDING = 1e-9  # of volumes, relative to the cube of the extent: a flat surface encloses none
 _LARGEST = 2.0**160  # 1e48: products of six coordinates, or of their reciprocals, are float64 numbers
 
 
@@ -51,8 +50,7 @@ def check_member(result: SphereMap) -> None:
     if largest > _LARGEST or least < 1 / _LARGEST:
         raise MeshError(f"its coordinates reach {largest:.3g}, its extent is {least:.3g}; choose units in which both "
                         f"lie between {1 / _LARGEST:.0e} and {_LARGEST:.0e}, so that areas and volumes are numbers")
-    v, f = result.vertices / largest, result.faces
-    if enclosed_volume(v, f) < -_ROUNDING * np.ptp(v, axis=0).max() ** 3:
+    if inside_out(result.vertices, result.faces):
         raise MeshError("inside out: its faces point inwards; reverse them", Remedy("repair_mesh"))
 
 

@@ -250,3 +250,15 @@ def test_refusals(pair):
         ism.shapes.match(ball, b)
     with pytest.raises(ism.MeshError, match="is a sphere"):
         ism.shapes.register(a, ism.sphere_map(b.sphere, b.faces, b.sphere), features=(a.vertices, b.vertices))
+
+
+def test_a_surface_that_is_inside_out_is_named(pair):
+    """Only its mirror image could be laid on the other."""
+    a, b = pair[:2]
+    out = ism.sphere_map(a.vertices * [-1, 1, 1], a.faces, a.sphere)
+    for call in (ism.shapes.match, ism.shapes.register):
+        with pytest.raises(ism.MeshError, match="the source is inside out: its faces point inwards") as refused:
+            call(out, b)
+        assert refused.value.remedy.function == "repair_mesh"
+        with pytest.raises(ism.MeshError, match="the target is inside out"):
+            call(b, out)

@@ -296,3 +296,11 @@ def test_refusals(ball):
         ism.shapes.register(fixed, fixed, features=(values, values[:, 0]))
     with pytest.raises(ValueError, match="unknown stage 'warp'"):
         ism.shapes.register(fixed, fixed, features=(values, values), stages=["warp"])
+
+
+@pytest.mark.parametrize("power", [-1000, 1000])
+def test_features_of_any_size_register_alike(ball, power):
+    fixed, values = ball
+    turned = moved(fixed, fixed.sphere @ R.T)
+    found = [ism.shapes.register(turned, fixed, features=(np.ldexp(values, k), values)).map.sphere for k in (0, power)]
+    assert np.array_equal(*found)
