@@ -236,14 +236,11 @@ def _numbered(vertex: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _unseamed(known: ObjTexture, n: int) -> PlaneImages:
-    """Give each of n vertices its texture coordinates; cut the surface where a vertex has several."""
+    """Give each of n vertices its texture coordinates; cut the surface where some have several, or none."""
     vertex, row = known.vertex.ravel(), known.row.ravel()
-    missing = np.setdiff1d(np.arange(n), vertex)
-    if len(missing):
-        raise MeshError(f"vertex {missing[0]} has no texture coordinates; remove it")
-    of = np.empty(n, dtype=np.int64)
+    of = np.full(n, -1)
     of[vertex] = row
-    if (of[vertex] == row).all():
+    if (of[vertex] == row).all() and (of >= 0).all():
         return PlaneImages(known.uv[of], True)
     pairs, corner = np.unique(np.column_stack((row, vertex)), axis=0, return_inverse=True)
     return PlaneImages(known.uv[pairs[:, 0]], True, pairs[:, 1], corner.reshape(-1, 3), n)

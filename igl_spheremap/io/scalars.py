@@ -27,8 +27,8 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     ----------
     path : str or path-like
         A .gii or .annot file; an .npz file with arrays of one dimension; an .npy file; a table (.csv, .tsv, .txt, .1D),
-        whose columns without a header are called 0, 1, ...; a .ply file with properties of vertices; a .vtk or .vtp
-        file with point data; or a curvature file of FreeSurfer, known by how it begins.
+        whose columns without a header are called 0, 1, ...; a .ply file with properties of vertices; a .vtk file
+        with point data; or a curvature file of FreeSurfer, known by how it begins.
 
     Returns
     -------
@@ -114,12 +114,12 @@ def write_scalars(
     ----------
     path : str or path-like
         The new file: .gii (one data array each, float32), .annot (one map of labels), .npz, .npy, .csv and .tsv (with a
-        header), .txt and .1D (without), .ply, .vtk or .vtp; or another name that starts with lh. or rh. (one
+        header), .txt and .1D (without), .ply or .vtk; or another name that starts with lh. or rh. (one
         map, as FreeSurfer writes curvature, float32).
     maps : dict of (n,) arrays
         Values by name.
     surface : (v, f), optional
-        Positions and faces, which .ply, .vtk and .vtp files hold with the data.
+        Positions and faces, which .ply and .vtk files hold with the data.
     force : bool
         Replace an existing file.
     metadata : dict, optional

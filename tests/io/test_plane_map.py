@@ -129,7 +129,6 @@ HEAD = "v 0 0 0\nv 1 0 0\nv 0 1 1\nvt 0 0\nvt 1 0\nvt 0 1\nvt 0.5 0.5\n"
     ("f 1/1/1 2/2/1 3/3/1", None),
     ("f 1/1 2/2 3/4", None),
     ("f 1/1 2/2 3/3 3/4", "not triangles"),
-    ("f 1/1 2/2 2/3", "vertex 2 has no texture"),
     ("f 1 2 3", "without texture"),
     ("f 1/1 2/2 3/9", "a.obj"),
     ("f -3/1 -2/2 -1/3", "negative"),
@@ -166,3 +165,15 @@ def test_a_flat_mesh_of_a_part_goes_with_the_whole_surface(tmp_path):
     assert found.certificate.folding_free
     with pytest.raises(ism.MeshError, match="642 vertices but the surface has 12"):
         ism.read_plane_map(tmp_path / "flat.ply", surface=ism.samples.sphere(12))
+
+
+def test_a_vertex_without_texture_coordinates_is_in_no_face(tmp_path):
+    ism.write_plane_map(tmp_path / "flat.obj", FLAT)
+    text = (tmp_path / "flat.obj").read_text()
+    lines = [" ".join(f"{int(a) + 1}/{b}" for a, b in (corner.split("/") for corner in line.split()[1:]))
+             for line in text.splitlines() if line.startswith("f ")]
+    head = [line for line in text.splitlines() if not line.startswith("f ")]
+    (tmp_path / "more.obj").write_text("\n".join(["v 9 9 9", *head, *(f"f {line}" for line in lines)]) + "\n")
+    found = ism.read_plane_map(tmp_path / "more.obj")
+    assert np.array_equal(np.sort(found.mesh.v, axis=0), np.sort(FLAT.mesh.v, axis=0))
+    assert found.certificate.folding_free
