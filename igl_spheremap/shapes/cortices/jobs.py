@@ -11,6 +11,8 @@ from functools import cache
 from itertools import chain
 from pathlib import Path
 
+import numpy as np
+
 from ..._version import __version__
 from ...errors import FileError, MeshError
 from ...io.files import read_mesh, read_sphere
@@ -169,6 +171,8 @@ def _fit(path: str, templates: tuple[TemplateFiles, ...]) -> LabelFile:
     if len(maps) > 1:
         raise MeshError(f"{path} holds {len(maps)} maps; give a file with one map of labels")
     (values,) = maps.values()
+    if len(bad := np.flatnonzero(values != np.rint(values))):
+        raise MeshError(f"{path} has the label {values[bad[0]]:g} at vertex {bad[0]}; give whole numbers")
     fitting = [k for k, template in enumerate(templates) if template.size == len(values)]
     if not fitting:
         there = ", ".join(f"{template.name} has {template.size}" for template in templates)
@@ -179,7 +183,8 @@ def _fit(path: str, templates: tuple[TemplateFiles, ...]) -> LabelFile:
 
 def describe_datasets(jobs: Sequence[HemisphereJob]) -> None:
     """Say of the results' datasets of BIDS that they are derivatives: its readers see no files without that."""
-    roots = {Path(job.folder).resolve() for job in jobs if any(names.convention == "bids" for names in job.names)}
+    bids = {"bids", "fmriprep"}
+    roots = {Path(job.folder).resolve() for job in jobs if bids & {names.convention for names in job.names}}
     for root in roots:
         while re.fullmatch(r"anat|(ses|sub)-[A-Za-z0-9]+", root.name):
             root = root.parent

@@ -22,7 +22,7 @@ from ...maps.balanced import balanced_spherical_map
 from ...maps.given_sphere import sphere_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
-from ...mesh.measure import vertex_areas
+from ...mesh.measure import inside_out, vertex_areas
 from ...populations.job import Task
 from ...populations.table import RegistrationRow
 from ...resampling.transfer import resample
@@ -65,6 +65,8 @@ class SphereRegistration(Task[HemisphereJob]):
         files = job.templates[k]
         v, f, x = replace(files, sphere=self.place(files.sphere), surfaces=tuple(self.places(files.surfaces))).read()
         try:
+            if inside_out(v, f):
+                raise MeshError("inside out: its faces point inwards; reverse them")
             return sphere_map(v, f, x)
         except (MeshError, FoldingsRemain) as error:
             raise FileError(f"{files.sphere} with {' and '.join(files.surfaces)}: {error}") from None

@@ -329,6 +329,7 @@ def prepared(tmp_path_factory):
 def test_smriprep_finds_each_of_its_files_once(prepared):
     folder = prepared[0] / "out/sub-07/anat"
     names = [path.name for path in folder.iterdir()]
+    assert '"DatasetType": "derivative"' in (prepared[0] / "out/dataset_description.json").read_text()
     assert {key: len(found_by(query, names)) for key, query in SMRIPREP.items()} == dict.fromkeys(SMRIPREP, 1)
     for key in ("sphere", "sphere_reg", "sphere_reg_fsLR", "sphere_reg_msm"):
         assert certify_radius(*read_sphere(folder / found_by(SMRIPREP[key], names)[0])).folding_free
@@ -354,3 +355,23 @@ def test_what_the_set_of_fmriprep_lacks_is_named(prepared, tmp_path):
     write_mesh(tmp_path / "sub-1_hemi-L_white.surf.gii", body(y), f)
     with pytest.raises(ism.FileError, match="needs a pial surface beside it and labels whose table names the medial"):
         run(desk, [tmp_path / "sub-1_hemi-L_white.surf.gii"], **options)
+
+
+@pytest.mark.parametrize("wrong", [0.5, np.nan])
+def test_labels_that_are_no_whole_numbers_are_named(made, tmp_path, wrong):
+    desk, _, _, _, options = made
+    values = np.zeros(642)
+    values[7] = wrong
+    write_scalars(tmp_path / "lh.a.npz", {"a": values})
+    with pytest.raises(ism.MeshError, match=f"has the label {wrong:g} at vertex 7; give whole numbers"):
+        run(desk, to=options["to"], labels=[str(tmp_path / "lh.a.npz")])
+
+
+def test_a_template_that_is_inside_out_is_named(made, tmp_path):
+    x, f = sphere(642)
+    write_mesh(tmp_path / "lh.pial", body(x) * [-1, 1, 1], f)
+    write_mesh(tmp_path / "lh.sphere", 100 * x, f)
+    (row,) = run(made[0], out=str(tmp_path / "out"), to=[f"mine={tmp_path}/lh.pial,{tmp_path}/lh.sphere"])
+    assert row.status == "file"
+    assert "lh.sphere" in row.notes
+    assert "inside out: its faces point inwards" in row.notes
