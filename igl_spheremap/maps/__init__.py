@@ -1,1 +1,1 @@
-"""The front door: from `v, f` to a certified `SphereMap`."""
+"""Maps of `v, f` to the sphere: the methods, their options, and the certified `SphereMap` that they return."""

@@ -1,4 +1,4 @@
-"""From arrays to a certified result: the package's front door."""
+"""The conformal map of a surface: check the mesh, run a method, centre, certify."""
 
 from __future__ import annotations
 

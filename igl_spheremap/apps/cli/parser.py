@@ -304,7 +304,7 @@ COMMANDS = (
     )),
 )
 
-#: What the commands are about, in the order in which help lists them; those of `SHAPES` are of the second door.
+#: What the commands are about, in the order in which help lists them; those of `SHAPES` call `igl_spheremap.shapes`.
 SHAPES = "several surfaces, and harmonics (ism.shapes)"
 GROUPS = {
     "a map and its certificate": ("map", "check", "repair", "view"),
