@@ -69,9 +69,9 @@ def group_doubts(changes: Sequence[float], settled: bool, axis: FloatArray | Non
                "last: points still slide; look at the farthest members, or give a finer mesh")
     if axis is not None:
         x, y, z = axis / np.linalg.norm(axis)
-        yield (f"turned about the axis ({x:.2f}, {y:.2f}, {z:.2f}) by any angle, the mean moves less than members lie "
-               "off: the bodies are round; each is turned to the least distance from the mean, and modes along such "
-               "turns are chance")
+        yield (f"turned about the axis ({x:.2f}, {y:.2f}, {z:.2f}) by any angle, the mean moves less than half of the "
+               "members differ from it: the bodies are round; each is turned to the least distance from "
+               "the mean, and modes along such turns are chance")
     elif symmetric(laid):
         angle = np.median([each.angle for each in laid if each.rival < _RIVAL])
         yield (f"most members fit the mean nearly as well when they are turned, by {angle:.0f} degrees for instance: "

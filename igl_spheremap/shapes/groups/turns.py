@@ -1,4 +1,4 @@
-"""How far two shapes lie from each other after turns of their spheres, in space, by few harmonics of positions.
+"""Distances in space between two shapes after turns of their spheres, by few harmonics of positions.
 
 A turn R of the sphere takes the shape f to f(R^-1 x); what is left is laid on the other shape by a rotation of space.
 """
@@ -34,12 +34,12 @@ Rows = tuple[tuple[float, ...], ...]
 
 
 class Trial(NamedTuple):
-    """What a registration tries beside where the one before ended.
+    """The starts that a registration tries beside the end of the one before.
 
     Attributes
     ----------
     turns : tuple of rows of (3, 3) matrices
-        Those of the sphere that may lead to less.
+                Rotations of the sphere that may lead to a smaller distance.
     mirror : bool
         Whether the mirror image may.
     """
@@ -53,7 +53,7 @@ NOTHING = Trial()
 
 
 class Turns:
-    """What to try of shapes that lie on each other, given at points x of the sphere."""
+    """Finds the turns that a registration of aligned shapes should try; shapes are given at points x of the sphere."""
 
     def __init__(self, x: FloatArray) -> None:
         band = min(_BAND, int(np.sqrt(len(x) / 2)))  # two points for each function
@@ -62,8 +62,8 @@ class Turns:
     def trials(self, mean: FloatArray, shapes: Iterable[FloatArray]) -> tuple[FloatArray | None, list[Trial]]:
         """What each shape may try to come nearer to a mean.
 
-        Also the point of the sphere about which the mean may turn by any angle without moving as far as half of the
-        shapes lie off, if there is one.
+        Also the axis about which any turn moves the mean by less than the median distance of the shapes from it, if
+        there is one.
         """
         f, *others = map(self._coefficients, (mean, *shapes))
         axis = free_axis(f, float(np.median([off(f, g) for g in others])))
@@ -128,7 +128,7 @@ def _moves(f: FloatArray) -> FloatArray:
 
 
 def _spins(f: FloatArray) -> FloatArray:
-    """How it moves as space turns."""
+    """How a shape moves as space turns about each axis, (3, (L + 1)^2, 3)."""
     return np.cross(np.eye(3)[:, None], f)
 
 
