@@ -45,7 +45,7 @@ def test_an_archive_holds_the_whole_map_and_its_map_is_not_made_again(matched, t
     onto = ism.shapes.read_surface_map(whole)
     assert len(onto.positions) == len(onto.map.vertices)
     made = []
-    monkeypatch.setattr("igl_spheremap.apps.cli.commands.match.balanced_spherical_map",
+    monkeypatch.setattr("igl_spheremap.apps.cli.inputs.balanced_spherical_map",
                         lambda *args, **options: made.append(args) or ism.balanced_spherical_map(*args, **options))
     assert main(["match", whole, B, again, "-q"]) == 0
     assert [len(v) for v, _ in made] == [len(onto.target.vertices)]
