@@ -12,16 +12,20 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
+from functools import cache, wraps
 from importlib import import_module
+from inspect import signature
 from numbers import Integral, Real
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
+T = TypeVar("T")
 E = TypeVar("E", bound=Exception)
 
 #: Control characters, ends of lines, marks that turn the direction of writing, and what no file of text holds.
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
+_LONGEST = 60  # characters of a value in a message
 _PACKAGES = {"PIL": "pillow"}  # where the name to install is not the name to import
 
 
@@ -187,7 +191,7 @@ def check_number(value: object, name: str, least: float = 0.0, most: float = mat
     ValueError: tolerance is nan; give a number of at least 0
     """
     if not isinstance(value, Real) or isinstance(value, bool):
-        raise TypeError(f"{name} is {value!r}; give a number")
+        raise TypeError(f"{name} is {shown(value)}; give a number")
     number = float(value)
     if not least <= number <= most:
         limits = f"of at least {least:g}" if most == math.inf else f"from {least:g} to {most:g}"
@@ -198,7 +202,7 @@ def check_number(value: object, name: str, least: float = 0.0, most: float = mat
 def check_whole(value: object, name: str, least: int = 0) -> int:
     """The value of an option; a TypeError unless it is a whole number, a ValueError if it is too small."""
     if not isinstance(value, Integral) or isinstance(value, bool):
-        raise TypeError(f"{name} is {value!r}; give a whole number")
+        raise TypeError(f"{name} is {shown(value)}; give a whole number")
     if value < least:
         raise ValueError(f"{name} is {value}; give {least} or more")
     return int(value)
@@ -213,17 +217,84 @@ def check_list(value: object, name: str, length: int | None = None, what: str = 
     TypeError: sources is 'a.ply'; give a list
     """
     if isinstance(value, str | bytes | os.PathLike) or not isinstance(value, Iterable):
-        raise TypeError(f"{name} is {value!r}; give {what}")
+        raise TypeError(f"{name} is {shown(value)}; give {what}")
     several = list(value)
     if length is not None and len(several) != length:
         raise ValueError(f"{name} has {len(several)} entries; give {length}")
     return several
 
 
-def check_listener(listener: object) -> None:
-    """Raise a TypeError unless a listener can be called, or is None."""
-    if listener is not None and not callable(listener):
-        raise TypeError(f"listener is {listener!r}; give a function that takes one argument")
+def check_kinds(hints: Mapping[str, str], values: Mapping[str, object]) -> None:
+    """Raise a TypeError that names the first value of another kind than its annotation says.
+
+    Arrays, meshes and whatever else is not in `_KINDS` is checked where it is used.
+
+    >>> check_kinds({"force": "bool"}, {"force": "no"})
+    Traceback (most recent call last):
+        ...
+    TypeError: force is 'no'; give True or False
+    """
+    for name, value in values.items():
+        if name in hints:
+            check_kind(value, name, hints[name])
+
+
+def check_kind(value: T, name: str, hint: str) -> T:
+    """The value of an argument, if it is of the kind that an annotation says; else a TypeError that names it."""
+    kinds = _kinds(hint)
+    if kinds and not any(fits(value) for fits, _ in kinds):
+        said = " or ".join(dict.fromkeys(said for _, said in kinds if said))
+        raise TypeError(f"{name} is {shown(value)}; give {said}")
+    return value
+
+
+@cache
+def _kinds(hint: str) -> tuple[tuple[Callable[[object], bool], str], ...]:
+    """What an annotation takes: tests of a value, and how they are said; none if it takes more than `_KINDS` knows."""
+    words = [word.strip().partition("[")[0] for word in hint.split(" | ")]
+    return tuple(_KINDS[word] for word in words) if set(words) <= _KINDS.keys() else ()
+
+
+def shown(value: object) -> str:
+    """A value in a message: the beginning of its text in one line."""
+    text = printable(" ".join(repr(value).split()))
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def _of(*kinds: type) -> Callable[[object], bool]:
+    return lambda value: isinstance(value, kinds) and not (isinstance(value, bool) and bool not in kinds)
+
+
+def _record(name: str) -> Callable[[object], bool]:
+    """Whether a value is of a class of that name, which need not be imported."""
+    return lambda value: any(kind.__name__ == name for kind in type(value).__mro__)
+
+
+def _several(value: object) -> bool:
+    return isinstance(value, Iterable) and not isinstance(value, str | bytes | os.PathLike)
+
+
+_TEXT = _of(str), "a text"
+_PATH = _of(str, os.PathLike), "the name of a file"
+_FUNCTION = callable, "a function"
+#: What words of annotations take, and how that is said. Records say how one comes to them.
+_KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
+    "None": (lambda value: value is None, ""),
+    "bool": (lambda value: type(value).__name__ in ("bool", "bool_"), "True or False"),  # numpy's, too
+    "int": (_of(Integral), "a whole number"), "float": (_of(Real), "a number"),
+    "Mapping": (_of(Mapping), "a dict"), "Metadata": (_of(Mapping), "a dict"),
+    "PathLike": _PATH, "os.PathLike": _PATH, "Listener": _FUNCTION, "Callable": _FUNCTION,
+    **dict.fromkeys(("str", "Literal", "Gauge", "PaperGauge", "Polish", "Kind", "Basis", "Resampling", "Projection"),
+                    _TEXT),
+    **dict.fromkeys(("Sequence", "Iterable", "tuple", "list"), (_several, "a list")),
+    **{name: (_record(name), said) for name, said in {
+        "SphereMap": "a SphereMap, as balanced_spherical_map(v, f) makes one, and sphere_map(v, f, x) of positions x",
+        "PlaneMap": "a map as flatten(v, f) makes one", "SurfaceMap": "a SurfaceMap, as shapes.match makes one",
+        "Group": "a Group, as shapes.template makes one", "SphereLocator": "a SphereLocator",
+        "SphericalHarmonics": "SphericalHarmonics, as shapes.spherical_harmonics makes them",
+        "Method": "a record of options, such as Auto()", "Effort": "an Effort", "Engine": "an Engine",
+    }.items()},
+}
 
 
 def printable(text: str) -> str:
@@ -291,11 +362,20 @@ def import_optional(module: str, user: str, extra: str = "") -> Any:
 
 
 def own_errstate(function: Callable[P, R]) -> Callable[P, R]:
-    """Shield a public function from its caller's ``np.errstate``: it ignores overflow, division by zero and the like.
+    """The gate of a public function: its arguments are of the kinds that its signature names, see `check_kinds`.
 
-    Functions check their results wherever these matter.
+    And its caller's ``np.errstate`` does not reach it: it ignores overflow, division by zero and the like, and checks
+    its results wherever these matter.
     """
-    return _silent()(function)
+    hints = {name: str(one.annotation) for name, one in signature(function).parameters.items()}
+
+    @wraps(function)
+    def guarded(*args: P.args, **options: P.kwargs) -> R:
+        check_kinds(hints, dict(zip(hints, args, strict=False)) | options)
+        with _silent():
+            return function(*args, **options)
+
+    return guarded
 
 
 @contextmanager

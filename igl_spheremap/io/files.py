@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import samples
+from ..errors import own_errstate
 from ..mesh.arrays import check_rows, check_triangles
 from ..mesh.objects import MeshLike, vertices_and_faces
 from .formats import PathLike, format_of
@@ -21,6 +22,7 @@ from .replacing import replacing
 SAMPLE = "sample:"
 
 
+@own_errstate
 def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     """Read a triangle mesh; the end of the file's name, or else its first bytes, decide its format.
 
@@ -96,6 +98,7 @@ def _read(path: PathLike, sphere: bool = False, triangulate: bool = False) -> Lo
         return LoadedMesh(v, f, structure_of(path) | dict(raw.metadata), int(np.count_nonzero(raw.faces.sizes > 3)))
 
 
+@own_errstate
 def write_mesh(
     path: PathLike, v: ArrayLike | MeshLike, f: ArrayLike | None = None, *, force: bool = False,
     metadata: Metadata | None = None,

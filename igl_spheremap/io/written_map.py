@@ -208,9 +208,6 @@ def write_map(
     ...     ism.write_map(f"{folder}/sphere.ply", result).folding_free
     True
     """
-    if not isinstance(result, SphereMap):
-        raise TypeError(f"write_map(path, result) is given a {type(result).__name__} for the result; give a SphereMap, "
-                        "as sphere_map(v, f, x) makes of positions x, or take write_mesh(path, x, f)")
     known = dict(metadata or {}) | {"mark": mark_of(result)}
     if format_of(path).name != "NPZ":
         return write_sphere(path, result.sphere, result.faces, force=force, radius=radius,

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
+from ..errors import shown
 from ..paper.settings import Lai2014
 from ..result.method import Method
 from ..untangle.effort import Effort
@@ -112,7 +113,7 @@ class Auto(Method):
         if isinstance(self.effort, Mapping):
             object.__setattr__(self, "effort", Effort(**self.effort))
         if not isinstance(self.effort, Effort):
-            raise TypeError(f"effort is {self.effort!r}; give a record such as Effort(systems=5)")
+            raise TypeError(f"effort is {shown(self.effort)}; give a record such as Effort(systems=5)")
 
 
 @dataclass(frozen=True, repr=False)
@@ -228,7 +229,7 @@ def method_of(method: str | Method, *kinds: type[Method]) -> Method:
         return method
     if kinds or not isinstance(method, str):
         names = " or ".join(f"{kind.__name__}()" for kind in kinds or METHODS.values())
-        raise TypeError(f"method is {method!r}; give a record of options, such as {names}")
+        raise TypeError(f"method is {shown(method)}; give a record of options, such as {names}")
     if method not in METHODS:
         raise ValueError(f"unknown method {method!r}: choose one of {', '.join(METHODS)}, or a record of options")
     return METHODS[method]()

@@ -13,7 +13,7 @@ from ..descent.energies import Energy, HarmonicEnergy, LandmarkEnergy, OwnEnergy
 from ..descent.minimize import minimize
 from ..descent.problem import Problem, SobolevH2, p_harmonic_problem
 from ..errors import MeshError, own_errstate
-from ..mesh.arrays import FloatArray, check_directions, plain_array
+from ..mesh.arrays import FloatArray, check_directions, plain_array, real_array
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
@@ -346,9 +346,10 @@ def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: Ar
     y = check_directions(targets, name="landmark targets")
     if len(y) != len(index):
         raise MeshError(f"{len(index)} landmarks have {len(y)} targets; give one row each")
-    w = plain_array(weights, "weights").astype(np.float64)
+    w = real_array(weights, "landmark_weights").astype(np.float64)
     if w.shape not in ((), index.shape):
-        raise MeshError(f"weights have shape {w.shape}; give one number, or one for each of {len(index)} landmarks")
+        raise MeshError(f"landmark_weights have shape {w.shape}; give one number, or one for each of {len(index)} "
+                        "landmarks")
     w = np.broadcast_to(w, index.shape)
     bad = np.flatnonzero(~np.isfinite(w) | (w < 0))
     if len(bad):

@@ -35,7 +35,8 @@ def plain_array(values: ArrayLike, name: str) -> NDArray[Any]:
         raise MeshError(f"{name} are ragged: rows differ in length; triangulate polygons first") from error
 
 
-def _real_array(values: ArrayLike, name: str) -> NDArray[Any]:
+def real_array(values: ArrayLike, name: str) -> NDArray[Any]:
+    """Real numbers of any shape and type; a MeshError for texts, objects and complex numbers."""
     array = plain_array(values, name)
     if array.dtype.kind not in "fiub":
         raise MeshError(f"{name} have dtype {array.dtype}; give real numbers")
@@ -44,7 +45,7 @@ def _real_array(values: ArrayLike, name: str) -> NDArray[Any]:
 
 def check_values(values: ArrayLike, n_vertices: int, name: str = "values") -> FloatArray:
     """Data at the vertices as (n, k) float64 rows, one for each; MeshError where one is missing or not finite."""
-    array = _real_array(values, name)
+    array = real_array(values, name)
     if array.ndim not in (1, 2) or len(array) != n_vertices:
         raise MeshError(f"{name} have shape {array.shape} but the mesh has {n_vertices} vertices; give one row each")
     array = array.reshape(n_vertices, -1).astype(np.float64)
@@ -60,7 +61,7 @@ def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positio
     Raises MeshError for anything else, for numbers that float64 would round, so that every verdict is of the numbers
     that were given, and for another number of rows than `n_vertices` where that is given.
     """
-    array = _real_array(x, name)
+    array = real_array(x, name)
     if array.ndim != 2 or array.shape[1] != columns:
         raise MeshError(f"{name} have shape {array.shape}; give one row of {('two', 'three')[columns - 2]} coordinates "
                         f"per vertex{_transposed(array)}")

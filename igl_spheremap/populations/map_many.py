@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..balance import CONFORMAL
-from ..errors import check_list, check_listener, check_number, own_errstate
+from ..errors import check_kind, check_list, check_number, own_errstate
 from ..io.formats import format_of
 from ..maps.options import Auto, Method, method_of
 from ..mesh.clean import asked_for
@@ -98,8 +98,7 @@ def map_many(
     ['certified', 'certified']
     """
     check_number(balance, "balance", most=1)
-    check_listener(listener)
-    names = [os.fspath(source) for source in check_list(sources, "sources")]
+    names = [os.fspath(check_kind(source, "sources", "PathLike")) for source in check_list(sources, "sources")]
     targets = targets_of(out, names)
     repairs = None
     if repair is not False:

@@ -78,7 +78,7 @@ def interpolate(values: ArrayLike, f: IntArray, location: Location, labels: bool
     """
     values = plain_array(values, "values")
     n = int(f.max()) + 1
-    if len(values) != n:
+    if not values.ndim or len(values) != n:
         raise MeshError(f"{len(values)} values for {n} vertices; give one for each")
     return weighted(values, f[location.face], location.weights, labels)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
-from ..errors import check_number, check_whole
+from ..errors import check_number, check_whole, shown
 
 _hints = cache(get_type_hints)  # 0.5 ms
 
@@ -26,14 +26,14 @@ class Method(ABC):
             choices = [word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)]
             if (value is None and type(None) in kinds) or get_origin(hint) is ClassVar:
                 continue
-            if choices and value not in choices:
-                raise ValueError(f"unknown {name} {value!r}: choose {' or '.join(map(repr, choices))}")
+            if choices and not (isinstance(value, str) and value in choices):
+                raise ValueError(f"unknown {name} {shown(value)}: choose {' or '.join(map(repr, choices))}")
             if int in kinds:
                 check_whole(value, name)
             if hint is float:
                 check_number(value, name)
             if hint in (bool, str) and not isinstance(value, hint):
-                raise TypeError(f"{name} is {value!r}; give {'True or False' if hint is bool else 'a name'}")
+                raise TypeError(f"{name} is {shown(value)}; give {'True or False' if hint is bool else 'a name'}")
 
     def settings(self) -> dict[str, Any]:
         """The options that are not at their defaults."""

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import check_listener
 from ..mesh.arrays import FloatArray
 from ..mesh.timings import timings
 
@@ -296,7 +295,6 @@ class History:
     """
 
     def __init__(self, listener: Listener | None = None, before: Run | None = None) -> None:
-        check_listener(listener)
         self.steps: list[Step] = []
         self._listener, self._before = listener, before
         self._began = time.perf_counter()

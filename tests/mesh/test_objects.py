@@ -162,8 +162,10 @@ def test_an_option_of_another_call_is_refused_with_its_name(function, option, wo
 
 def test_a_map_in_the_wrong_place_is_named(tmp_path):
     result = ism.spherical_conformal_map(V, F)
-    for words in ((tmp_path / "x.obj", result.sphere), (result, tmp_path / "x.obj")):
-        with pytest.raises(TypeError, match=r"write_map\(path, result\) is given a \w+ for the result"):
-            ism.write_map(*words)
-    with pytest.raises(TypeError, match="register is given a ndarray; give two maps"):
+    made = r"; give a SphereMap, as balanced_spherical_map\(v, f\) makes one, and sphere_map\(v, f, x\) of positions x"
+    with pytest.raises(TypeError, match=f"^result is .*{made}"):
+        ism.write_map(tmp_path / "x.obj", result.sphere)
+    with pytest.raises(TypeError, match=r"^path is SphereMap.*; give the name of a file"):
+        ism.write_map(result, tmp_path / "x.obj")
+    with pytest.raises(TypeError, match=f"^source is .*{made}"):
         ism.shapes.register(V, F)

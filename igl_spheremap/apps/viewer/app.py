@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ...errors import DisplayError, FileError
+from ...errors import DisplayError, FileError, check_list, check_whole
 from ...io.written_map import write_map
 from ...maps.sphere_map import SphereMap
 from ...result.run import Iterate, Listener
@@ -120,7 +120,8 @@ def present(
     frame: int | None = None,
 ) -> list[dict[str, Any]]:
     """Open a window with an app, or write a picture of a frame or a video of all if `target` names one."""
-    pictures = pictures_of(target, size, frame)
+    width, height = (check_whole(side, "size", 1) for side in check_list(size, "size", 2))
+    pictures = pictures_of(target, (width, height), frame)
     open_for(pictures, "screenshot(result, 'map.png'), play(v, f, out='run.gif')")
     return run_app(build(), pictures)
 

@@ -18,8 +18,9 @@ from ... import samples
 from ...draw.folds import Clusters
 from ...draw.lens import follow
 from ...draw.plot import fit, pose
+from ...errors import check_number, own_errstate
 from ...io.files import read_mesh
-from ...maps.options import METHODS, Method
+from ...maps.options import METHODS, Method, method_of
 from ...maps.sphere_map import SphereMap
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
@@ -423,6 +424,7 @@ class Player(App):
 
 
 @takes_mesh
+@own_errstate
 def play(
     v: ArrayLike,
     f: ArrayLike,
@@ -481,9 +483,9 @@ def play(
     >>> ism.play(*ism.samples.make("dino"), method="lai2014", out="foldings.gif")  # doctest: +SKIP
     """
     mesh = check_mesh(v, f)
-    method = method if isinstance(method, Method) else METHODS[method]()
-    start = partial(in_background, partial(_load, mesh.v, mesh.f), round(1e6 * keep))
-    return present(lambda: Player(start, _GIVEN, method, up=up), out, size=size)
+    chosen = method_of(method)
+    start = partial(in_background, partial(_load, mesh.v, mesh.f), round(1e6 * check_number(keep, "keep")))
+    return present(lambda: Player(start, _GIVEN, chosen, up=up), out, size=size)
 
 
 def play_recording(result: SphereMap, recording: Recording, out: str | None, *, up: str = "auto") -> None:

@@ -181,10 +181,6 @@ def register(
     >>> bool(np.abs(result.map.sphere - pear.sphere).max() < 0.01), result.map.certificate.folding_free
     (True, True)
     """
-    for one in (source, target):
-        if not isinstance(one, SphereMap):
-            raise TypeError(f"register is given a {type(one).__name__}; give two maps, as those of "
-                            "balanced_spherical_map(v, f), or let match(mesh, mesh) map meshes")
     history = History(listener)
     check_number(stiffness, "stiffness", _SOFTEST)
     unknown = [stage for stage in stages if stage not in STAGES]

@@ -16,7 +16,7 @@ from ...draw.shown import Drawing, Shown
 from ...errors import own_errstate
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
-from ...mesh.arrays import FloatArray, IntArray, own_unit
+from ...mesh.arrays import FloatArray, IntArray, own_unit, real_array
 from ...mesh.check import check_mesh
 from ...resampling.transfer import check_map, resample
 from .doubts import member_doubts
@@ -198,7 +198,7 @@ class Group(Shown):
         ValueError
             If there are more scores than modes.
         """
-        given = np.asarray(scores, dtype=np.float64).reshape(-1)
+        given = real_array(scores, "scores").astype(np.float64).reshape(-1)
         if len(given) > len(self.modes):
             raise ValueError(f"{len(given)} scores for {len(self.modes)} modes; give at most one for each")
         return self.vertices + np.tensordot(given, self.modes[: len(given)], 1)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.stats import t
 
 from ...errors import MeshError, Remedy, check_whole, own_errstate
-from ...mesh.arrays import FloatArray, IntArray, own_unit, plain_array
+from ...mesh.arrays import FloatArray, IntArray, own_unit, plain_array, real_array
 from .group import Group
 
 #: Chance to find a difference anywhere on the surface where there is none.
@@ -141,7 +141,7 @@ def permutation_test(
     tested, unit_x = own_unit(tested)
     Z = np.empty((count, 0)) if covariates is None else _spanned(_numbers(covariates, count, "covariates"))
     Qz = np.concatenate((np.full((count, 1), count**-0.5), Z), axis=1)
-    values, unit = own_unit(np.asarray(group.shapes if data is None else data, dtype=np.float64))
+    values, unit = own_unit(np.asarray(real_array(group.shapes if data is None else data, "data"), dtype=np.float64))
     if values.ndim not in (2, 3) or len(values) != count or not np.isfinite(values).all():
         raise MeshError(f"data of shape {values.shape} for {count} members; give finite numbers, (members, n) or "
                         "(members, n, d)")
@@ -169,7 +169,7 @@ def permutation_test(
         return np.asarray(ratio * model / np.maximum(left, np.finfo(float).eps * squares.max()))
 
     F = statistics(Qx[None], Qz[None])[0]
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(check_whole(seed, "seed"))
     maxima, beyond = np.empty(permutations), np.zeros(len(F), dtype=int)
     for start in range(0, permutations, _BLOCK):
         orders = np.stack([rng.permutation(count) for _ in range(min(_BLOCK, permutations - start))])
