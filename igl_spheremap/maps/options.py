@@ -75,22 +75,22 @@ class Auto(Method):
     ...     print(ism.spherical_conformal_map(v, f, **options).explain().splitlines()[0])
     >>> decided(v * [1, 1, 10])
     auto: 100 of 1,280 faces fold, and angles are 9.69 degrees off in the mean; so up to 5 layouts by angles that close
-    may start, and steps go on while further ones gain 3.4 percent
+    may start, and steps on angles go on while further ones gain 3.4 percent
     >>> decided(v * [1, 1, 6])
     auto: no face folds, and angles are 3.24 degrees off in the mean; so the map itself and up to 5 layouts by angles
-    that close may start, and steps go on while further ones gain 3.4 percent
+    that close may start, and steps on angles go on while further ones gain 3.4 percent
     >>> decided(v, polish="angles")
-    auto: no face folds; so the map itself may start, and steps go on while further ones gain 0.4 percent
+    auto: no face folds; so the map itself may start, and steps on angles go on while further ones gain 0.4 percent
     >>> decided(v * [1, 1, 5])
-    auto: no face folds, and steps are predicted to pay; so the map itself may start, and steps go on while further
-    ones gain 3.4 percent
+    auto: no face folds, and steps on angles are predicted to pay; so the map itself may start, and steps on angles go
+    on while further ones gain 3.4 percent
     >>> dented, (i, j, k) = v.copy(), f[100]
     >>> dented[i] = 3 * v[j] - 2 * v[i]
     >>> decided(dented)
-    auto: 2 of 1,280 faces fold, and steps are predicted to gain less than 3.4 percent; so the map is repaired where it
-    folds, and no steps are taken
+    auto: 2 of 1,280 faces fold, and steps on angles are predicted to gain less than 3.4 percent; so the map is repaired
+    where it folds
     >>> decided(v * [1, 1, 3])
-    auto: no face folds, and steps are predicted to gain less than 3.4 percent; so no steps are taken
+    auto: no face folds, and steps on angles are predicted to gain less than 3.4 percent; so the map stays as it is
 
     Limbs too deep for float64 decide the gauge, or by how much they are shortened:
 

@@ -174,6 +174,11 @@ def stage_title(step: Step | Iterate) -> str:
     return f"{name}, round {step.round}" if step.round else name
 
 
+def iterations_in(number: int) -> str:
+    """A number of iterations in words."""
+    return f"{number:,} iteration{'s' * (number != 1)}"
+
+
 @dataclass(frozen=True)
 class Round:
     """One iteration of Algorithm 2, or one step of the repair.
@@ -207,6 +212,15 @@ class Round:
     mean_angle_difference: float
     status: Status
     seconds: float
+
+    def __str__(self) -> str:
+        """A line for people."""
+        folded = f"{self.foldings_after:,} folded faces"
+        if self.iterations:
+            taken = iterations_in(self.iterations)
+            folded = f"{self.foldings_before:,} folded faces, after {taken} {self.foldings_after:,}"
+        collapsed = f"; {self.status.value}" if self.status is Status.COLLAPSED else ""
+        return f"{self.start}: {folded}, {self.mean_angle_difference:.3g} degrees off{collapsed}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,8 +289,7 @@ class Run:
         return float(self.settings.get("balance", 0.0))
 
     def __repr__(self) -> str:
-        taken = f"{self.iterations} iteration{'s' * (self.iterations != 1)}"
-        return f"Run({self.method!r}, {self.status.name}, {taken}, {self.seconds:.2f} s)"
+        return f"Run({self.method!r}, {self.status.name}, {iterations_in(self.iterations)}, {self.seconds:.2f} s)"
 
 
 class OfListener(BaseException):

@@ -67,10 +67,10 @@ class Plan:
         several = "1 layout" if self.layouts == 1 else f"up to {self.layouts} layouts"
         names = ["the map itself"] * self.itself + [f"{several} by angles that close"] * (self.layouts > 0)
         if np.isinf(self.price):
-            repaired = "the map is repaired where it folds, and " if self.itself else ""
-            return f"{self.why}; so {repaired}no steps are taken"
+            return f"{self.why}; so the map {'is repaired where it folds' if self.itself else 'stays as it is'}"
         percent = f"{100 * self.price:.2g} percent"
-        return f"{self.why}; so {' and '.join(names)} may start, and steps go on while further ones gain {percent}"
+        return (f"{self.why}; so {' and '.join(names)} may start, and steps on angles go on while further ones "
+                f"gain {percent}")
 
 
 @phase("plan")
@@ -95,6 +95,6 @@ def plan_repair(mesh: Mesh, x: FloatArray, certificate: Certificate, polish: str
     if polish == "angles":  # row 3
         return Plan(folded, price, itself=True)
     if polish == "auto" and is_worth_steps(mesh, x, price):  # row 4
-        return Plan(f"{folded}, and steps are predicted to pay", price, itself=True)
-    little = f", and steps are predicted to gain less than {100 * price:.2g} percent"
+        return Plan(f"{folded}, and steps on angles are predicted to pay", price, itself=True)
+    little = f", and steps on angles are predicted to gain less than {100 * price:.2g} percent"
     return Plan(folded + little * (polish == "auto"), itself=not free)  # rows 5 and 6

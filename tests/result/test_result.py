@@ -1,5 +1,7 @@
 """What every result has in common: the same attributes, read from its run, and one door to another balance."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -44,7 +46,7 @@ def test_all_results_have_those_of_their_run(results):
                      "backend", "notes", "gauge", "stretch", "balance"):
             assert getattr(result, name) == getattr(result.run, name)
         assert result.certificate.folding_free
-        assert result.explain().startswith(f"{result.method}: ")
+        assert re.search(f"^{result.method}[:,] ", result.explain(), re.MULTILINE)
         assert "\n" not in repr(result)
         assert repr(result).startswith(f"{type(result).__name__}(")
     assert [result.method for result in between] == ["register", "match"]
@@ -80,3 +82,29 @@ def test_what_has_no_balance_of_its_own_says_so(results):
     for result in (results["PlaneMap"], ism.shapes.register(sphere, sphere, stages=["rotation"])):
         with pytest.raises(TypeError, match=r"can't be rebalanced; make another one, from maps of balance 0\.5"):
             result.rebalance(0.5)
+
+
+def test_the_story_of_a_map_agrees_with_its_figures(results):
+    """No step is denied that was counted, rounds say what they began with, and another balance what it did."""
+    result = results["SphereMap"]
+    assert result.explain() == f"auto: {result.run.plan}"
+    assert result.run.plan.endswith("the map stays as it is")
+    assert result.iterations == sum(step.iteration > 0 for step in result.history) > 0
+    balanced = result.rebalance(0.9)
+    own = balanced.iterations - result.iterations
+    angles, areas = np.abs(balanced.angle_differences()).mean(), np.exp(np.abs(balanced.log_area_ratios()).mean())
+    first, second = balanced.explain().splitlines()
+    assert first == result.explain()
+    assert second.startswith(f"auto, balance 0.9: {own} iterations; angles are {angles:.3g} degrees off in the mean, ")
+    assert f"and areas by a factor of {areas:.3g}, not " in second
+    assert results["FlatMap"].explain().splitlines()[-1].startswith("flatten, balance 0.7: ")
+
+
+def test_rounds_say_how_many_faces_folded_before_and_after():
+    iterates = []
+    result = ism.spherical_conformal_map(*ism.samples.make("dino", n_vertices=1500), method=ism.Lai2014(rounds=0),
+                                         listener=iterates.append)
+    (only,), line = result.rounds, result.explain().splitlines()[1]
+    assert only.foldings_before == ism.certify(iterates[0].x, result.faces).foldings > only.foldings_after
+    assert line.startswith(f"gauss map: {only.foldings_before:,} folded faces, after {only.iterations} iterations ")
+    assert result.iterations == only.iterations
