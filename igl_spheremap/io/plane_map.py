@@ -157,8 +157,6 @@ def read_plane_map(path: PathLike, *, surface: MeshLike | None = None) -> PlaneM
     caps = None
     if surface is not None:
         v, f = vertices_and_faces(surface)
-        if is_patch(path):
-            v, f = read_patch(path).part(v, f)
     elif not images.has_surface:
         raise MeshError(f"{path} holds no surface, only its image; give the surface: surface=read_mesh(...)")
     else:
@@ -172,7 +170,7 @@ class PlaneImages:
     """Images (k, 2) in a file that holds a map to the plane, in the file's order, and whether it holds the surface.
 
     Texture coordinates with a seam, and images of a part of the surface, come with the vertex (k,) that each is one of,
-    with faces (m, 3) of their own, and with the number of vertices of the surface.
+    with faces (m, 3) of their own, and with the number of vertices of the surface; patches find their faces in it.
     """
 
     plane: FloatArray
@@ -180,9 +178,12 @@ class PlaneImages:
     vertex: IntArray | None = None
     faces: IntArray | None = None
     size: int = 0
+    patch: Patch | None = None
 
     def cut(self, v: ArrayLike, f: ArrayLike, path: PathLike) -> tuple[FloatArray, IntArray]:
         """Cut the surface where coordinates have a seam, or to its part; refuse another number of vertices."""
+        if self.patch is not None:
+            return self.patch.part(v, f)
         rows, n = check_rows(v, name="vertices"), self.size or len(self.plane)
         if len(rows) != n:
             raise MeshError(f"{path} has {n} vertices but the surface has {len(rows)}; give the surface that was "
@@ -199,7 +200,8 @@ def read_images(path: PathLike) -> PlaneImages:
     """
     path = Path(path)
     if is_patch(path):
-        return _flat(read_patch(path).positions, path)
+        patch = read_patch(path)
+        return replace(_flat(patch.positions, path), vertex=patch.rows, patch=patch)
     kind = format_of(path).name
     with reading(path):
         if kind == "OBJ" and (known := texture(path.read_bytes())) is not None:

@@ -121,25 +121,18 @@ def _disk_options(args: Namespace) -> dict[str, Any]:
     return options | {name: value for name, value in (("rim", args.rim), ("cut", cut)) if value is not None}
 
 
-def _find_patch(args: Namespace) -> tuple[InputMesh, FloatArray]:
-    """Read the part of the surface that the patch SPHERE holds, and the patch's positions."""
-    mesh, patch = read_any(args.source, args.format, read_mesh), read_patch(args.sphere)
-    v, f = patch.part(mesh.v, mesh.f)
-    return InputMesh(args.sphere, v, f, rows=patch.rows), patch.positions[:, :2]
-
-
 def find_plane_map(args: Namespace) -> tuple[InputMesh, FloatArray] | None:
     """A surface and its map to the plane, if that is what the command line names; None if it is not."""
-    if args.sphere is not None and is_patch(args.sphere):
-        return _find_patch(args)
     name = args.sphere or args.source
     if STREAM in (args.source, args.sphere) or args.repair:
         return None
     mesh = read_any(args.source, args.format, read_mesh)
     try:
         images = read_images(name)
-    except (MeshError, FileError):  # what is wrong with it was found before
-        return None
+    except (MeshError, FileError):
+        if is_patch(name):
+            raise
+        return None  # what is wrong with it was found before
     v, f = images.cut(mesh.v, mesh.f, name)
     rows = np.arange(len(mesh.v)) if images.vertex is None else images.vertex
     return InputMesh(args.source, v, f, caps=mesh.caps, rows=rows), images.plane

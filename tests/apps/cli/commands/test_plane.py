@@ -55,7 +55,7 @@ def test_patches_go_in_and_out(tmp_path):
     patch = read_patch(flat)
     assert (patch.rows == ROWS).all()
     folded = patch.positions.copy()
-    folded[0] += 10
+    folded[0, :2] += 10
     write_patch(flat, Patch(patch.rows, folded, patch.border), force=True)
     assert main(["check", whole, flat, "-q"]) == Exit.UNCERTIFIED
 
