@@ -18,7 +18,8 @@ from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener, Round, Run, Status
 from ..sphere.rows import row_lengths, unit_rows
-from ..untangle.local_repair import repair_locally
+from ..untangle.local_repair import has_few_foldings, repair_locally
+from ..untangle.plan import POOR
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
@@ -174,5 +175,10 @@ def repair_foldings(
     energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
     done = Round(0, "map", before.foldings, after.foldings, 0, energy, mean_angle_difference(mesh, y),
                  Status.DONE, time.perf_counter() - began)
+    if before.orientation is None and not has_few_foldings(before, mesh.f) and done.mean_angle_difference > POOR:
+        better = Remedy("spherical_conformal_map")
+        notes = [*notes, f"{before.foldings:,} of {len(mesh.f):,} faces folded, too many to keep the shape of the map: "
+                         f"angles are {done.mean_angle_difference:.3g} degrees off on average; {better} makes a map "
+                         "that keeps them, without this one"]
     run = Run(Status.DONE, energy, rounds=(done,), gauge="given", notes=tuple(notes))
     return SphereMap(mesh, y, after, history.complete(run, "repair"))

@@ -21,8 +21,9 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
             break
         try:
             start = star_map(setup, minimum.last, k + 1)
-        except FactorisationFailed as error:  # for instance of a flat surface, or of a map to one point
-            notes = (*notes, f"there is no star map for round {k + 1}: {error}")
+        except FactorisationFailed:
+            notes = (*notes, f"there is no star map for round {k + 1}, as of a map that has shrunk to a point, or of a "
+                             "flat surface; the default method maps the surface")
             break
     return minimum.last.x, Run(record.status, minimum.last.energy, rounds=tuple(rounds), notes=notes)
 

@@ -88,14 +88,17 @@ class Safeguards(AsPrinted):
         """The map in the Moebius gauge; a star map is repaired where at most 1 percent of its faces fold."""
         x = self._centred(x, 0.0)
         is_first, self._is_first = self._is_first, False
-        if self._may_fold or (is_first and self._foldings(x)):
-            self._most = np.inf
+        self._most = np.inf
+        if self._may_fold:
             return x
         certificate = Certificate.of(x, self._mesh.f)
-        if certificate.foldings and has_few_foldings(certificate, self._mesh.f):
-            self._count("repaired", certificate.foldings)
-            x = repair_locally(self._mesh, x)
-        self._most = self._foldings(x)
+        if not certificate.foldings:
+            self._most = 0
+        elif not is_first:
+            if has_few_foldings(certificate, self._mesh.f):
+                self._count("repaired", certificate.foldings)
+                x = repair_locally(self._mesh, x)
+            self._most = self._foldings(x)
         return x
 
     def trial(self, y: FloatArray) -> FloatArray | None:

@@ -11,6 +11,8 @@ from ..verify.certificate import Certificate
 from ..verify.distortion import angle_figures, log_figures
 
 _FIRST = 10  # faces or vertices of each kind of fault that programs are given
+#: Maps of less harmonic energy have collapsed: it is a hundredth of that of a map that covers the sphere.
+_COLLAPSED = 0.04 * math.pi
 
 
 class Finding(NamedTuple):
@@ -46,9 +48,13 @@ def energy(value: float) -> Finding:
 
     >>> energy(12.6).text
     '12.600000, which is 4 pi +3.36e-02 (4 pi: a smooth conformal map)'
+    >>> energy(-1e-17).text
+    '0, next to nothing: the map has collapsed, nearly all of it lies in one point'
     """
-    above = f"4 pi {value - 4 * math.pi:+.2e} (4 pi: a smooth conformal map)"
-    return Finding("energy", f"{value:.6f}, which is {above}", {"energy": value})
+    text = f"{value:.6f}, which is 4 pi {value - 4 * math.pi:+.2e} (4 pi: a smooth conformal map)"
+    if value < _COLLAPSED:
+        text = f"{max(value, 0):.3g}, next to nothing: the map has collapsed, nearly all of it lies in one point"
+    return Finding("energy", text, {"energy": value})
 
 
 def angles(differences: FloatArray) -> Finding:

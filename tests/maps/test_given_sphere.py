@@ -100,3 +100,17 @@ def test_rows_without_direction_are_refused(bad):
     y[5] = bad
     with pytest.raises(ism.MeshError):
         ism.repair_foldings(x, f, y)
+
+
+def test_a_repaired_map_that_the_default_method_would_beat_says_so():
+    v, f = ism.samples.make("dino", n_vertices=1500)
+    repaired, made = ism.repair_foldings(v, f, ism.gauss_map(v, f)), ism.spherical_conformal_map(v, f)
+    means = [np.abs(result.angle_differences()).mean() for result in (made, repaired)]
+    assert 3 * means[0] < means[1]
+    (note,) = repaired.notes
+    assert f"{means[1]:.3g} degrees off" in note
+    assert "spherical_conformal_map(v, f)" in note
+    x = made.sphere.copy()
+    x[[5, 90]] = x[[90, 5]]
+    assert not ism.certify(x, f).folding_free
+    assert ism.repair_foldings(v, f, x).notes == ()
