@@ -117,4 +117,4 @@ def _parse(text: str) -> FloatArray:
     order, factors = pdm_rows(math.isqrt(n) - 1)
     c = np.empty((n, 3))
     c[order] = rows.reshape(n, 3) / factors[:, None]
-    return c
+    return check_values(c, n, "coefficients")

@@ -265,9 +265,10 @@ class SphericalHarmonics(Shown):
         ----------
         Brechbuehler, Gerig, Kuebler 1995, *Parametrization of Closed Surfaces for 3-D Shape Description*.
         """
-        self._require_positions()
-        if self.degree < 1:
-            raise MeshError("degree 0 is a point and has no axes; expand to degree 1 or more")
+        for each in (self, template or self):
+            each._require_positions()
+            if each.degree < 1:
+                raise MeshError("degree 0 is a point and has no axes; expand to degree 1 or more")
         if template is None and self.source is None:
             raise MeshError("coefficients from a .coef file have no source whose moments distinguish front from back; "
                             "give a template")
@@ -292,6 +293,7 @@ class SphericalHarmonics(Shown):
         return SphericalHarmonics(coefficients, source, self.notes)
 
     def _require_positions(self) -> None:
+        """Raise a MeshError if the coefficients are those of data."""
         if self.coefficients.shape[1] != 3:
             raise MeshError(f"the coefficients have {self.coefficients.shape[1]} columns where a surface has three; "
                             "expand its positions, not data over it")

@@ -71,7 +71,9 @@ class ShapeExpansion(Task[ShapeJob]):
             raise FileError(f"{there[0]} exists, and not from this run; it is kept, {REPLACE} replaces it")
         template = None
         if job.template is not None:
-            template = SphericalHarmonics(read_coefficients(self.place(job.template)).coefficients * _AXES)
+            template = read_coefficients(self.place(job.template))
+            template._require_positions()
+            template = SphericalHarmonics(template.coefficients * _AXES)
         row = self.mapping.run(job, check)
         if row.status != "certified":
             return row

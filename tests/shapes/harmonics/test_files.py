@@ -73,6 +73,7 @@ def test_aics_shparam_reconstructs_the_body():
     ("{ 2,{1, 2, 3},{4, 5, 6}}", "a square number"),
     ("{ 4,{1, 2, 3},{4, 5, 6}}", "6 numbers, but 4 rows"),
     ("{ 1,{1, 2, x}}", "damaged"),
+    ("{ 1,{1, 2, nan}}", "coefficients"),
 ])
 def test_damage_is_named(tmp_path, text, sentence):
     (tmp_path / "a.coef").write_text(text)

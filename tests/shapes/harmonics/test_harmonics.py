@@ -212,6 +212,10 @@ def test_refusals(shape):
         bare.align()
     with pytest.raises(ism.MeshError, match="degree 0"):
         ism.shapes.spherical_harmonics(result, degree=0).align()
+    for columns, degree, words in ((2, 3, "2 columns"), (3, 0, "degree 0")):
+        template = ism.shapes.SphericalHarmonics(np.ones(((degree + 1) ** 2, columns)))
+        with pytest.raises(ism.MeshError, match=words):
+            shape.align(template)
     with pytest.raises(ValueError, match="unknown basis 'pdm': choose orthonormal, spharm-pdm"):
         shape.in_basis("pdm")
     with pytest.raises(ism.MeshError, match="not orthogonal"):

@@ -66,3 +66,11 @@ def test_a_template_directs_the_axes_and_other_files_are_kept(shapes, capsys):
     out = str(shapes / "out")
     assert main(["spharm-pdm", str(turned), str(turned), "--out", out]) == 64
     assert "each input once" in capsys.readouterr().err
+
+
+def test_a_template_that_holds_data_is_named(shapes, capsys):
+    ism.shapes.write_coefficients(shapes / "data.npz", ism.shapes.SphericalHarmonics(np.ones((16, 2))))
+    assert main(["spharm-pdm", str(shapes / "body_pp_surf.vtk"), "--out", str(shapes / "other"), "--jobs", "1",
+                 "--template", str(shapes / "data.npz")]) == 2
+    said = capsys.readouterr()
+    assert "coefficients have 2 columns" in " ".join((said.out + said.err).split())
