@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from functools import lru_cache
 from pathlib import Path
 from typing import cast
 
@@ -9,12 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import samples
-from ..errors import own_errstate
-from ..mesh.arrays import check_rows, check_triangles
+from ..errors import MeshError, own_errstate
+from ..mesh.arrays import IntArray, check_rows, check_triangles
 from ..mesh.objects import MeshLike, vertices_and_faces
+from ..mesh.topology import closed_parts
 from .formats import PathLike, format_of
 from .gifti import structure_of
-from .reading import reading
+from .reading import opening, reading
 from .records import LoadedMesh, Metadata, RawMesh
 from .replacing import replacing
 
@@ -30,7 +33,8 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     ----------
     path : str or path-like
         An OBJ, OFF, PLY, STL, VTK, glTF, GIFTI, FreeSurfer or NPZ file, or a shape model of a small body; or
-        ``sample:NAME[:key=value,...]``, a shape of `igl_spheremap.samples`.
+        ``sample:NAME[:key=value,...]``, a shape of `igl_spheremap.samples`. ``FILE:K`` is the closed part K of a file,
+        counted from 0 in the order of their first faces.
     triangulate : bool
         Cut polygons into triangles; by default they are refused.
 
@@ -90,12 +94,60 @@ def _read(path: PathLike, sphere: bool = False, triangulate: bool = False) -> Lo
     """Read a file or make a sample; the sphere, if it is asked for, of a file that holds a map."""
     if str(path).startswith(SAMPLE):
         return LoadedMesh(*samples.from_spec(str(path).removeprefix(SAMPLE)))
-    path = Path(path)
+    path, part = part_of(path)
+    if part is not None:
+        return _part(path, part, triangulate)
     with reading(path):
         raw: RawMesh = format_of(path).functions.read(path)
         positions = raw.sphere if sphere and raw.sphere is not None else raw.v
         v, f = check_rows(positions, name="vertices"), raw.faces.triangles(triangulate)
         return LoadedMesh(v, f, structure_of(path) | dict(raw.metadata), int(np.count_nonzero(raw.faces.sizes > 3)))
+
+
+def part_of(name: PathLike) -> tuple[Path, int | None]:
+    """The file of FILE:K, and which of its closed parts is meant; of the name of a file no part.
+
+    >>> part_of("cells.obj:12")[1], part_of("cells.obj")[1]
+    (12, None)
+    """
+    found = re.fullmatch(r"(.+):(\d+)", str(name))
+    return (Path(name), None) if found is None or Path(name).exists() else (Path(found[1]), int(found[2]))
+
+
+def own_name(name: PathLike) -> Path:
+    """The path after which files of a mesh are named: that of its file, with the number of its part.
+
+    >>> own_name("a/cells.obj:12").as_posix(), own_name("a/cells.obj").as_posix()
+    ('a/cells_12.obj', 'a/cells.obj')
+    """
+    path, part = part_of(name)
+    return path if part is None else path.with_stem(f"{path.stem}_{part}")
+
+
+def parts_in(path: PathLike) -> list[str]:
+    """The names FILE:K of the closed parts of a file, by which `read_mesh` takes them."""
+    return [f"{path}:{k}" for k in range(len(_parts_of(Path(path), triangulate=True)[1]))]
+
+
+def _parts_of(path: Path, triangulate: bool) -> tuple[LoadedMesh, list[IntArray]]:
+    """The mesh of a file, and the faces of its closed parts."""
+    with opening(path):
+        return _split(path, path.stat().st_mtime_ns, triangulate)
+
+
+@lru_cache(maxsize=1)  # parts are read one by one
+def _split(path: Path, changed: int, triangulate: bool) -> tuple[LoadedMesh, list[IntArray]]:
+    mesh = read_mesh(path, triangulate=triangulate)
+    return mesh, closed_parts(mesh.f, len(mesh.v))
+
+
+def _part(path: Path, part: int, triangulate: bool) -> LoadedMesh:
+    """The mesh of one closed part, whose vertices keep their order."""
+    mesh, parts = _parts_of(path, triangulate)
+    if part >= len(parts):
+        raise MeshError(f"{path}: {len(parts)} parts of it are closed, numbered from 0; there is no part {part}")
+    used, faces = np.unique(mesh.f[parts[part]], return_inverse=True)
+    return LoadedMesh(mesh.v[used], faces.reshape(-1, 3).astype(np.int64), structure_of(path))
 
 
 @own_errstate

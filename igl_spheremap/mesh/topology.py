@@ -75,6 +75,27 @@ class Topology:
     unreferenced: int
 
 
+def closed_parts(f: IntArray, n: int) -> list[IntArray]:
+    """The faces of each component of a mesh of n vertices that has no boundary, in the order of their first faces.
+
+    Faces with a repeated index belong to their components, but close nothing.
+
+    >>> [part.tolist() for part in closed_parts(np.array([[4, 5, 6], [0, 1, 2], [0, 2, 1], [4, 4, 5]]), 7)]
+    [[1, 2]]
+    """
+    inside, usable = usable_faces(f, n)
+    corners = f[inside]
+    number, label = components(corners.ravel(), np.roll(corners, -1, axis=1).ravel(), n)
+    edges, faces = np.unique(np.sort(f[usable][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0, return_counts=True)
+    closed = np.bincount(label[edges[:, 0]], minlength=number) > 0
+    closed[label[edges[faces == 1, 0]]] = False
+    of_face = label[np.where(inside, f[:, 0], 0)]
+    order = np.flatnonzero(inside & closed[of_face])
+    order = order[np.argsort(of_face[order], kind="stable")]
+    parts = np.split(order, np.flatnonzero(np.diff(of_face[order])) + 1) if len(order) else []
+    return sorted(parts, key=lambda part: int(part[0]))
+
+
 def usable_faces(f: IntArray, n: int) -> tuple[BoolArray, BoolArray]:
     """Of each face whether its indices are in range of n vertices, and whether it has three different ones, too."""
     inside = np.asarray(((f >= 0) & (f < n)).all(axis=1))

@@ -13,6 +13,7 @@ from typing import Generic, TypeVar
 
 from .._version import __version__
 from ..errors import FileError, FoldingsRemain, MeshError, Say, WorkersUnavailable, one_line, said_by, said_here
+from ..io.files import part_of
 from ..io.replacing import make_folder, remove_partial_files
 from .child import WorkerDied, own_child, peak_memory
 from .manifest import Fingerprints, JobResult, are_still, fingerprints
@@ -30,9 +31,14 @@ class Job:
     ours: bool = field(default=False, compare=False, kw_only=True)
 
     @property
+    def file(self) -> str:
+        """The file of the source, which may be a part of it."""
+        return str(part_of(self.source)[0])
+
+    @property
     def sources(self) -> tuple[str, ...]:
         """All files that are read."""
-        return (self.source,)
+        return (self.file,)
 
     @property
     def targets(self) -> tuple[str, ...]:
@@ -42,7 +48,7 @@ class Job:
     @property
     def chosen(self) -> tuple[object, ...]:
         """What is taken of the files that are read, where that is not all of them: part of the result's key."""
-        return ()
+        return tuple(part for part in part_of(self.source)[1:] if part is not None)
 
 
 JobT = TypeVar("JobT", bound=Job)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from ..balance import CONFORMAL
 from ..errors import check_kind, check_list, check_number, own_errstate
+from ..io.files import own_name
 from ..io.formats import format_of
 from ..maps.options import Auto, Method, method_of
 from ..mesh.clean import asked_for
@@ -153,6 +153,6 @@ def filled(pattern: str, source: str, option: str = "") -> str:
     """
     if set("{}") & set(_FIELD.sub("", pattern)):
         raise ValueError(f"{option}{pattern}: only {{folder}}, {{name}} and {{stem}} can stand in it")
-    path = Path(source)
+    path = own_name(source)
     parts = {"folder": str(path.parent), "name": path.name, "stem": path.stem}
     return _FIELD.sub(lambda field: parts[field[1]], pattern)

@@ -207,6 +207,8 @@ UP = choice("--up", UPS, "which way is up, in pictures and .glb files; without i
 REPORT = argument("--report", "PAGE", "write x.html, or a page in a folder: figures and pictures")
 RATINGS = argument("--ratings", "FILE", "leave out what is rated fail in this table, which a page saved")
 SOURCES = argument("sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*")
+PARTS = switch("--parts", help="take each closed part of a file as a surface of its own: part K of name.obj is "
+               "name.obj:K, and its {stem} name_K")
 #: Who works on many files, and when jobs end.
 ENGINE = (
     argument("--jobs", "N", "processes; without it one for each processor", type=POSITIVE_COUNT),

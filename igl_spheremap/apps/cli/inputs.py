@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import FileError, MeshError, naming
-from ...io.files import SAMPLE, read_mesh, read_sphere
+from ...io.files import SAMPLE, parts_in, read_mesh, read_sphere
 from ...io.hemispheres import other_side
 from ...io.npz import read_arrays
 from ...io.reading import read_lines
@@ -219,6 +219,14 @@ def read_table(path: str) -> tuple[Label, ...] | None:
     """The table of the labels that a file, or FILE:NAME, holds; None if it holds none."""
     file, colon, _ = path.rpartition(":")
     return read_labels(file if colon and not Path(path).exists() else path)
+
+
+def parts_of(name: str) -> list[str]:
+    """The closed parts of a file; the file itself if it has none or can't be read, as its row will say."""
+    try:
+        return parts_in(name) or [name]
+    except (MeshError, FileError):
+        return [name]
 
 
 def expand(words: Iterable[str]) -> list[str]:

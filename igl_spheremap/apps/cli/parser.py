@@ -110,7 +110,7 @@ COMMANDS = (
     )),
     Command("disk", "plane", (*shared.PLANE, shared.balance(CONFORMAL))),
     Command("flatten", "plane", (*shared.PLANE, shared.balance(IN_PLANE))),
-    Command("info", "info", (*shared.source(), *shared.OUTPUT)),
+    Command("info", "info", (*shared.source(), shared.PARTS, *shared.OUTPUT)),
     Command("view", "view", (
         *shared.source(),
         argument("sphere", "SPHERE", "its map; without it it is made, or found in an .npz", nargs="?"),
@@ -259,6 +259,7 @@ COMMANDS = (
     )),
     Command("batch", "batch", (
         shared.SOURCES,
+        shared.PARTS,
         argument("--out", "PATTERN", "where each sphere goes: {folder}, {name} and {stem} are those of IN, such as "
                  "{folder}/lh.sphere.conformal or spheres/{stem}.ply", required=True),
         shared.method("auto"),

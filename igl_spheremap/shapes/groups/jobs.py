@@ -46,7 +46,7 @@ class MemberJob(Job):
 
     @property
     def sources(self) -> tuple[str, ...]:
-        return (self.source, *self.beside, *map(file_of, self.features))
+        return (self.file, *self.beside, *map(file_of, self.features))
 
     @property
     def targets(self) -> tuple[str, ...]:
@@ -54,7 +54,8 @@ class MemberJob(Job):
 
     @property
     def chosen(self) -> tuple[object, ...]:
-        return self.is_map, tuple(self.trial), self.turn, *(path.removeprefix(file_of(path)) for path in self.features)
+        columns = [path.removeprefix(file_of(path)) for path in self.features]
+        return *super().chosen, self.is_map, tuple(self.trial), self.turn, *columns
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import FileError
-from ...io.files import read_sphere, write_mesh
+from ...io.files import own_name, read_sphere, write_mesh
 from ...io.replacing import REPLACE
 from ...maps.given_sphere import sphere_map
 from ...mesh.arrays import FloatArray
@@ -33,7 +33,7 @@ class ShapeJob(Job):
 
     @property
     def sources(self) -> tuple[str, ...]:
-        return (self.source, *((self.template,) if self.template else ()))
+        return (self.file, *((self.template,) if self.template else ()))
 
     @property
     def surface(self) -> str:
@@ -105,7 +105,8 @@ def shape_jobs(sources: Sequence[str], out: str, template: str | None = None) ->
     >>> [job.target for job in shape_jobs(["a/X_pp_surf.vtk", "a/Y.ply"], "shapes")]
     ['shapes/X_pp_para.vtk', 'shapes/Y_para.vtk']
     """
-    jobs = [ShapeJob(source, (Path(filled(out, source, "out ")) / f"{Path(source).stem.removesuffix('_surf')}_para.vtk")
-                     .as_posix(), template) for source in sources]
+    stems = [own_name(source).stem.removesuffix("_surf") for source in sources]
+    jobs = [ShapeJob(source, (Path(filled(out, source, "out ")) / f"{stem}_para.vtk").as_posix(), template)
+            for source, stem in zip(sources, stems, strict=True)]
     check_places(jobs, "use {folder}, and each input once")
     return jobs

@@ -17,7 +17,7 @@ from ....populations.run_many import run_many
 from ....populations.table import JobRow, check_table, write_table
 from ..arguments import chosen_method, repair_options
 from ..exits import Exit, Interrupt, UsageError, usage
-from ..inputs import expand
+from ..inputs import expand, parts_of
 from ..output import LISTED, check_apart, check_report, paragraph
 
 _STATUS = {"certified": Exit.OK, "no mesh": Exit.NO_MESH, "folded": Exit.UNCERTIFIED, "failed": Exit.FAILED,
@@ -29,9 +29,12 @@ def run_batch(args: Namespace) -> Exit:
 
     igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4
     igl-spheremap batch "subjects/*/surf/?h.white" --out {folder}/{name}.conformal --summary white.tsv
+    igl-spheremap batch cells.obj --parts --out cells/{stem}.ply
     igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786 --timeout 600
     """
     sources, method = list_sources(args), chosen_method(args, polish=None)  # all members are treated alike
+    if args.parts:
+        sources = [part for source in sources for part in parts_of(source)]
     with usage("--"):
         jobs = list(map(Job, sources, targets_of(args.out, sources)))
     task = SphereMapping(method, args.balance, repair_options(args), force=args.force, folder=os.getcwd())

@@ -1,11 +1,15 @@
 """`info`: what a mesh is."""
 
 from argparse import Namespace
+from typing import Any
 
 from ....errors import naming
+from ....io.files import parts_in
+from ....mesh.timings import counted
 from ....result.mesh_info import info, mesh_findings
-from ..inputs import load_source
-from ..output import Findings, check_outputs
+from ..arguments import repair_options
+from ..inputs import load_source, read_source
+from ..output import LISTED, Findings, check_outputs
 
 
 def run_info(args: Namespace) -> None:
@@ -14,8 +18,12 @@ def run_info(args: Namespace) -> None:
     igl-spheremap info sample:octopus
     igl-spheremap info scan.stl
     igl-spheremap info lh.pial --json -
+    igl-spheremap info cells.obj --parts
     """
     check_outputs(args)
+    if args.parts:
+        _measure_parts(args)
+        return
     source = load_source(args, check=False)
     args.progress.begin(f"measuring {source.name}")
     with naming(source.name):
@@ -23,4 +31,18 @@ def run_info(args: Namespace) -> None:
     found = Findings(**known.numbers)
     found.source(source)
     found.extend(findings)
+    found.report(args)
+
+
+def _measure_parts(args: Namespace) -> None:
+    """Measure each closed part of a file by itself."""
+    found, parts = Findings(source=args.source), list[dict[str, Any]]()
+    for name in counted("parts", parts_in(args.source)):
+        part = read_source(name, repair=repair_options(args), check=False)
+        known, topology, *_ = mesh_findings(info(part.v, part.f))
+        parts.append({"source": name, "repairs": part.repairs, **known.numbers})
+        if len(parts) <= LISTED:
+            found.add(f"part {len(parts) - 1}", f"{known.text}; {topology.text}")
+    ready = sum(part["maps_to"] == "sphere" for part in parts)
+    found.add("parts", f"{len(parts)} closed ones, {ready} of which can be mapped to the sphere", parts=parts)
     found.report(args)
