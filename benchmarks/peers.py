@@ -8,6 +8,8 @@ made by
 
     python -m benchmarks peers --meshes fsaverage5_pial_left.obj --smallest 20000
     python -m benchmarks peers --meshes paper_brain_15002.obj sample:dino --levels 0 --add
+
+With `--meshes` alone nothing is measured, and the picture is drawn of the page as it is.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ import contextlib
 import io
 import json
 import platform
+import re
 import statistics
 import sys
 import tempfile
@@ -39,6 +42,7 @@ from .common import DOCS, IMAGES, ROOT, in_process, load, measured, parser, pypl
 Array = np.ndarray
 Competitor = Callable[[Array, Array], "Array | ism.SphereMap"]
 
+_PAGE = re.MULTILINE | re.DOTALL
 #: Flow: stop when the radius varies by less than this share of it, or after this many steps.
 _ROUND, _FLOW_STEPS = 1e-3, 60
 #: Flow: length of a step in time, the surface being scaled to unit area.
@@ -162,7 +166,7 @@ def main(argv: list[str]) -> None:
                     options.results.write_text(json.dumps(rows, indent=1))
                     write_report(rows, options.report)
                 Path(mesh["path"]).unlink()
-    plot(rows, options.image)
+    plot(options.report, options.image)
 
 
 def trial(name: str, path: str) -> dict[str, object]:
@@ -185,7 +189,7 @@ def trial(name: str, path: str) -> dict[str, object]:
 def arguments() -> argparse.ArgumentParser:
     """Command line."""
     words = parser(__doc__)
-    words.add_argument("--meshes", nargs="+", default=["sample:brain", "sample:dino"],
+    words.add_argument("--meshes", nargs="*", default=["sample:brain", "sample:dino"],
                         help="files, or sample:NAME")
     words.add_argument("--levels", type=int, default=3, help="loop subdivisions of each mesh (3)")
     words.add_argument("--smallest", type=int, default=1_000, help="vertices below which a level is left out")
@@ -269,18 +273,21 @@ def cells(name: str, trial: dict, trials: dict) -> list[str]:
             "-" if name.startswith("factor") else quotient, over]
 
 
-def plot(rows: list[dict], path: Path) -> None:
-    """CPU time against size, a line for each competitor and mesh."""
+def plot(page: Path, path: Path) -> None:
+    """CPU time against size, a line for each competitor and mesh, from the tables of the page."""
     plt = pyplot()
-    names = list(dict.fromkeys(name for row in rows for name in row["trials"] if not name.startswith("factor")))
+    tables = re.findall(r"^## (\S+), ([\d,]+) vertices\n(.*?)(?=^## )", page.read_text(), _PAGE)
+    points = [(name, mesh, int(count.replace(",", "")), float(cpu)) for mesh, count, rows in tables
+              for name, cpu in re.findall(r"^\| (.+?) \| ([\d.]+) \|", rows, re.MULTILINE)
+              if not name.startswith("factor")]
+    names, meshes = (list(dict.fromkeys(point[k] for point in points)) for k in (0, 1))
     figure, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")
     for colour, name in enumerate(names):
-        for mesh in dict.fromkeys(row["name"] for row in rows):
-            done = sorted((row["vertices"], row["trials"][name]["cpu"]) for row in rows
-                          if row["name"] == mesh and "cpu" in row["trials"].get(name, {}))
+        for mesh in meshes:
+            done = sorted(point[2:] for point in points if point[:2] == (name, mesh))
             axes.loglog([n for n, _ in done], [cpu for _, cpu in done], "o-", markersize=3, color=f"C{colour}",
-                        linewidth=2 if name.startswith("ours") else 1, label="" if mesh != rows[0]["name"] else name)
-    sizes = sorted({row["vertices"] for row in rows})
+                        linewidth=2 if name.startswith("ours") else 1, label="" if mesh != meshes[0] else name)
+    sizes = sorted({point[2] for point in points})
     axes.set(xlabel="vertices; a line for each mesh, subdivided", ylabel="CPU seconds")
     axes.set_xticks(sizes, [f"{n:,}" for n in sizes])
     axes.set_xticks([], minor=True)

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import tempfile
 import time
-from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +18,10 @@ import polyscope as ps
 import igl_spheremap as ism
 from igl_spheremap.apps.viewer import app, window
 from igl_spheremap.apps.viewer import background_run as runs
-from igl_spheremap.apps.viewer.player import Player
+from igl_spheremap.apps.viewer.choices import Pictures
+from igl_spheremap.apps.viewer.player import Player, in_background
 from igl_spheremap.maps.options import METHODS
+from igl_spheremap.result.recording import BUDGET
 from igl_spheremap.samples import from_spec
 
 from .common import parser
@@ -64,7 +66,7 @@ def main(argv: list[str]) -> None:
     arguments.add_argument("--seconds", type=float, default=4.0)
     arguments.add_argument("--cycles", type=int, default=3)
     args = arguments.parse_args(argv)
-    app.open_for(Namespace(screenshot=None, video=None, size=(1400, 560)), "benchmark")
+    app.open_for(Pictures(size=(1400, 560)))
     name = f"dino:n_vertices={args.vertices}"
     v, f = from_spec(name)
     bodies = [ps.register_surface_mesh(str(k), 0.01 * v + [k, 0, 0], f) for k in range(3)]
@@ -76,7 +78,7 @@ def main(argv: list[str]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         clock = Path(folder) / "clock"
         method = METHODS["lai2014"](gradient_tolerance=1e-14, plateau=0.0, max_iterations=10**6)
-        player = Player(Load(clock), name, method)
+        player = Player(partial(in_background, Load(clock), BUDGET), name, method)
         while len(player.run.frames) < 3:
             player.tick()
             time.sleep(0.01)
