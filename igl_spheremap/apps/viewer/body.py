@@ -46,6 +46,9 @@ class Body:
         self.mesh.set_selection_mode("vertices_only")
         self.points: dict[str, tuple[Any, float]] = {}
         self._folded: Any = None
+        self._folds = np.empty(0, dtype=np.int64)
+        self._look: tuple[float, bool] | None = None
+        self._quantity = ""
         self._nearer = 0.0
         self._shown: Colouring | None = None
         self._colours: FloatArray | None = None
@@ -66,16 +69,22 @@ class Body:
         if moved or colours is not self._shown:
             self._shown = colours
             self._paint(colours)
-        self.mesh.set_edge_width(edges)
+        # On a sphere a checkerboard is to be seen, not the faces: those that are thin would look like scratches.
+        look = edges, self.image and colours.checks is not None
+        if look != self._look:  # each call has polyscope compile its shaders anew
+            self._look = look
+            self.mesh.set_edge_width(look[0])
+            self.mesh.set_smooth_shade(look[1])
         for label in {*self.points, *dots}:
             self._dot(label, *dots.get(label, (np.empty((0, 3)), palette.FOLDED, 0.0)))
         self.version += 1
 
     def _paint(self, colours: Colouring) -> None:
         folded, checks = colours.folded, colours.checks
-        # On a sphere a checkerboard is to be seen, not the faces: those that are thin would look like scratches.
-        self.mesh.set_smooth_shade(self.image and checks is not None)
-        if checks is not None:
+        shown, self._quantity = self._quantity, "colour" if checks is None else "checks"
+        if checks is not None and shown == "checks":
+            self.mesh.get_quantity_buffer("checks", "coords").update_data(checks)
+        elif checks is not None:
             both = (tuple(linear(np.array(colour))) for colour in palette.CHECKS)
             self.mesh.add_parameterization_quantity(
                 "checks", checks, defined_on="corners", viz_style="checker", checker_size=1.0,
@@ -84,9 +93,12 @@ class Body:
         else:
             if colours.colours is not self._colours:
                 self._colours, self._linear = colours.colours, linear(colours.colours)
-            shown = self._linear.copy()
-            shown[folded] = linear(np.array(palette.FOLDED))
-            self.mesh.add_color_quantity("colour", shown, defined_on="faces", enabled=True)
+            painted = self._linear.copy()
+            painted[folded] = linear(np.array(palette.FOLDED))
+            if shown == "colour":
+                self.mesh.get_quantity_buffer("colour", "colors").update_data(painted)
+            else:
+                self.mesh.add_color_quantity("colour", painted, defined_on="faces", enabled=True)
         self._marks = Marks.of(self.x, self.f[:, :: self._outside], folded, self.image)
         self._nearer = NEARER if len(self._marks.clusters) and self.image else ABOVE if checks is not None else 0.0
         self._bring_to_front(folded if self.image or checks is not None else folded[:0])
@@ -128,12 +140,17 @@ class Body:
             structure.remove()
 
     def _bring_to_front(self, folded: IntArray) -> None:
+        corners = self.x[self.f[folded].ravel()]
+        if len(folded) and np.array_equal(folded, self._folds):
+            self._folded.update_vertex_positions(corners)
+            return
         if self._folded is not None:
             self._folded.remove()
             self._folded = None
+        self._folds = folded
         if len(folded):
             own = np.arange(3 * len(folded)).reshape(-1, 3)
-            self._folded = _register(f"{self.name} folded", self.x[self.f[folded].ravel()], own, _UNLIT)
+            self._folded = _register(f"{self.name} folded", corners, own, _UNLIT)
             self._folded.set_back_face_policy("identical")
             self._folded.set_color(palette.FOLDED)
             self._folded.set_edge_color(palette.FOLDED_EDGES)

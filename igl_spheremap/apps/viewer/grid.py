@@ -124,7 +124,8 @@ class Grid:
             if part.lens is not None:
                 small = self._body(self.insets, "inset", place, part)
                 small.visible = part.visible and power > 1
-                small.show(part.x, colours, 0.0, {})
+                if small.visible:
+                    small.show(part.x, colours, 0.0, {})
 
     def _body(self, bodies: dict[Place, Body], kind: str, place: Place, part: Part) -> Body:
         if place not in bodies:
@@ -168,8 +169,8 @@ class Grid:
             self._annotate(place, self.parts[place])
             self._mark(place, body, self.frame(place))
         for place, body in self.insets.items():
-            self._mark(place, body, self.inset_frame(place))
             if body.visible:
+                self._mark(place, body, self.inset_frame(place))
                 self._circle(place, self.parts[place].lens or Lens())
 
     def _mark(self, place: Place, body: Body, frame: tuple[FloatArray, float]) -> None:

@@ -46,6 +46,8 @@ _NONE = np.empty(0, dtype=np.int64)
 _CURVES = 170
 #: Pixels of the button that plays, whatever it says.
 _PLAY = 50.0
+#: Beside a computation, pictures rest for this many times as long as the last one took: less slows the run down.
+_REST = 2
 #: Iterations that a picture goes on by.
 SPEEDS = (1, 2, 5, 10, 25, 100)
 
@@ -95,7 +97,8 @@ class Player(App):
         #: How much the lens magnifies; None: as fits what it is on.
         self.power: float | None = None
         self._save = SaveWidgets(self, file_stem(name, "run"), lambda: self.run.result)
-        self._updated = time.monotonic()
+        self._updated = self._ticked = time.monotonic()
+        self._moved, self._rests_until = False, 0.0
         self._next: ShownRun | None = None
         self.grid = Grid(foot=_CURVES)
         run = start(name, method)
@@ -176,16 +179,24 @@ class Player(App):
                 "foldings": frame.foldings}
 
     def tick(self) -> None:
-        """Take over what was computed, and move on while playing."""
+        """Take over what was computed, and move on while playing.
+
+        Beside a computation the next picture waits for `_REST` times as long as the last one took, for they share processors.
+        """
+        began = time.monotonic()
+        if self._moved:
+            self._rests_until = began + _REST * (began - self._ticked)
+        self._ticked, self._moved = began, False
         self._update()
         if not self.run.frames:
             return
         if self.before is None or self.after is None:
             self.go_to(0)
-        elif self.playing:
+        elif self.playing and not (self.run.running and began < self._rests_until):
             before = self.before.index
             self.go_to(self.run.beside(before, self.speed))
-            self.playing = self.before.index > before or self.run.running
+            self._moved = self.before.index > before
+            self.playing = self._moved or self.run.running
 
     def close(self) -> None:
         for run in (self.run, self._next):

@@ -124,7 +124,7 @@ def lens_widgets(power: float, sizes: IntArray, shown: int) -> tuple[float | Non
     count = len(sizes)
     said = f"%d of {count:,}: {sizes[shown]:,} faces" if count else "nothing folds"
     imgui.BeginDisabled(count < 2)
-    picked, place = imgui.SliderInt("cluster", shown + 1, 1, max(count, 1), said)
+    picked, place = imgui.SliderInt("cluster", shown + 1, 1, max(count, 2), said)
     imgui.EndDisabled()
     tip("Which cluster of folded faces is magnified, the largest first.")
     if imgui.Button("whole sphere"):
