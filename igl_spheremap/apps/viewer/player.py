@@ -181,7 +181,8 @@ class Player(App):
     def tick(self) -> None:
         """Take over what was computed, and move on while playing.
 
-        Beside a computation the next picture waits for `_REST` times as long as the last one took, for they share processors.
+        Beside a computation the next picture waits for `_REST` times as long as the last one took: they share
+        processors.
         """
         began = time.monotonic()
         if self._moved:
