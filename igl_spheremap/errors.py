@@ -250,7 +250,7 @@ def check_kind(value: T, name: str, hint: str) -> T:
 
 @cache
 def _kinds(hint: str) -> tuple[tuple[Callable[[object], bool], str], ...]:
-    """What an annotation takes: tests of a value, and how they are said; none if it takes more than `_KINDS` knows."""
+    """The tests of values that an annotation allows, each with its words; none if `_KINDS` lacks a word of it."""
     words = [word.strip().partition("[")[0] for word in hint.split(" | ")]
     return tuple(_KINDS[word] for word in words) if set(words) <= _KINDS.keys() else ()
 
@@ -277,7 +277,7 @@ def _several(value: object) -> bool:
 _TEXT = _of(str), "a text"
 _PATH = _of(str, os.PathLike), "the name of a file"
 _FUNCTION = callable, "a function"
-#: What words of annotations take, and how that is said. Records say how one comes to them.
+#: A test of values for each word of annotations, and its words in messages; those of records say how to make one.
 _KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
     "None": (lambda value: value is None, ""),
     "bool": (lambda value: type(value).__name__ in ("bool", "bool_"), "True or False"),  # numpy's, too

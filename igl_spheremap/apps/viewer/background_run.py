@@ -34,7 +34,8 @@ _TURN = 0.3
 _GATHER = 0.01
 #: A stage may begin with the last map of the one before, up to rounding; it is shown once.
 _SAME = 1e-9
-#: The most steps that are called changes of the foldings: beyond, as where they flicker, one would lead hardly further.
+#: The most steps among which a jump goes to changes of the foldings: where more change, one jump would lead hardly
+#: further.
 _FEW = 24
 
 

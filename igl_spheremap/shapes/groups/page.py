@@ -27,7 +27,7 @@ from .group import Group
 from .series import Series
 from .series_files import frame_rows
 
-#: What members are sorted by, by the names of their figures.
+#: The figures by which the page sorts members, each with its words.
 _FIGURES = {"correlation": "correlation of depth with the mean's", "size": "size over that of all",
             "distance": "distance from the mean (rms)"}
 _REACH = 2.0  # standard deviations that pictures of a mode go to either side

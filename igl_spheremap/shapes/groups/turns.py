@@ -48,7 +48,7 @@ class Trial(NamedTuple):
     mirror: bool = False
 
 
-#: Goes on from where the registration before ended.
+#: No start beside the end of the registration before.
 NOTHING = Trial()
 
 
