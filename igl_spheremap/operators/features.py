@@ -126,6 +126,6 @@ def depth_potential(v: ArrayLike, f: ArrayLike, *, ell: float = 0.12, caps: Arra
 def check_varies(values: FloatArray, name: str) -> None:
     """Raise a MeshError if a column is constant: it carries no information on position."""
     halves = 0.5 * values  # the difference of two of them is a float64 number
-    constant = np.flatnonzero(np.ptp(halves, axis=0) <= _CONSTANT * np.abs(halves).max(axis=0))
+    constant = np.flatnonzero(~(np.ptp(halves, axis=0) > _CONSTANT * np.abs(halves).max(axis=0)))  # or 0 over 0
     if len(constant):
         raise MeshError(f"{name} are constant in column {constant[0]}; give data that vary over the surface")

@@ -20,6 +20,7 @@ from .fits import Report, Target, fit_moebius
 from .levels import Level
 
 _BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined by Newton's method
+_ENDS = "source", "target"
 _OVERSAMPLING = 2.0  # finer grids change no registration
 
 
@@ -71,6 +72,9 @@ class FeaturePair:
         self._by_width: dict[float, list[FloatArray]] = {
             width: [s.standardize(s.potential(width)[:, None] if checked is None else s.diffuse(checked[k], width))
                     for k, s in enumerate(surfaces)] for width in widths}
+        if checked is None:
+            for values, name in zip(self._by_width[widths[0]], _ENDS, strict=True):
+                check_varies(values, f"depths of the {name}")
         self._raw = [np.concatenate([pair[k] for pair in self._by_width.values()], axis=1) if checked is None
                      else s.standardize(checked[k]) for k, s in enumerate(surfaces)]
 
@@ -108,7 +112,7 @@ class FeaturePair:
 
 def _checked(given: tuple[ArrayLike, ArrayLike], sizes: tuple[int, int]) -> list[FloatArray]:
     """Check that values are finite, not constant, and of the same columns; return them, each column in its own unit."""
-    names = "features of the source", "features of the target"
+    names = [f"features of the {name}" for name in _ENDS]
     both = check_list(given, "features", 2)
     checked = [check_values(each, n, name) for each, n, name in zip(both, sizes, names, strict=True)]
     for each, name in zip(checked, names, strict=True):

@@ -18,7 +18,7 @@ from ...maps.variational import check_landmarks, match_landmarks
 from ...mesh.arrays import FloatArray, listed_words
 from ...mesh.objects import MeshLike
 from ...mesh.timings import timed
-from ...operators.features import FeatureSurface
+from ...operators.features import FeatureSurface, check_varies
 from ...resampling.locate import locator_of
 from ...resampling.transfer import interpolate
 from ...result.run import History, Iterate, Listener
@@ -153,6 +153,8 @@ def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike]
     guide = last = weight
     if features is None:
         curved = [FeatureSurface(level.map.mesh).curvature_and_depth for level in (source, target)]
+        for each, name in zip(curved, ("source", "target"), strict=True):
+            check_varies(each, f"curvature and depth of the {name}")
         features = curved[0], curved[1]
         guide, last = _GUIDE, 0.0
     pair = FeaturePair(source, target, features, [_WIDTH, *_SHARES.values()])

@@ -262,3 +262,11 @@ def test_a_surface_that_is_inside_out_is_named(pair):
         assert refused.value.remedy.function == "repair_mesh"
         with pytest.raises(ism.MeshError, match="the target is inside out"):
             call(b, out)
+
+
+def test_an_exactly_flat_surface_is_named(pair):
+    a, b = pair[:2]
+    flat = ism.sphere_map(a.vertices * [1, 1, 0], a.faces, a.sphere)
+    for call, what in ((ism.shapes.match, "curvature and depth"), (ism.shapes.register, "depths")):
+        with pytest.raises(ism.MeshError, match=f"{what} of the target are constant"):
+            call(b, flat)
