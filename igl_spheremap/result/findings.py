@@ -11,7 +11,8 @@ from ..verify.certificate import Certificate
 from ..verify.distortion import angle_figures, log_figures
 
 _FIRST = 10  # faces or vertices of each kind of fault that programs are given
-#: Maps of less harmonic energy have collapsed: it is a hundredth of that of a map that covers the sphere.
+#: A map of less harmonic energy has collapsed: maps that cover the sphere have at least its area, 4 pi, a hundred times
+#: this.
 _COLLAPSED = 0.04 * math.pi
 
 

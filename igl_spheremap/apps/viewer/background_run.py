@@ -204,7 +204,7 @@ class ShownRun:
 
 
 def changes(foldings: IntArray) -> IntArray:
-    """Steps after which 1 + foldings has grown or fallen by a factor since the last: 2, or so much that they are few.
+    """Find the steps after which 1 + foldings has changed by a factor since the last: 2, or more where those are many.
 
     >>> changes(np.array([100, 90, 40, 45, 0, 0]))
     array([1, 3])
