@@ -84,8 +84,7 @@ class HemisphereJob(Job):
         for atlas in self.atlases:
             yield from (names.of("labels", atlas_of(atlas.path)), names.of("margin", atlas_of(atlas.path)))
         if names.convention == "fmriprep":
-            yield from (names.of("msmsulc", "fsLR"), names.of("thickness"), names.of("cortex"),
-                        names.of("margin", "cortex"))
+            yield from (names.of("msmsulc", "fsLR"), names.of("thickness"), names.of("cortex"))
             yield from (names.of(kind) for kind, _ in self.copied(names))
 
     def copied(self, names: Names) -> list[tuple[str, str]]:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...balance import ON_SPHERE
 from ...errors import FileError, FoldingsRemain, MeshError
@@ -82,9 +81,8 @@ class SphereRegistration(Task[HemisphereJob]):
         own = balanced_spherical_map(v, given.f, balance=ON_SPHERE)
         found = [register(own, template, reflect=self.reflect) for template in templates]
         spheres = [reflected(each.map) if self.reflect else each.map for each in found]  # they fit the surface as it is
-        taken = [self._taken(atlas, values, templates, found) for atlas, values, _ in atlases]
-        cortex = next((self._taken(atlas, ~np.isin(values, [*wall_of(table), -1]), templates, found)
-                       for atlas, values, table in atlases if atlas == job.wall), None)
+        taken = [label_margin(templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR)
+                 for atlas, values, _ in atlases]
         foldings = moved = 0
         for names in job.names:
             writer = Writer(self.place(job.folder), names, given, mark)
@@ -104,25 +102,19 @@ class SphereRegistration(Task[HemisphereJob]):
             for (atlas, _, table), (labels, margin) in zip(atlases, taken, strict=True):
                 writer.labels(names.of("labels", atlas_of(atlas.path)), atlas_of(atlas.path), labels, table)
                 writer.scalars(names.of("margin", atlas_of(atlas.path)), "margin", margin)
-            if names.convention == "fmriprep" and cortex is not None:
-                mask, margin = cortex
+            if names.convention == "fmriprep" and job.wall is not None:
+                wall = job.atlases.index(job.wall)
+                mask = ~np.isin(taken[wall][0], [*wall_of(atlases[wall][2]), -1])
+                writer.labels(names.of("cortex"), "cortex", mask.astype(np.int64), _CORTEX)
+                writer.scalars(names.of("thickness"), "thickness", mask * thickness_of(given.v, pial, given.f))
                 spaces = [files.space for files in job.templates]
                 writer.sphere(names.of("msmsulc", "fsLR"), spheres[spaces.index("fsLR")].sphere)
-                writer.scalars(names.of("thickness"), "thickness", mask * thickness_of(given.v, pial, given.f))
-                writer.labels(names.of("cortex"), "cortex", mask, _CORTEX)
-                writer.scalars(names.of("margin", "cortex"), "margin", margin)
                 for kind, _ in job.copied(names):
                     writer.surface(names.of(kind), given.v if kind == "white" else pial, given.f)
             foldings, moved = foldings + writer.foldings, moved + writer.moved
         return replace(self.empty(job), **_figures(found, [margin for _, margin in taken]), vertices=len(v),
                        status="folded" if foldings else "certified", foldings=foldings,
                        notes="; ".join(_notes(job, found, moved)))
-
-    @staticmethod
-    def _taken(atlas: LabelFile, values: NDArray[Any], templates: Sequence[SphereMap],
-               found: Sequence[Registration]) -> tuple[IntArray, FloatArray]:
-        """Take labels of a template to the surface, each with its margin."""
-        return label_margin(templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR)
 
     def _atlas(self, atlas: LabelFile) -> tuple[IntArray, tuple[Label, ...] | None]:
         path = self.place(atlas.path)

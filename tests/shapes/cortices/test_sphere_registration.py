@@ -339,7 +339,7 @@ def test_thickness_is_that_between_the_surfaces_and_none_on_the_medial_wall(prep
     desk, _, y, _ = prepared
     begin = desk / "out/sub-07/anat/sub-07_ses-1_hemi-L_"
     mask, thickness, margin = (next(iter(read_scalars(f"{begin}{end}").values())) for end in (
-        "desc-cortex_mask.label.gii", "thickness.shape.gii", "seg-cortex_desc-margin_probseg.shape.gii"))
+        "desc-cortex_mask.label.gii", "thickness.shape.gii", "seg-aparc_desc-margin_probseg.shape.gii"))
     assert [label.name for label in read_labels(f"{begin}desc-cortex_mask.label.gii")] == ["???", "cortex"]
     assert (mask == (y[:, 1] > -0.6))[margin == 1].mean() > 0.98
     assert (thickness[mask == 0] == 0).all()
