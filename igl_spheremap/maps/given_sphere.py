@@ -26,6 +26,9 @@ from ..verify.signs import folded_faces
 from .methods import check_start
 from .sphere_map import SphereMap
 
+#: Share of the radius by which a sphere of rounded numbers may differ from a round one.
+_ROUND = 1e-3
+
 
 @takes_mesh
 @own_errstate
@@ -65,7 +68,8 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | No
     history = History()
     mesh = check_mesh(v, f, caps=caps)
     y = check_start(x, len(mesh.v), "images")
-    found = _result(mesh, *_not_mirrored(y, mesh, Certificate.of(y, mesh.f)))
+    y, certificate, notes = _not_mirrored(y, mesh, Certificate.of(y, mesh.f))
+    found = _result(mesh, y, certificate, [*_is_itself(mesh, x), *notes])
     return replace(found, run=history.complete(found.run, "given"))
 
 
@@ -75,6 +79,15 @@ def _not_mirrored(x: FloatArray, mesh: Mesh, certificate: Certificate) -> tuple[
         return x, certificate, []
     y = x * [1, 1, -1]
     return y, Certificate.of(y, mesh.f), ["the sphere was a mirror image, not folded: z is negated"]
+
+
+def _is_itself(mesh: Mesh, x: ArrayLike) -> list[str]:
+    """A note where the images are the surface's own vertices, and these do not lie on a sphere."""
+    radii = row_lengths(mesh.v)
+    if np.array_equal(x, mesh.v) and np.ptp(radii) > _ROUND * radii.max():
+        return ["the images are the surface itself and not a sphere: its vertices were projected from the origin; "
+                f"{Remedy('spherical_conformal_map')} maps it"]
+    return []
 
 
 def certified(mesh: Mesh, x: ArrayLike) -> SphereMap:
@@ -168,6 +181,7 @@ def repair_foldings(
     before = Certificate.of(y, mesh.f)
     record("map", y)
     y, _, notes = _not_mirrored(y, mesh, before)
+    notes = [*_is_itself(mesh, rows), *notes]
     if before.orientation is None:
         y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
         record("repaired", y)

@@ -114,3 +114,14 @@ def test_a_repaired_map_that_the_default_method_would_beat_says_so():
     x[[5, 90]] = x[[90, 5]]
     assert not ism.certify(x, f).folding_free
     assert ism.repair_foldings(v, f, x).notes == ()
+
+
+@pytest.mark.parametrize("function", [ism.sphere_map, ism.repair_foldings])
+def test_a_surface_in_the_place_of_its_sphere_is_said_to_be_one(function):
+    """A projection from the origin may be free of foldings, but no program made that map; of a sphere it is the map."""
+    v, f = ism.samples.make("pear", n_vertices=300)
+    (note,) = function(v, f, v).notes
+    assert note.startswith("the images are the surface itself and not a sphere")
+    assert function(v, f, v * 1.001).notes == ()
+    x, g = ism.samples.sphere(162)
+    assert function(3 * x, g, 3 * x).notes == ()

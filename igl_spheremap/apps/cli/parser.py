@@ -118,6 +118,7 @@ COMMANDS = (
         shared.balance(CONFORMAL),
         choice("--show", SHOWN, "what the colours show", default="foldings"),
         *shared.pictures(),
+        *shared.OUTPUT,
     )),
     Command("play", "view", (
         *shared.source(nargs="?", default="sample:dino"),

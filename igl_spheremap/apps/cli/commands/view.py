@@ -9,7 +9,7 @@ from ....errors import FileError, FoldingsRemain, MeshError
 from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.disk import check_disk
-from ...viewer.app import file_stem, open_for, run_app
+from ...viewer.app import App, file_stem, open_for, run_app
 from ...viewer.choices import SHOWN, guess_up
 from ...viewer.compare import plane_view
 from ...viewer.map_view import MapView, caption_of
@@ -33,24 +33,29 @@ def run_view(args: Namespace) -> None:
     """
     if args.sphere is not None:
         refuse_flags(args, _MAKING, f"{args.sphere}, a map that is there,")
+    check_outputs(args)
     pictures = pictures_of(args)
     open_for(pictures)
+    app: App
     try:
         source, result, caption = _map(args)
     except (MeshError, UsageError, FileError):
         if (plane := find_plane_map(args)) is None:
             raise
         refuse_flags(args, (*_MAKING, "--show"), "a map to the plane, which is shown with a checkerboard,")
-        args.progress.close()
-        found, p = plane
-        name, up = os.path.basename(found.name), args.up or guess_up(args.source)
-        run_app(plane_view(name, check_disk(found.v, found.f), p, up), pictures, progress=args.progress)
-        return
+        source, p = plane
+        name, up = os.path.basename(source.name), args.up or guess_up(args.source)
+        app = plane_view(name, check_disk(source.v, source.f), p, up)
+    else:
+        app = MapView(result.mesh, {caption: result.sphere}, up=args.up or source.up, subject=SHOWN[args.show],
+                      result=result, name=file_stem(source.name, "map"))
     args.progress.close()
-    up = args.up or source.up
-    view = MapView(result.mesh, {caption: result.sphere}, up=up, subject=SHOWN[args.show], result=result,
-                   name=file_stem(source.name, "map"))
-    run_app(view, pictures, progress=args.progress)
+    run_app(app, pictures, progress=args.progress)
+    if pictures.offscreen:
+        found = Findings()
+        found.source(source)
+        found.written(screenshot=args.screenshot, video=args.video)
+        found.report(args)
 
 
 def _map(args: Namespace) -> tuple[InputMesh, SphereMap, str]:

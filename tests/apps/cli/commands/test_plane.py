@@ -1,6 +1,7 @@
 """`disk`, `flatten` and `check` of their maps."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -131,5 +132,7 @@ def test_a_flat_map_is_shown_beside_its_surface(face, tmp_path):
     flat, picture = str(tmp_path / "a.obj"), tmp_path / "a.png"
     assert main(["flatten", face, flat, "-q"]) == Exit.OK
     view = [sys.executable, "-m", "igl_spheremap", "view", flat, "--screenshot", str(picture)]
-    assert subprocess.run(view, timeout=300).returncode == Exit.OK
+    shown = subprocess.run(view, timeout=300, capture_output=True, text=True)
+    assert shown.returncode == Exit.OK
+    assert re.search(rf"^screenshot\s+{re.escape(str(picture))}$", shown.stdout, re.MULTILINE)
     assert picture.read_bytes().startswith(b"\x89PNG")
