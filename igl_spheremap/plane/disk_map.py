@@ -13,7 +13,7 @@ from ..mesh.objects import takes_mesh
 from ..mesh.timings import phase, timed
 from ..result.run import History, Listener, Status
 from .plane_map import PlaneMap
-from .sliding import balanced_disk, conformal_disk, presentable
+from .sliding import balanced_disk, conformal_disk, presentable, straight_sides
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,7 +45,8 @@ class DiskMap(PlaneMap):
             return conformal
         history = History(listener, conformal.run)
         p, certificate, run = balanced_disk(self.mesh, conformal.plane, self.plane, balance, history)
-        run = replace(run, backend=conformal.backend, notes=conformal.notes)
+        notes = (*conformal.notes, *straight_sides(self.mesh, conformal.plane, p))
+        run = replace(run, backend=conformal.backend, notes=notes)
         return DiskMap(self.mesh, p, certificate, history.complete(run, conformal.method, {"balance": balance}),
                        conformal)
 
@@ -127,7 +128,8 @@ def balanced_disk_map(
     Returns
     -------
     DiskMap
-        Its boundary runs counterclockwise along the unit circle. Its ``conformal`` is the map that it started from.
+        Its boundary runs counterclockwise along the unit circle; where one edge is a long straight side, a note says
+        so. Its ``conformal`` is the map that it started from.
 
     Raises
     ------

@@ -16,6 +16,7 @@ from ..mesh.arrays import FloatArray
 from ..mesh.disk import Disk
 from ..newton.system import VertexSystem
 from ..result.run import Iterate, Listener, OfListener, Run, Status
+from ..sphere.rows import row_lengths
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .doubling import centred, double_map
@@ -26,6 +27,8 @@ from .tutte import by_harmonic_measure, by_lengths, evenly, tutte_map
 #: Weights of the areas at balance 1, after steps with .97. Those leave areas 7 percent off (median of 24 disks), these
 #: two 4 and 3 percent. Spheres and flat maps do not need them, as no circle bends their boundary.
 _EVEN_WEIGHTS = (0.99, 0.997)
+#: Radians that an edge of the boundary may span: one of 30 degrees is 1.7 percent of the diameter inside the circle.
+_STRAIGHT = np.radians(30)
 #: Exponent k of the conformal energy: slivers may spoil the angles of single faces. With .9, as balanced maps have it,
 #: the means of angle differences of 53 disks whose doubles fold are 4 percent larger (benchmarks/tried.md has others).
 _POWER = 0.5
@@ -42,6 +45,16 @@ def balanced_disk(disk: Disk, conformal: FloatArray, p: FloatArray, balance: flo
             p, run = min(((p, run), slide(disk, replace(energy, weight=weight), p, listener, system)),
                          key=lambda each: energy.area_error(RADIUS * each[0]))
     return *presentable(disk, p), run
+
+
+def straight_sides(disk: Disk, conformal: FloatArray, p: FloatArray) -> tuple[str, ...]:
+    """A note where an edge of the boundary spans far more of the circle than in the conformal map."""
+    rings = conformal[disk.rim], p[disk.rim]
+    before, after = (2 * np.arcsin(np.minimum(row_lengths(np.roll(q, -1, axis=0) - q).max() / 2, 1)) for q in rings)
+    if after < max(_STRAIGHT, 2 * before):
+        return ()
+    return (f"one edge of the boundary spans {np.degrees(after):.0f} degrees of the circle, a straight side: where "
+            "areas count nearly alone, faces beside it are stretched without end; at a balance of .95 it is round",)
 
 
 def slide(disk: Disk, energy: BalancedEnergy, p: FloatArray, listener: Listener,

@@ -214,3 +214,17 @@ def test_what_a_listener_raises_comes_out_as_it_is(kind):
     with pytest.raises(kind) as caught:
         ism.balanced_disk_map(v, f[1:], listener=raise_once)
     assert caught.value is error
+
+
+def test_a_long_straight_side_is_noted_and_a_lower_balance_has_none():
+    """Areas alone leave one edge of the boundary free to grow."""
+    v, f = ism.samples.make("bunny", n_vertices=2000)
+    upper = f[v[f, 2].mean(axis=1) > np.median(v[:, 2])]
+    conformal = ism.disk_conformal_map(ism.repair_disk(v, upper, keep_largest=True, holes="fill"))
+    for balance, straight in ((0.95, False), (1, True)):
+        disk = conformal.rebalance(balance)
+        ring = disk.plane[disk.rim] @ [1, 1j]
+        largest = np.degrees(np.abs(np.angle(np.roll(ring, -1) / ring)).max())
+        assert (largest > 30) == straight
+        assert [f"spans {largest:.0f} degrees of the circle" in note for note in disk.notes[len(conformal.notes):]
+                ] == [True] * straight
