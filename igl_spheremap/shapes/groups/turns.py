@@ -66,8 +66,8 @@ class Turns:
         there is one.
         """
         f, *others = map(self._coefficients, (mean, *shapes))
-        axis = free_axis(f, float(np.median([off(f, g) for g in others])))
-        return axis, [rivals(f, g, axis) for g in others]
+        axis = _free_axis(f, float(np.median([_off(f, g) for g in others])))
+        return axis, [_rivals(f, g, axis) for g in others]
 
     def about(self, axis: FloatArray, mean: FloatArray, shapes: Iterable[FloatArray]) -> list[FloatArray]:
         """Turns of shapes about an axis to the least distance from their mean, which begins as the given one."""
@@ -84,14 +84,14 @@ class Turns:
         return c / np.linalg.norm(c)
 
 
-def rivals(f: FloatArray, g: FloatArray, axis: FloatArray | None = None) -> Trial:
+def _rivals(f: FloatArray, g: FloatArray, axis: FloatArray | None = None) -> Trial:
     """Other turns and the mirror image of g that come as near to f as g lies, or nearly so.
 
     Turns about an axis count as one: a shape that may turn about it as it likes is its own mirror image, too.
     """
     parity = np.concatenate([np.full(2 * ell + 1, (-1.0) ** (ell + 1)) for ell in range(degree_of(f) + 1)])
-    mirrored = axis is None and len(_near(f, parity[:, None] * g, off(f, g), axis)) > 0
-    near = [R for R in _near(f, g, _TRY * off(f, g), axis) if _differ(R, np.eye(3), axis)]
+    mirrored = axis is None and len(_near(f, parity[:, None] * g, _off(f, g), axis)) > 0
+    near = [R for R in _near(f, g, _TRY * _off(f, g), axis) if _differ(R, np.eye(3), axis)]
     return Trial(tuple(map(rows, near)), mirrored)
 
 
@@ -103,7 +103,7 @@ def _near(f: FloatArray, g: FloatArray, least: float, axis: FloatArray | None) -
             found.append(R)
     refined = [_refined(f, g, R) for R in found]
     return [R for k, R in enumerate(refined)
-            if off(f, rotate(g, R)) < least and all(_differ(R, other, axis) for other in refined[:k])]
+            if _off(f, rotate(g, R)) < least and all(_differ(R, other, axis) for other in refined[:k])]
 
 
 def _differ(R: FloatArray, other: FloatArray, axis: FloatArray | None) -> bool:
@@ -132,17 +132,17 @@ def _spins(f: FloatArray) -> FloatArray:
     return np.cross(np.eye(3)[:, None], f)
 
 
-def free_axis(f: FloatArray, least: float) -> FloatArray | None:
+def _free_axis(f: FloatArray, least: float) -> FloatArray | None:
     """The axis about which no turn takes a shape as far from itself as `least`, if there is one."""
     spun = np.linalg.qr(_spins(f).reshape(3, -1).T)[0]
     moved = _moves(f).reshape(3, -1).T
     axis = np.linalg.svd(moved - spun @ (spun.T @ moved), full_matrices=False)[2][2]
-    return axis if max(off(f, rotate(f, _turn(angle * axis))) for angle in _ABOUT) < least else None
+    return axis if max(_off(f, rotate(f, _turn(angle * axis))) for angle in _ABOUT) < least else None
 
 
 def _nearest_about(axis: FloatArray, f: FloatArray, g: FloatArray) -> FloatArray:
     """The turn about an axis by which g comes nearest to f."""
-    distances = np.array([off(f, rotate(g, _turn(angle * axis))) for angle in _ABOUT])
+    distances = np.array([_off(f, rotate(g, _turn(angle * axis))) for angle in _ABOUT])
     k = int(np.argmin(distances))
     before, here, after = distances[[k - 1, k, (k + 1) % len(distances)]]
     bend = before - 2 * here + after
@@ -174,7 +174,7 @@ def _on_grid(f: FloatArray, g: FloatArray) -> FloatArray:
     return _distances(f, g, np.moveaxis(np.array(products), 2, 0))
 
 
-def off(f: FloatArray, g: FloatArray) -> float:
+def _off(f: FloatArray, g: FloatArray) -> float:
     """Root mean square distance of two shapes as they lie, after the best rotation of space."""
     return float(_distances(f, g, f.T @ g))
 
