@@ -96,7 +96,7 @@ class Player(App):
         self.colours = Colours(SUBJECTS[0])
         #: How much the lens magnifies; None: as fits what it is on.
         self.power: float | None = None
-        self._save = SaveWidgets(self, file_stem(name, "run"), lambda: self.run.result)
+        self._save = SaveWidgets(self, "", lambda: self.run.result)
         self._updated = self._ticked = time.monotonic()
         self._moved, self._rests_until = False, 0.0
         self._next: ShownRun | None = None
@@ -107,7 +107,7 @@ class Player(App):
 
     def _begin(self, run: ShownRun) -> None:
         """Begin the picture anew, with another run."""
-        self.run, self.mesh = run, None
+        self.run, self.mesh, self._save.name = run, None, file_stem(run.name, "run")
         self.before: Frame | None = None
         self.after: Frame | None = None
         self.clusters = Clusters(_NONE, _NONE)

@@ -65,7 +65,7 @@ def script(hand):
         hand.drag((400, 150), (440, 190), button)
     hand.wheel(400, 150, 2)
     hand.click('picture')
-    hand.wait(lambda: hand.shows('wrote saved_2.png'))
+    hand.wait(lambda: hand.shows('wrote sample_dumbbell_n_vertices_3000_run.png'))
 
 figures = dict(visited=[])
 v, f = ism.samples.make('dumbbell', n_vertices=300)
@@ -90,7 +90,7 @@ figures['files'] = sorted(os.listdir())
             "lens", "picture", "map", "folded faces", "fit", "whole sphere"} <= set(figures["used"])
     assert figures["refused"]
     assert figures["methods"] == figures["methods_there"]
-    assert figures["files"] == ["saved.gif", "saved.npz", "saved.png", "saved_2.png"]
+    assert figures["files"] == ["sample_dumbbell_n_vertices_3000_run.png", "saved.gif", "saved.npz", "saved.png"]
 
 
 @pytest.mark.parametrize("method", METHODS)
