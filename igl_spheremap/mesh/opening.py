@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, check_whole, own_errstate, within
+from ..errors import MeshError, check_whole, own_errstate, shown, within
 from .arrays import FloatArray, IntArray, check_rows, check_triangles, own_unit, plain_array
 from .check import check_indices, check_positions
 from .clean import RepairedMesh, asked_for
@@ -109,7 +109,7 @@ def _points(cut: ArrayLike | None, n: int) -> IntArray | int | None:
         return tips
     points = np.unique(plain_array(cut, "cut"))
     if points.dtype.kind not in "iu" or len(points) < 2 or points[0] < 0 or points[-1] >= n:
-        raise ValueError(f"cut is {cut!r}; give two or more of the vertices 0 to {n - 1}, or a number of tips")
+        raise ValueError(f"cut is {shown(cut)}; give two or more of the vertices 0 to {n - 1}, or a number of tips")
     return points.astype(np.int64)
 
 
@@ -124,7 +124,7 @@ def _point(rim: ArrayLike | None, v: FloatArray) -> FloatArray | None:
         return v[vertex]
     point = plain_array(rim, "rim").astype(np.float64)
     if point.shape != (3,) or not np.isfinite(point).all():
-        raise ValueError(f"rim is {rim!r}; give a vertex, or a point of three coordinates")
+        raise ValueError(f"rim is {shown(rim)}; give a vertex, or a point of three coordinates")
     return point
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from .._version import __version__
-from ..errors import WorkersUnavailable, check_kinds, check_number, check_whole, import_optional, one_line
+from ..errors import WorkersUnavailable, check_kinds, check_number, check_whole, import_optional, one_line, shown
 from .child import ProcessPool, WorkerDied
 from .job import Job, JobT, Task, failed, run_in_child, run_job
 from .manifest import JobResult
@@ -68,7 +68,7 @@ class Engine:
     def __post_init__(self) -> None:
         check_kinds(self.__annotations__, vars(self))
         if self.executor is not None and not callable(getattr(self.executor, "submit", None)):
-            raise TypeError(f"executor is {self.executor!r}; give one of concurrent.futures, or that of a Dask client")
+            raise TypeError(f"executor is {shown(self.executor)}; give one of concurrent.futures, or that of a Dask client")
         if self.processes is not None:
             check_whole(self.processes, "processes", 1)
         check_whole(self.retries, "retries")

@@ -79,7 +79,7 @@ def interpolate(values: ArrayLike, f: IntArray, location: Location, labels: bool
     values = plain_array(values, "values")
     n = int(f.max()) + 1
     if not values.ndim or len(values) != n:
-        raise MeshError(f"{len(values)} values for {n} vertices; give one for each")
+        raise MeshError(f"{len(values) if values.ndim else 1} values for {n} vertices; give one for each")
     return weighted(values, f[location.face], location.weights, labels)
 
 

@@ -111,6 +111,7 @@ class SphericalHarmonics(Shown):
         """The largest degree L."""
         return degree_of(self.coefficients)
 
+    @own_errstate
     def in_basis(self, basis: Basis) -> FloatArray:
         """The coefficients in the order and norm of a program.
 
