@@ -68,7 +68,7 @@ class Engine:
     def __post_init__(self) -> None:
         check_kinds(self.__annotations__, vars(self))
         if self.executor is not None and not callable(getattr(self.executor, "submit", None)):
-            raise TypeError(f"executor is {shown(self.executor)}; give one of concurrent.futures, or that of a Dask client")
+            raise TypeError(f"executor is {shown(self.executor)}; give one of concurrent.futures, or of a Dask client")
         if self.processes is not None:
             check_whole(self.processes, "processes", 1)
         check_whole(self.retries, "retries")

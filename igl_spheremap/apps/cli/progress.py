@@ -109,8 +109,11 @@ class Progress(logging.Handler):
 
     def write(self, line: str) -> None:
         """Print a line on stderr that stays."""
-        tqdm.write(line, file=sys.stderr)
-        sys.stderr.flush()
+        if self._bar is None:  # tqdm's lock may be missing where a signal came in its midst
+            print(line, file=sys.stderr, flush=True)
+        else:
+            tqdm.write(line, file=sys.stderr)
+            sys.stderr.flush()
 
     def close(self) -> None:
         """Clear the line."""

@@ -170,3 +170,13 @@ def test_a_log_of_one_map_has_a_line_a_minute_too(monkeypatch, log):
         "mapping bunny.ply", "Algorithm 1", "Algorithm 1", *["mapping bunny.ply"] * 3]
     assert "iteration 29, foldings 0, energy 4 pi +1.00e-02" in lines[1]
     assert lines[-1] == "mapping bunny.ply: 75%, 2 min left"
+
+
+def test_a_line_in_a_log_needs_no_tqdm(monkeypatch):
+    """A second Ctrl-C within tqdm's own way to write ended in a traceback: its lock was not there yet."""
+    log = as_stderr(io.StringIO(), monkeypatch)
+    monkeypatch.setattr("igl_spheremap.apps.cli.progress.tqdm.write", None)
+    with Progress() as progress:
+        progress.count("mapping", 4)
+        progress.write("finishing")
+    assert log.getvalue() == "finishing\n"
