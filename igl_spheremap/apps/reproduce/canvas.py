@@ -21,6 +21,7 @@ _NONE = np.empty(0, dtype=np.int64)
 _PIXELS = 1600  # of the pictures in a row together: about as many as they have in a PNG, so that no thin limb is lost
 _LARGEST = 180  # degrees: no angle difference is larger
 _ASPECT = 1.25  # width over height of a picture
+_DOT = 0.02  # a map of less extent has collapsed
 _SIDE = 1.04  # side of what is shown, in units of the body's own
 
 
@@ -50,6 +51,9 @@ def show_image(ax: Any, surface: PaperSurface, x: FloatArray, radius: float = 1.
     ax.add_patch(Circle((0, 0), radius, fill=False, color=GUIDE, linewidth=0.5))
     height = _SIDE * max(radius, float(np.linalg.norm(x, axis=1).max()))
     ax.set(xlim=(-_ASPECT * height, _ASPECT * height), ylim=(-height, height))
+    if np.ptp(x, axis=0).max() < _DOT:
+        ax.plot(*(x.mean(axis=0) @ pose(surface.v, surface.up).T)[:2], "o", color=FOLDED, markersize=3, clip_on=False)
+        caption(ax, f"{title},\nat one point")
 
 
 def show_function(

@@ -225,3 +225,8 @@ def test_samples_are_about_the_papers_size():
     for row in (*TABLE_1, *TABLE_2, *TABLE_3):
         n = int(re.search(r"n_vertices=(\d+)", COUNTERPARTS[row.surface].sample)[1])
         assert 0.85 < n / row.vertices < 1.15, row.surface
+
+
+def test_a_map_that_has_collapsed_is_a_dot():
+    v, f = ism.samples.sphere(42)
+    assert marked(PaperSurface("Sphere", v, f, "", ""), np.tile([[0.6, 0.0, 0.8]], (len(v), 1)) + 1e-9 * v[::-1])
