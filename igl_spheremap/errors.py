@@ -174,6 +174,14 @@ class FactorisationFailed(RuntimeError):
     """
 
 
+class OfListener(BaseException):
+    """What a listener raised, on its way to the public function through handlers of errors that steps raise."""
+
+    def __init__(self, error: Exception) -> None:
+        super().__init__()
+        self.error = error
+
+
 class DisplayError(RuntimeError):
     """Nothing can be drawn here; the message is one line that says what is missing."""
 
@@ -373,7 +381,10 @@ def own_errstate(function: Callable[P, R]) -> Callable[P, R]:
     def guarded(*args: P.args, **options: P.kwargs) -> R:
         check_kinds(hints, dict(zip(hints, args, strict=False)) | options)
         with _silent():
-            return function(*args, **options)
+            try:
+                return function(*args, **options)
+            except OfListener as raised:
+                raise raised.error from raised.error.__cause__
 
     return guarded
 

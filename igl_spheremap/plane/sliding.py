@@ -15,7 +15,7 @@ from ..errors import FactorisationFailed, FoldingsRemain
 from ..mesh.arrays import FloatArray
 from ..mesh.disk import Disk
 from ..newton.system import VertexSystem
-from ..result.run import Iterate, Listener, OfListener, Run, Status
+from ..result.run import Listener, Run, Status
 from ..sphere.rows import row_lengths
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
@@ -83,16 +83,8 @@ def _doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArra
     if len(disk.f) == 1:  # a triangle has no double
         return None
 
-    def heard(iterate: Iterate) -> None:
-        try:
-            listener(iterate)
-        except (FactorisationFailed, FoldingsRemain) as error:
-            raise OfListener(error) from None
-
     try:
-        p, double = double_map(disk, heard, symmetric)
-    except OfListener as raised:
-        raise raised.error from None
+        p, double = double_map(disk, listener, symmetric)
     except (FactorisationFailed, FoldingsRemain):
         return None
     free = double.certificate.folding_free and Certificate.of_plane(p, disk.f, disk.rim).folding_free

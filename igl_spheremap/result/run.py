@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import OfListener
 from ..mesh.arrays import FloatArray
 from ..mesh.timings import timings
 
@@ -292,14 +293,6 @@ class Run:
         return f"Run({self.method!r}, {self.status.name}, {iterations_in(self.iterations)}, {self.seconds:.2f} s)"
 
 
-class OfListener(BaseException):
-    """What a listener raised, on its way through handlers of errors that steps raise, and through generators."""
-
-    def __init__(self, error: Exception) -> None:
-        super().__init__()
-        self.error = error
-
-
 class History:
     """Listener that keeps the numbers of every iterate, and passes the iterate on to the next listener.
 
@@ -315,7 +308,12 @@ class History:
     def __call__(self, iterate: Iterate) -> None:
         self.steps.append(iterate.step)
         if self._listener is not None:
-            self._listener(iterate)
+            try:
+                self._listener(iterate)
+            except StopIteration:
+                raise
+            except Exception as error:
+                raise OfListener(error) from None
 
     def complete(self, run: Run, method: str, settings: dict[str, Any] | None = None) -> Run:
         """The record of a run with its method, its history, what safeguards did, and the time that it took."""

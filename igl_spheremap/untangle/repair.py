@@ -26,14 +26,14 @@ from operator import attrgetter
 import numpy as np
 
 from ..descent.energies import HarmonicEnergy
-from ..errors import one_line
+from ..errors import OfListener, one_line
 from ..mesh.arrays import HALF_DIGITS, FloatArray
 from ..mesh.check import Mesh
 from ..mesh.timings import phase
 from ..newton.loop import DAMPED
 from ..newton.system import VertexSystem
 from ..operators.laplacian import Operators
-from ..result.run import Iterate, Listener, OfListener, Round, Run, Status
+from ..result.run import Iterate, Listener, Round, Run, Status
 from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
@@ -69,7 +69,9 @@ def repair(mesh: Mesh, x: FloatArray, run: Run, plan: Plan, operators: Operators
                 field = [race(field, partial(work.steps, least_gain=plan.price), plan.price)]
         return work.result(field)
     except OfListener as raised:
-        raise raised.error from None
+        if isinstance(raised.error, StopIteration):
+            raise raised.error from None
+        raise
 
 
 class _Repair:

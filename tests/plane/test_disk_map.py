@@ -202,18 +202,21 @@ def test_a_double_that_mostly_folds_is_neither_laid_out_nor_embedded_if_its_boun
 
 @pytest.mark.parametrize("kind", [FactorisationFailed, ism.FoldingsRemain, ValueError])
 def test_what_a_listener_raises_comes_out_as_it_is(kind):
-    """Also the errors after which a double of the disk is given up."""
+    """Whenever it is raised, with its cause, also an error after which a double of the disk is given up."""
     v, f = ism.samples.make("pear", n_vertices=100)
-    error, seen = kind("mine"), []
+    calls = []
+    ism.balanced_disk_map(v, f[1:], listener=calls.append)
+    for count in (*range(6), len(calls) - 1):
+        error, cause, seen = kind("mine"), KeyError("why"), iter(range(len(calls)))
 
-    def raise_once(iterate):
-        seen.append(iterate)
-        if len(seen) == 1:
-            raise error
+        def raise_once(iterate, error=error, cause=cause, seen=seen, count=count):
+            if next(seen) == count:
+                raise error from cause
 
-    with pytest.raises(kind) as caught:
-        ism.balanced_disk_map(v, f[1:], listener=raise_once)
-    assert caught.value is error
+        with pytest.raises(kind) as caught:
+            ism.balanced_disk_map(v, f[1:], listener=raise_once)
+        assert caught.value is error
+        assert error.__cause__ is cause
 
 
 def test_a_long_straight_side_is_noted_and_a_lower_balance_has_none():
