@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 import scipy.sparse as sp
@@ -134,9 +135,19 @@ class Layout:
 
     @classmethod
     def of(cls, f: IntArray, angles: FloatArray, hole: int) -> Layout:
-        """Lay the faces out by angles that close, without the face `hole`."""
-        tree = _Tree(f, angles, hole)
-        return cls(f, tree.about, tree.log_edge)
+        """Lay the faces out by angles that close, without the face `hole`, along the shortest edges that join all."""
+        n = len(f) // 2 + 2
+        log_length, direction = lengths_and_directions(f, angles, hole)
+        kept = np.repeat(np.arange(len(f)) != hole, 3)
+        start, end = f[:, [1, 2, 0]].ravel()[kept], f[:, [2, 0, 1]].ravel()[kept]
+        length, turn = log_length.ravel()[kept], direction.ravel()[kept]
+        key = np.append(start * n + end, end * n + start)
+        order = np.argsort(key, kind="stable")
+        steps = np.append(length, length)[order] + 1j * np.append(turn, turn + np.pi)[order]
+        graph = sp.csr_matrix((length - length.min() + 1, (start, end)), shape=(n, n))
+        tree = minimum_spanning_tree(graph.maximum(graph.T))
+        about = partial(_summed, (tree + tree.T).tocsr(), key[order], steps)
+        return cls(f, about, np.bincount(start, length, n) / np.bincount(start, minlength=n))
 
     def inverted(self, face: int) -> Layout:
         """The layout after the inversion z -> 1 / (z - m) that takes the middle m of a face to infinity."""
@@ -152,43 +163,28 @@ def about_images(about: About, denominator: ComplexArray, determinant: complex =
     return lambda root: np.asarray(about(root) - denominator - denominator[root] + determinant)  # algorithm (25)
 
 
-class _Tree:
-    """The shortest edges that join all vertices, with the lengths and directions that angles give them."""
+def _summed(tree: sp.csr_matrix, key: IntArray, steps: ComplexArray, root: int) -> ComplexArray:
+    """Positions relative to a vertex: sums along a tree of n vertices.
 
-    def __init__(self, f: IntArray, angles: FloatArray, hole: int) -> None:
-        self.n = n = len(f) // 2 + 2
-        log_length, direction = lengths_and_directions(f, angles, hole)
-        kept = np.repeat(np.arange(len(f)) != hole, 3)
-        start, end = f[:, [1, 2, 0]].ravel()[kept], f[:, [2, 0, 1]].ravel()[kept]
-        length, turn = log_length.ravel()[kept], direction.ravel()[kept]
-        self.log_edge = np.bincount(start, length, n) / np.bincount(start, minlength=n)
-        key = np.append(start * n + end, end * n + start)
-        order = np.argsort(key, kind="stable")
-        self._key = key[order]
-        self._log_length, self._direction = np.append(length, length)[order], np.append(turn, turn + np.pi)[order]
-        graph = sp.csr_matrix((length - length.min() + 1, (start, end)), shape=(n, n))
-        tree = minimum_spanning_tree(graph.maximum(graph.T))
-        self._tree = (tree + tree.T).tocsr()
-
-    def about(self, root: int) -> ComplexArray:
-        """Positions relative to a vertex: sums along the tree."""
-        order, parent = breadth_first_order(self._tree, root, directed=False)
-        child = order[1:].astype(np.int64)
-        above = parent[child].astype(np.int64)
-        at = np.searchsorted(self._key, above * self.n + child)
-        length, turn = self._log_length[at], self._direction[at]
-        log, left, unit = np.full(self.n, -np.inf + 0j), np.ones(self.n, dtype=bool), length.max()
-        largest = np.log(np.finfo(float).max) - 9  # so that sums of thousands of edges, up to exp(9), are finite
-        while left.sum() > 1 and unit > length.min() - largest:  # units shrink until every distance fills one
-            edge = np.exp(np.clip(length - unit, -largest, largest) + 1j * turn)
-            z = [0j] * self.n
-            for c, a, e in zip(child.tolist(), above.tolist(), edge.tolist(), strict=True):
-                z[c] = z[a] + e
-            here = logarithm(np.array(z))
-            found = left & (here.real > -largest / 2)
-            log[found], left[found] = here[found] + unit, False
-            unit -= largest
-        return log
+    The edge from i to j has the number n i + j, a `key`; its step is a log length and a direction.
+    """
+    n = tree.shape[0]
+    order, parent = breadth_first_order(tree, root, directed=False)
+    child = order[1:].astype(np.int64)
+    above = parent[child].astype(np.int64)
+    step = steps[np.searchsorted(key, above * n + child)]
+    log, left, unit = np.full(n, -np.inf + 0j), np.ones(n, dtype=bool), step.real.max()
+    largest = np.log(np.finfo(float).max) - 9  # so that sums of thousands of edges, up to exp(9), are finite
+    while left.sum() > 1 and unit > step.real.min() - largest:  # units shrink until every distance fills one
+        edge = np.exp(np.clip(step.real - unit, -largest, largest) + 1j * step.imag)
+        z = [0j] * n
+        for c, a, e in zip(child.tolist(), above.tolist(), edge.tolist(), strict=True):
+            z[c] = z[a] + e
+        here = logarithm(np.array(z))
+        found = left & (here.real > -largest / 2)
+        log[found], left[found] = here[found] + unit, False
+        unit -= largest
+    return log
 
 
 def lengths_and_directions(f: IntArray, angles: FloatArray, hole: int) -> tuple[FloatArray, FloatArray]:
