@@ -49,13 +49,13 @@ _SAMPLE = 500
 
 
 def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, systems: int,
-                 least_gain: float, *, damping: float) -> tuple[FloatArray, float]:
+                 least_gain: float, *, damping: float, rough: bool = False) -> tuple[FloatArray, float]:
     """Lower the angle differences of a map free of foldings by damped Newton steps, until `Aitken` ends them.
 
     The centroid of the source's area goes to `centroid`. Also returned is the share that further steps are predicted to
     gain.
     """
-    problem = AngleProblem(mesh.f, mesh.angles.T, mesh.A, centroid)
+    problem = AngleProblem(mesh.f, mesh.angles.T, mesh.A, centroid, rough=rough)
     steps, end = Levenberg(system, np.full(len(x), damping), systems), Aitken(least_gain)
     mean = problem.value(x)
     for trial in newton(problem, steps, x):
@@ -128,11 +128,14 @@ class AngleProblem:
         Centroid that their images are to have.
     smoothing : float, optional
         Differences below this, in radians, count by their squares; a share of their mean by default.
+    rough : bool, optional
+        Whether what a step folds is repaired by small moves only, and nothing is relaxed around it: for speed.
     """
 
     def __init__(self, f: IntArray, source: FloatArray, A: FloatArray, centroid: FloatArray,
-                 smoothing: float | None = None) -> None:
-        self.f, self.source, self.A, self.centroid, self._smoothing = f, source, A, centroid, smoothing
+                 smoothing: float | None = None, rough: bool = False) -> None:
+        self.f, self.source, self.A, self.centroid = f, source, A, centroid
+        self._smoothing, self._rough = smoothing, rough
 
     def value(self, x: FloatArray) -> float:
         """Mean size of the angle differences of a map, in degrees."""
@@ -165,16 +168,22 @@ class AngleProblem:
         if folded.sum() > FEW * len(self.f):
             return Trial(x, np.inf, folded)
         if folded.any():
-            z = embed_locally(small_moves(y, self.f), self.f)
-            if folded_faces(z, self.f).any():
+            y = small_moves(y, self.f) if self._rough else self._mended(y)
+            if folded_faces(y, self.f).any():
                 return Trial(x, np.inf, folded)
-            movable = dilate(self.f, (z != y).any(axis=1), RELAXED_RINGS)
-            around = touching(self.f, movable)
-            loss = AngleLoss(self.source[:, around])
-            y = relax_angles(z, self.f[around], loss, movable, sweeps=2)  # with 1 nine of 114 parts end worse
         if not covers_once(y, self.f):
             return Trial(x, np.inf, folded)
         return Trial(y, self.value(y), folded)
+
+    def _mended(self, y: FloatArray) -> FloatArray:
+        """A map of few foldings after repair, and what moved relaxed."""
+        z = embed_locally(small_moves(y, self.f), self.f)
+        if folded_faces(z, self.f).any():
+            return z
+        movable = dilate(self.f, (z != y).any(axis=1), RELAXED_RINGS)
+        around = touching(self.f, movable)
+        loss = AngleLoss(self.source[:, around])
+        return relax_angles(z, self.f[around], loss, movable, sweeps=2)  # with 1 nine of 114 parts end worse
 
     def linearised(self, x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Angle differences (3, m), and their derivatives (angle, corner, axis, face) as corners move along axes."""

@@ -102,7 +102,7 @@ class _Repair:
         """The candidates after rough steps, which predict nothing of whole ones, if several may start."""
         field, plan = list[Candidate](), self.plan
         for start in islice(self.starts(), plan.starts):
-            field.append(start if plan.starts == 1 else replace(self.steps(start, _ROUGH_GAIN), further=np.inf))
+            field.append(start if plan.starts == 1 else replace(self.steps(start, _ROUGH_GAIN, True), further=np.inf))
             if field[-1].mean <= POOR:
                 break
         if not field and (last := self.embedded(self.x)):
@@ -140,14 +140,14 @@ class _Repair:
                 return self.record("embedding", repair_locally(self.mesh, x, after=after), stretch, gauge)
         return None
 
-    def steps(self, start: Candidate, least_gain: float) -> Candidate:
+    def steps(self, start: Candidate, least_gain: float, rough: bool = False) -> Candidate:
         """A candidate after a round of steps, or itself if they make it no better."""
         with self.attempt("newton"):
             deep = start.gauge == "poles" or start.stretch > 1
             centred = not (deep or is_off_centre(self.mesh, start.x))
             centroid = np.zeros(3) if centred else weighted_sum(self.mesh.A, start.x)
             x, further = match_angles(self.mesh, start.x, centroid, self._system, self.effort.systems, least_gain,
-                                      damping=DAMPED if deep else HALF_DIGITS)
+                                      damping=DAMPED if deep else HALF_DIGITS, rough=rough)
             after = self.record("newton", x, start.stretch, start.gauge)
             if after and after.mean < start.mean:
                 return replace(after, further=further)
