@@ -369,11 +369,10 @@ def import_optional(module: str, user: str, extra: str = "") -> Any:
         raise FileError(f"{user} needs {package}, which is not installed: pip install {package}{hint}") from None
 
 
-def own_errstate(function: Callable[P, R]) -> Callable[P, R]:
-    """The gate of a public function: its arguments are of the kinds that its signature names, see `check_kinds`.
+def gate(function: Callable[P, R]) -> Callable[P, R]:
+    """Check the kinds of a public function's arguments by its signature, and keep its caller's ``np.errstate`` out.
 
-    And its caller's ``np.errstate`` does not reach it: it ignores overflow, division by zero and the like, and checks
-    its results wherever these matter.
+    The function ignores overflow, division by zero and the like, and checks its results wherever these matter.
     """
     hints = {name: str(one.annotation) for name, one in signature(function).parameters.items()}
 

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from ..errors import own_errstate
+from ..errors import gate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, count, examples
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
@@ -51,7 +51,7 @@ class HarmonicEnergy:
 
 
 @takes_mesh
-@own_errstate
+@gate
 def harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> float:
     """Harmonic energy of a map, equation (6).
 
@@ -128,7 +128,7 @@ class PHarmonicEnergy:
 
 
 @takes_mesh
-@own_errstate
+@gate
 def p_harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike, p: float) -> float:
     """p-harmonic energy of a map, equation (8).
 

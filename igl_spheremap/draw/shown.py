@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import own_errstate
+from ..errors import gate
 from ..mesh.arrays import FloatArray, IntArray, own_unit
 from ..mesh.check import Mesh
 from ..mesh.disk import Disk
@@ -60,7 +60,7 @@ class Shown:
     def _figures(self) -> str:
         raise NotImplementedError
 
-    @own_errstate
+    @gate
     def _repr_html_(self) -> str:
         """What notebooks show."""
         drawing = self._drawing()

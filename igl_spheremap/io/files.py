@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import samples
-from ..errors import MeshError, own_errstate
+from ..errors import MeshError, gate
 from ..mesh.arrays import IntArray, check_rows, check_triangles
 from ..mesh.objects import MeshLike, vertices_and_faces
 from ..mesh.topology import closed_parts
@@ -25,7 +25,7 @@ from .replacing import replacing
 SAMPLE = "sample:"
 
 
-@own_errstate
+@gate
 def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     """Read a triangle mesh; the end of the file's name, or else its first bytes, decide its format.
 
@@ -150,7 +150,7 @@ def _part(path: Path, part: int, triangulate: bool) -> LoadedMesh:
     return LoadedMesh(mesh.v[used], faces.reshape(-1, 3).astype(np.int64), structure_of(path))
 
 
-@own_errstate
+@gate
 def write_mesh(
     path: PathLike, v: ArrayLike | MeshLike, f: ArrayLike | None = None, *, force: bool = False,
     metadata: Metadata | None = None,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import FileError, MeshError, own_errstate
+from ..errors import FileError, MeshError, gate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles
 from ..mesh.disk import check_disk
 from ..mesh.objects import MeshLike, vertices_and_faces
@@ -34,7 +34,7 @@ def is_patch(path: PathLike) -> bool:
     return str(path).lower().endswith(SUFFIXES)
 
 
-@own_errstate
+@gate
 def write_plane_map(
     path: PathLike, result: PlaneMap, *, force: bool = False, rows: IntArray | None = None, up: str = "y"
 ) -> Certificate:
@@ -115,7 +115,7 @@ def write_plane_map(
     return Certificate.of_plane(read_images(path).plane, mesh.f, mesh.rim)
 
 
-@own_errstate
+@gate
 def read_plane_map(path: PathLike, *, surface: MeshLike | None = None) -> PlaneMap:
     """Read a map to the plane from a file of any program, and certify it.
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .._version import __version__
-from ..errors import FileError, MeshError, own_errstate
+from ..errors import FileError, MeshError, gate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows
 from ..mesh.check import check_faces
@@ -156,7 +156,7 @@ def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
     return SphereCheck(**{**vars(certificate), "off_sphere": off_sphere}, radius=radius)
 
 
-@own_errstate
+@gate
 def write_map(
     path: PathLike,
     result: SphereMap,
@@ -245,7 +245,7 @@ def write_sphere(
         return replace(_check_written(partial, path), moved=moved)
 
 
-@own_errstate
+@gate
 def read_map(path: PathLike) -> SphereMap:
     """Read a whole map from an NPZ file.
 

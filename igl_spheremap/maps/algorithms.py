@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
-from ..errors import own_errstate
+from ..errors import gate
 from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
 from ..mesh.objects import takes_mesh
@@ -23,7 +23,7 @@ from .sphere_map import SphereMap
 
 
 @takes_mesh
-@own_errstate
+@gate
 @timed()
 def algorithm_1(
     v: ArrayLike,
@@ -72,7 +72,7 @@ def algorithm_1(
 
 
 @takes_mesh
-@own_errstate
+@gate
 @timed()
 def algorithm_2(
     v: ArrayLike,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from ..balance import ON_SPHERE
-from ..errors import check_number, own_errstate
+from ..errors import check_number, gate
 from ..mesh.objects import takes_mesh
 from ..result.run import Listener
 from .options import Method
@@ -14,7 +14,7 @@ from .spherical_conformal_map import spherical_conformal_map
 
 
 @takes_mesh
-@own_errstate
+@gate
 def balanced_spherical_map(
     v: ArrayLike,
     f: ArrayLike,

@@ -10,7 +10,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from ..errors import own_errstate
+from ..errors import gate
 from ..mesh.check import check_mesh, move_mesh
 from ..mesh.objects import MeshLike
 from ..mesh.timings import timed
@@ -63,7 +63,7 @@ class SphereMapper:
     True
     """
 
-    @own_errstate
+    @gate
     def __init__(
         self,
         v: ArrayLike | MeshLike,
@@ -82,7 +82,7 @@ class SphereMapper:
     def __repr__(self) -> str:
         return f"SphereMapper({len(self.mesh.v)} vertices, {len(self.mesh.f)} faces, {self.method})"
 
-    @own_errstate
+    @gate
     def move(self, v: ArrayLike) -> None:
         """Replace the positions and keep the faces, as in a sequence, or in a population on one template.
 
@@ -124,7 +124,7 @@ class SphereMapper:
         finally:
             self._lock.release()
 
-    @own_errstate
+    @gate
     @timed()
     def map(self, *, listener: Listener | None = None) -> SphereMap:
         """Map the surface conformally to the unit sphere, and certify the map.

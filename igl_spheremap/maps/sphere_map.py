@@ -7,7 +7,7 @@ from typing import Any
 
 from ..draw.markup import table
 from ..draw.shown import Drawing, area_drawing
-from ..errors import FoldingsRemain, Remedy, own_errstate
+from ..errors import FoldingsRemain, Remedy, gate
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..result.findings import Finding, angles, areas, energy, verdict
@@ -50,7 +50,7 @@ class SphereMap(Result):
     def _images(self) -> FloatArray:
         return self.sphere
 
-    @own_errstate
+    @gate
     def angle_differences(self) -> FloatArray:
         """Angle differences in degrees, image minus source.
 
@@ -61,7 +61,7 @@ class SphereMap(Result):
         """
         return angle_differences(self.vertices, self.faces[self.mesh.surface], self.sphere)
 
-    @own_errstate
+    @gate
     def conformal_factor(self) -> FloatArray:
         """Conformal factor e^{2u} at the vertices, equation (14).
 
@@ -72,7 +72,7 @@ class SphereMap(Result):
         """
         return conformal_factor(self.vertices, self.faces, self.sphere)
 
-    @own_errstate
+    @gate
     def log_area_ratios(self) -> FloatArray:
         """Natural logarithm of image area over source area of every face, each surface having area 1.
 

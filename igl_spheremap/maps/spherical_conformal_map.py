@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from ..errors import own_errstate
+from ..errors import gate
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Listener
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @takes_mesh
-@own_errstate
+@gate
 @timed()
 def spherical_conformal_map(
     v: ArrayLike,

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from ..errors import MeshError, Remedy, own_errstate
+from ..errors import MeshError, Remedy, gate
 from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles, count, examples, plain_array
 from .edges import HalfEdges, half_edges
 from .explain import Refusal
@@ -91,7 +91,7 @@ class Mesh(CheckedFaces):
 
 
 @takes_mesh
-@own_errstate
+@gate
 @phase("check")
 def check_mesh(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> Mesh:
     """Check that `v, f` is a closed, oriented, connected genus-0 mesh, and normalise it.
@@ -178,7 +178,7 @@ def rows_and_faces(
     return rows, faces
 
 
-@own_errstate
+@gate
 def check_faces(f: ArrayLike | Mesh, n_vertices: int) -> IntArray:
     """The faces of a closed, oriented, connected genus-0 mesh that uses all its vertices, copied; those of a `Mesh`.
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..draw.markup import table
 from ..draw.plot import plot_plane
 from ..draw.shown import Drawing, area_drawing
-from ..errors import own_errstate
+from ..errors import gate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.disk import Disk
 from ..result.findings import Finding, angles, areas, edges, verdict
@@ -67,7 +67,7 @@ class PlaneMap(Result):
         """The image with coordinates up to 1: squares of what is measured stay within float64."""
         return self.image / np.abs(self.plane).max()
 
-    @own_errstate
+    @gate
     def angle_differences(self) -> FloatArray:
         """Angle differences in degrees, image minus source.
 
@@ -78,7 +78,7 @@ class PlaneMap(Result):
         """
         return angle_differences(self.mesh.unit, self.faces[self.mesh.surface], self._scaled)
 
-    @own_errstate
+    @gate
     def log_area_ratios(self) -> FloatArray:
         """Natural logarithm of image area over source area of every face, each surface having area 1.
 
@@ -89,7 +89,7 @@ class PlaneMap(Result):
         """
         return log_area_ratios(self.mesh.unit, self.faces[self.mesh.surface], self._scaled)
 
-    @own_errstate
+    @gate
     def log_length_ratios(self) -> FloatArray:
         """Natural logarithm of image length over source length of every edge, each surface having area 1.
 

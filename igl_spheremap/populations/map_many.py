@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from ..balance import CONFORMAL
-from ..errors import check_kind, check_list, check_number, own_errstate
+from ..errors import check_kind, check_list, check_number, gate
 from ..io.files import own_name
 from ..io.formats import format_of
 from ..maps.options import Auto, Method, method_of
@@ -25,7 +25,7 @@ _FIELD = re.compile(r"\{(folder|name|stem)\}")
 _REPAIRS: dict[str, Any] = {"weld": 0.0, "keep_largest": False, "holes": "refuse", "handles": "refuse"}
 
 
-@own_errstate
+@gate
 def map_many(
     sources: Iterable[str | os.PathLike[str]],
     out: str,

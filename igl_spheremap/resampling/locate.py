@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import FoldingsRemain, Remedy, own_errstate
+from ..errors import FoldingsRemain, Remedy, gate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_directions, check_rows
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
@@ -110,7 +110,7 @@ class SphereLocator:
     True
     """
 
-    @own_errstate
+    @gate
     def __init__(self, x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> None:
         certificate = x.certificate if isinstance(x, SphereMap) and f is None else None
         x, f = rows_and_faces(x, f)
@@ -126,7 +126,7 @@ class SphereLocator:
     def __repr__(self) -> str:
         return f"SphereLocator({len(self.x)} vertices, {len(self.f)} faces)"
 
-    @own_errstate
+    @gate
     def locate(self, points: ArrayLike) -> Location:
         """Find the faces that hold points.
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import distance_transform_edt, map_coordinates
 from scipy.sparse import csr_matrix, identity, vstack
 
-from ..errors import own_errstate
+from ..errors import gate
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_directions, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.edges import edge_keys
@@ -55,7 +55,7 @@ class Atlas:
     def __repr__(self) -> str:
         return f"Atlas({len(self.uv)} vertices, {len(self.f)} faces)"
 
-    @own_errstate
+    @gate
     def carry(self, values: ArrayLike) -> FloatArray:
         """Values at the atlas' vertices.
 
@@ -72,7 +72,7 @@ class Atlas:
         return np.asarray(self.weights @ plain_array(values, "values").astype(np.float64))
 
 
-@own_errstate
+@gate
 def texture_atlas(
     x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None, *, projection: Projection = "equirectangular",
     cut: bool = True,

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..draw.markup import table
 from ..draw.shown import Drawing, Shown, place_drawing
-from ..errors import MeshError, check_list, own_errstate
+from ..errors import MeshError, check_list, gate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ..mesh.check import check_faces
@@ -90,7 +90,7 @@ def weighted(values: NDArray[Any], corners: IntArray, weights: FloatArray, label
     return np.einsum("ij,ij...->i...", weights, values[corners])
 
 
-@own_errstate
+@gate
 def transfer(
     source: SphereMap | SphereLocator,
     values: ArrayLike,
@@ -150,7 +150,7 @@ def transfer(
     return interpolate(values, locator.f, locator.locate(_points(target)), labels)
 
 
-@own_errstate
+@gate
 def transfer_matrix(
     source: SphereMap | SphereLocator,
     target: str | SphereMap | ArrayLike | tuple[ArrayLike, ArrayLike],
@@ -244,7 +244,7 @@ def regular_mesh(name: str) -> tuple[FloatArray, IntArray]:
     return regular_sphere(10 * 4 ** int(depth) + 2)
 
 
-@own_errstate
+@gate
 def resample(source: SphereMap, target: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> Resampled:
     """Give a surface the connectivity of another mesh of the sphere.
 

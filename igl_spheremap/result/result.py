@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..draw.shown import Shown
-from ..errors import check_number, own_errstate
+from ..errors import check_number, gate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.disk import Disk
@@ -109,7 +109,7 @@ class Result(Shown):
                 f"the mean, not {angles[1]}, and areas by a factor of {areas[0]}, not {areas[1]}; {self.status.value}")
         return "\n".join((before.explain(), line, *notes))
 
-    @own_errstate
+    @gate
     @timed()
     def rebalance(self: R, balance: float, *, listener: Listener | None = None) -> R:
         """Take the map to another balance of the same surface, as a slider does.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..errors import check_number, own_errstate
+from ..errors import check_number, gate
 from ..mesh.arrays import FloatArray, IntArray
 from .implicit import Limb, SmoothUnion, limb, mesh_implicit
 
@@ -79,7 +79,7 @@ _OCTOPUS_MANTLE = (
 )
 
 
-@own_errstate
+@gate
 def dino(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
     """Four-legged dinosaur with a long neck and tail, walking along x.
 
@@ -89,7 +89,7 @@ def dino(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
     return mesh_implicit(body, body.box(), n_vertices, detail=0.12)
 
 
-@own_errstate
+@gate
 def bird(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
     """Bird in flight along x, with spread wings and tail.
 
@@ -106,7 +106,7 @@ def bird(n_vertices: int = 5000) -> tuple[FloatArray, IntArray]:
     return mesh_implicit(body, body.box(), n_vertices, detail=0.12)
 
 
-@own_errstate
+@gate
 def bunny(n_vertices: int = 11000) -> tuple[FloatArray, IntArray]:
     """Rabbit that sits and pricks up its ears, looking along x.
 
@@ -120,7 +120,7 @@ def bunny(n_vertices: int = 11000) -> tuple[FloatArray, IntArray]:
     return mesh_implicit(body, body.box(), n_vertices, detail=0.14)
 
 
-@own_errstate
+@gate
 def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[FloatArray, IntArray]:
     """Octopus with eight arms.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import check_number, own_errstate
+from ..errors import check_number, gate
 from ..mesh.arrays import FloatArray, IntArray
 from .implicit import SmoothUnion, limb, mesh_implicit
 
@@ -19,7 +19,7 @@ _FISSURE = 0.12  # half width of the fissure between the hemispheres
 _STEEPEST = 3.0  # walls of the deepest folds, against the hull
 
 
-@own_errstate
+@gate
 def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[FloatArray, IntArray]:
     """Two hemispheres with gyri and sulci, a cerebellum and a stem.
 

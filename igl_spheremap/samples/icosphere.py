@@ -5,12 +5,12 @@ from __future__ import annotations
 import igl
 import numpy as np
 
-from ..errors import check_number, own_errstate
+from ..errors import check_number, gate
 from ..mesh import MOST_VERTICES
 from ..mesh.arrays import FloatArray, IntArray
 
 
-@own_errstate
+@gate
 def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     """Unit sphere: an icosahedron with edges cut into k equal parts, ``10 k^2 + 2`` vertices in all.
 

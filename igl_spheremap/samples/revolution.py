@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from ..errors import check_number, own_errstate
+from ..errors import check_number, gate
 from ..mesh import MOST_VERTICES
 from ..mesh.arrays import FloatArray, IntArray
 from .rings import loft
@@ -52,14 +52,14 @@ class SurfaceOfRevolution:
     half_length: float = 1.0
     radius: tuple[float, ...] = (1.0,)
 
-    @own_errstate
+    @gate
     def __post_init__(self) -> None:
         if not (np.isfinite(self.half_length) and self.half_length > 0.0):
             raise ValueError(f"half_length must be positive, not {self.half_length}")
         if not np.all(self._rho(np.linspace(-1.0, 1.0, _TESTED)) > 0.0):
             raise ValueError(f"the radius polynomial {self.radius} is not positive on all of [-1, 1]")
 
-    @own_errstate
+    @gate
     def mesh(self, n_vertices: int = 4000) -> tuple[FloatArray, IntArray]:
         """Near-equilateral triangles with all vertices on the surface.
 
@@ -82,13 +82,13 @@ class SurfaceOfRevolution:
         v = self.embed(np.stack([np.sin(t) * np.cos(angle), np.sin(t) * np.sin(angle), np.cos(t)], axis=1))
         return v, f
 
-    @own_errstate
+    @gate
     def embed(self, p: FloatArray) -> FloatArray:
         """Points of the surface for (n, 3) points p of the unit sphere, the same c and longitude."""
         rho = self._rho(p[:, 2])
         return np.stack([rho * p[:, 0], rho * p[:, 1], self.half_length * p[:, 2]], axis=1)
 
-    @own_errstate
+    @gate
     def conformal_map(self, v: FloatArray) -> FloatArray:
         """Exact conformal map of points of the surface to the unit sphere.
 
@@ -156,7 +156,7 @@ def _chebyshev(function: Callable[[FloatArray], FloatArray]) -> Chebyshev:
     return series
 
 
-@own_errstate
+@gate
 def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[FloatArray, IntArray]:
     """Spheroid about the z axis, ``SurfaceOfRevolution(aspect)``.
 
@@ -172,7 +172,7 @@ def spheroid(n_vertices: int = 4000, aspect: float = 2.0) -> tuple[FloatArray, I
     return SurfaceOfRevolution(half_length=aspect).mesh(n_vertices)
 
 
-@own_errstate
+@gate
 def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[FloatArray, IntArray]:
     """Two bulbs and a neck, ``SurfaceOfRevolution(2.5, (waist, 0, 2))``.
 
@@ -188,7 +188,7 @@ def dumbbell(n_vertices: int = 4000, waist: float = 0.3) -> tuple[FloatArray, In
     return SurfaceOfRevolution(half_length=2.5, radius=(waist, 0.0, 2.0)).mesh(n_vertices)
 
 
-@own_errstate
+@gate
 def pear(n_vertices: int = 4000) -> tuple[FloatArray, IntArray]:
     """Surface with a thick and a thin end, ``SurfaceOfRevolution(1.4, (1, -0.4, 0.1, 0.2))``.
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..errors import check_number, own_errstate
+from ..errors import check_number, gate
 from ..mesh import MOST_VERTICES
 from ..mesh.arrays import FloatArray, IntArray
 
@@ -17,7 +17,7 @@ _TUBE = 0.22  # radius of the tube, where that of the coil is 1
 _PITCH = 0.8  # rise in one turn
 
 
-@own_errstate
+@gate
 def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[FloatArray, IntArray]:
     """Tube along a helix of radius 1 about the z axis, closed by round ends.
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import own_errstate
+from ..errors import gate
 from ..mesh.arrays import FloatArray, check_rows
 from .rows import row_dots
 
 
-@own_errstate
+@gate
 def cayley_update(x: ArrayLike, h: ArrayLike, tau: float) -> FloatArray:
     r"""Move along the Cayley path of Theorem 1, which keeps the length of each row for every `tau`.
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import Remedy, own_errstate
+from ..errors import Remedy, gate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.disk import disk_rim
@@ -168,7 +168,7 @@ class Certificate:
         return ("not folding-free: " if folds else "no face folds, but: ") + "; ".join(faults)
 
 
-@own_errstate
+@gate
 def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certificate:
     """Certify a map of a closed genus-0 mesh to the unit sphere, or of a disk to the plane, made by any program.
 

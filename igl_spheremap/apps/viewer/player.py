@@ -18,7 +18,7 @@ from ... import samples
 from ...draw.folds import Clusters
 from ...draw.lens import follow
 from ...draw.plot import fit, pose
-from ...errors import check_number, own_errstate
+from ...errors import check_number, gate
 from ...io.files import read_mesh
 from ...maps.options import METHODS, Method, method_of
 from ...maps.sphere_map import SphereMap
@@ -436,7 +436,7 @@ class Player(App):
 
 
 @takes_mesh
-@own_errstate
+@gate
 def play(
     v: ArrayLike,
     f: ArrayLike,

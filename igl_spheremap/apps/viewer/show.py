@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from ...errors import own_errstate
+from ...errors import gate
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
@@ -14,7 +14,7 @@ from .choices import SIZE, SUBJECTS
 from .map_view import MapView, caption_of
 
 
-@own_errstate
+@gate
 def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> None:
     """Open a window with the source beside its sphere; returns when it is closed.
 
@@ -45,7 +45,7 @@ def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> 
     present(lambda: MapView(result.mesh, maps, up=up, subject=subject, result=result))
 
 
-@own_errstate
+@gate
 def screenshot(
     result: SphereMap,
     path: str | os.PathLike[str],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from ...errors import FileError, MeshError, Remedy, own_errstate
+from ...errors import FileError, MeshError, Remedy, gate
 from ...io import npz
 from ...io.formats import PathLike
 from ...io.reading import reading
@@ -20,7 +20,7 @@ _TARGET = "target_"
 _OWN = ("landmarks", "goal_faces", "goal_weights", "notes")
 
 
-@own_errstate
+@gate
 def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False) -> Certificate:
     """Write a map from one surface to another with all that is known of it.
 
@@ -69,7 +69,7 @@ def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False
         return Certificate.of(npz.read_arrays(partial)["sphere"], result.map.faces)
 
 
-@own_errstate
+@gate
 def read_surface_map(path: PathLike) -> SurfaceMap:
     """Read a map between surfaces from an NPZ file.
 

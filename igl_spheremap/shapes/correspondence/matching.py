@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...balance import AREA_PRESERVING
-from ...errors import MapError, Remedy, check_list, check_number, own_errstate
+from ...errors import MapError, Remedy, check_list, check_number, gate
 from ...maps.balanced import balanced_spherical_map
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
@@ -52,7 +52,7 @@ _WIDTH = 0.05
 _NAMED = 5
 
 
-@own_errstate
+@gate
 @timed()
 def match(
     source: SphereMap | MeshLike,

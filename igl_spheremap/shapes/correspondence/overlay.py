@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...errors import own_errstate
+from ...errors import gate
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import HALF_DIGITS, FloatArray, IntArray, own_unit
 from ...mesh.edges import marked
@@ -54,7 +54,7 @@ class Overlay:
         return f"Overlay({len(self.on_source)} vertices, {len(self.faces)} faces)"
 
 
-@own_errstate
+@gate
 def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     """Refine two triangulations of the sphere, of a source A and a target B, until they are one.
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ...draw.markup import table
 from ...draw.shown import Drawing
-from ...errors import check_number, own_errstate
+from ...errors import check_number, gate
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
@@ -118,7 +118,7 @@ class Registration(OfMap):
         return self.candidates[0].correlation - self.candidates[1].correlation if len(self.candidates) > 1 else np.nan
 
 
-@own_errstate
+@gate
 def register(
     source: SphereMap,
     target: SphereMap,

@@ -13,7 +13,7 @@ from scipy.sparse import csr_array
 from ...draw.markup import table
 from ...draw.plot import pose
 from ...draw.shown import Drawing, place_drawing
-from ...errors import MeshError, own_errstate
+from ...errors import MeshError, gate
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray, check_rows, own_unit
 from ...resampling.locate import Location, locator_of
@@ -113,7 +113,7 @@ class SurfaceMap(OfMap):
         goals = interpolate(self.target.vertices, self.target.faces, self.goals)
         return row_lengths(self.positions[self.landmarks] - goals)
 
-    @own_errstate
+    @gate
     def forward(self, points: Location | ArrayLike) -> Location:
         """Where points of the source lie on the target.
 
@@ -135,7 +135,7 @@ class SurfaceMap(OfMap):
         """
         return locator_of(self.target).locate(_directions(self.map, points, "the source"))
 
-    @own_errstate
+    @gate
     def inverse(self, points: Location | ArrayLike) -> Location:
         """Where points of the target come from on the source; the inverse of `forward`.
 
@@ -173,7 +173,7 @@ class SurfaceMap(OfMap):
         """
         return self._overlay
 
-    @own_errstate
+    @gate
     def distortion(self) -> Distortion:
         """How far the map is from an isometry up to scale, measured on the faces of the overlay.
 

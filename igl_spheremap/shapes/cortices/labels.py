@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from ...errors import check_number, own_errstate
+from ...errors import check_number, gate
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray, check_directions
 from ...resampling.transfer import transfer
@@ -17,7 +17,7 @@ from ...sphere.rows import tangent_axes, unit_rows
 _RINGS = (6, 12)
 
 
-@own_errstate
+@gate
 def label_margin(
     source: SphereMap, labels: ArrayLike, points: ArrayLike, width: float
 ) -> tuple[IntArray, FloatArray]:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Literal
 
-from ...errors import own_errstate
+from ...errors import gate
 from ...io.formats import Convention
 from ...populations.engine import USUAL, Engine
 from ...populations.map_many import manifest_of
@@ -18,7 +18,7 @@ from .page import registration_sheet
 from .task import SphereRegistration
 
 
-@own_errstate
+@gate
 def register_hemispheres(
     sources: Sequence[str | os.PathLike[str]],
     out: str,

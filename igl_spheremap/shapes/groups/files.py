@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import MeshError, own_errstate
+from ...errors import MeshError, gate
 from ...io import npz
 from ...io.files import write_mesh
 from ...io.reading import reading
@@ -30,7 +30,7 @@ _ARRAYS = tuple(field.name for field in fields(Group) if field.type == "FloatArr
 FIGURES = ("correlation", "size", "distance")
 
 
-@own_errstate
+@gate
 def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = False) -> None:
     """Write a group into a folder, which is made if it is missing.
 
@@ -97,7 +97,7 @@ def write_mean(place: Path, v: FloatArray, f: IntArray, over: Mapping[str, Float
         write_scalars(place / "mean.shape.gii", over, surface=(v, f), force=force)
 
 
-@own_errstate
+@gate
 def read_group(folder: str | os.PathLike[str]) -> Group:
     """Read a group from its folder, or from its archive.
 

@@ -13,7 +13,7 @@ from ...draw.markup import table
 from ...draw.palette import round_up, sizes
 from ...draw.plot import pose
 from ...draw.shown import Drawing, Shown
-from ...errors import own_errstate
+from ...errors import gate
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray, own_unit, real_array
@@ -178,7 +178,7 @@ class Group(Shown):
         """
         return model_figures(self.shapes - self.vertices, self.areas, len(self.modes))
 
-    @own_errstate
+    @gate
     def shape(self, scores: ArrayLike) -> FloatArray:
         """The surface that has the given scores.
 
@@ -203,7 +203,7 @@ class Group(Shown):
             raise ValueError(f"{len(given)} scores for {len(self.modes)} modes; give at most one for each")
         return self.vertices + np.tensordot(given, self.modes[: len(given)], 1)
 
-    @own_errstate
+    @gate
     def place(self, source: SphereMap) -> PlacedMember:
         """Register a new surface to the group, and compute its scores; the group stays as it is.
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import t
 
-from ...errors import MeshError, Remedy, check_whole, own_errstate
+from ...errors import MeshError, Remedy, check_whole, gate
 from ...mesh.arrays import FloatArray, IntArray, own_unit, plain_array, real_array
 from .group import Group
 
@@ -70,7 +70,7 @@ class PointTest:
                 f"most {self.explained.max():.0%} explained)")
 
 
-@own_errstate
+@gate
 def permutation_test(
     group: Group,
     variable: ArrayLike,

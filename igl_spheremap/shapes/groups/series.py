@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ...balance import AREA_PRESERVING
 from ...draw.markup import table
 from ...draw.shown import Drawing, Shown, place_drawing
-from ...errors import MeshError, check_list, check_number, own_errstate
+from ...errors import MeshError, check_list, check_number, gate
 from ...io import npz
 from ...io.npz import read_arrays, save_arrays
 from ...io.written_map import read_map
@@ -95,7 +95,7 @@ class Series(Shown):
         return np.array([enclosed_volume(each.vertices, each.faces) for each in self.maps])
 
 
-@own_errstate
+@gate
 def series(
     sources: Iterable[Source],
     *,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...balance import AREA_PRESERVING
-from ...errors import MeshError, check_list, check_number, check_whole, one_line, own_errstate
+from ...errors import MeshError, check_list, check_number, check_whole, gate, one_line
 from ...io.npz import read_arrays, save_arrays
 from ...io.written_map import read_map
 from ...maps.sphere_map import SphereMap
@@ -31,7 +31,7 @@ from .workplace import Entry, Workplace, stacked, workplace
 _FEWEST = 3  # members: two have one mode and no median
 
 
-@own_errstate
+@gate
 def template(
     sources: Iterable[Source],
     *,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import FileError, MeshError, Remedy, own_errstate
+from ...errors import FileError, MeshError, Remedy, gate
 from ...io import npz
 from ...io.formats import PathLike
 from ...io.reading import reading
@@ -20,7 +20,7 @@ from .harmonics import Expanded, SphericalHarmonics
 _NUMBER = re.compile(r"[^\s{},]+")
 
 
-@own_errstate
+@gate
 def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: bool = False) -> None:
     """Write coefficients of spherical harmonics.
 
@@ -66,7 +66,7 @@ def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: 
             npz.write_arrays(partial, {"coefficients": c, **source})
 
 
-@own_errstate
+@gate
 def read_coefficients(path: PathLike) -> SphericalHarmonics:
     """Read coefficients of spherical harmonics.
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import MeshError, own_errstate
+from ...errors import MeshError, gate
 from ...mesh.arrays import BoolArray, FloatArray, IntArray, check_values, plain_array
 from ...sphere.rows import unit_rows
 
 
-@own_errstate
+@gate
 def mesh_from_grid(grid: ArrayLike) -> tuple[FloatArray, IntArray]:
     """Make the mesh that a geometry image holds, the way back from ``to_grid(kind="octahedral")``.
 

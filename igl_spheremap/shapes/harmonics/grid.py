@@ -7,7 +7,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...errors import MeshError, check_whole, own_errstate
+from ...errors import MeshError, check_whole, gate
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ...resampling.transfer import check_map, transfer, weighted
@@ -18,7 +18,7 @@ from .geometry_image import check_square, octahedral_cells, octahedral_points
 Kind = Literal["equirectangular", "equiangular", "gauss", "octahedral"]
 
 
-@own_errstate
+@gate
 def to_grid(
     source: SphereMap,
     values: ArrayLike | None = None,
@@ -88,7 +88,7 @@ def to_grid(
     return sampled.reshape(rows, columns, *sampled.shape[1:])
 
 
-@own_errstate
+@gate
 def from_grid(
     grid: ArrayLike, target: SphereMap | ArrayLike, *, kind: Kind = "equirectangular", labels: bool = False
 ) -> NDArray[Any]:

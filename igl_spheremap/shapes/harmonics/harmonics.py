@@ -13,7 +13,7 @@ from ...balance import AREA_PRESERVING
 from ...draw.markup import table
 from ...draw.palette import sequential
 from ...draw.shown import Drawing, Shown, place_drawing
-from ...errors import MeshError, check_number, check_whole, own_errstate
+from ...errors import MeshError, check_number, check_whole, gate
 from ...maps.balanced import balanced_spherical_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import HALF_DIGITS, FloatArray, IntArray, check_rows, check_values, own_unit
@@ -111,7 +111,7 @@ class SphericalHarmonics(Shown):
         """The largest degree L."""
         return degree_of(self.coefficients)
 
-    @own_errstate
+    @gate
     def in_basis(self, basis: Basis) -> FloatArray:
         """The coefficients in the order and norm of a program.
 
@@ -134,7 +134,7 @@ class SphericalHarmonics(Shown):
         """
         return in_basis(self.coefficients, basis)
 
-    @own_errstate
+    @gate
     def evaluate(self, points: ArrayLike) -> FloatArray:
         """Values at points of the sphere, in the source's units and place.
 
@@ -150,7 +150,7 @@ class SphericalHarmonics(Shown):
         """
         return synthesis(self.coefficients, unit_rows(check_rows(points, name="points")))
 
-    @own_errstate
+    @gate
     def surface(self, target: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> tuple[FloatArray, IntArray]:
         """The surface that the coefficients describe, on a mesh of the sphere.
 
@@ -176,7 +176,7 @@ class SphericalHarmonics(Shown):
         x, f = sphere_mesh(target)
         return self.evaluate(x), f
 
-    @own_errstate
+    @gate
     def error(self) -> FloatArray:
         """How far the sum up to each degree is from the source.
 
@@ -203,7 +203,7 @@ class SphericalHarmonics(Shown):
         diagonal = np.linalg.norm(np.ptp(values, axis=0))
         return np.asarray(100 * np.sqrt(total / source.areas.sum()) / diagonal)
 
-    @own_errstate
+    @gate
     def power(self) -> FloatArray:
         """Power of each degree, which no rotation of the sphere or of the surface about its centre changes.
 
@@ -214,7 +214,7 @@ class SphericalHarmonics(Shown):
         """
         return power(self.coefficients)
 
-    @own_errstate
+    @gate
     def rotated(self, R: ArrayLike) -> SphericalHarmonics:
         """The shape with its sphere turned; the surface stays where it is.
 
@@ -239,7 +239,7 @@ class SphericalHarmonics(Shown):
         source = None if self.source is None else replace(self.source, x=self.source.x @ R.T)
         return SphericalHarmonics(rotate(self.coefficients, R), source, self.notes)
 
-    @own_errstate
+    @gate
     def align(self, template: SphericalHarmonics | None = None) -> AlignedHarmonics:
         """Put sphere and surface into the frame of the first-order ellipsoid, its centre at the origin.
 
@@ -334,7 +334,7 @@ def check_degree(degree: int) -> None:
         raise ValueError(f"degree is {degree}; give a whole number from 0 to {LARGEST_DEGREE}")
 
 
-@own_errstate
+@gate
 def spherical_harmonics(
     source: SphereMap, values: ArrayLike | None = None, *, degree: int = 15, oversampling: float = 4
 ) -> SphericalHarmonics:
@@ -408,7 +408,7 @@ def _notes(source: SphereMap, degree: int) -> tuple[str, ...]:
 
 
 @takes_mesh
-@own_errstate
+@gate
 def coefficients_from_mesh(v: ArrayLike, f: ArrayLike, degree: int, *, basis: Basis = "orthonormal",
                            balance: float = AREA_PRESERVING) -> FloatArray:
     """Map a closed surface to the sphere, certify the map, and expand the surface in spherical harmonics.
