@@ -13,8 +13,6 @@ from igl_spheremap.descent.energies import p_harmonic_energy
 X, F = icosphere(2)
 WILD = X * 10 ** np.random.default_rng(0).uniform(-200, 150, size=(len(X), 1))  # rows of all sizes
 FOLDED = np.where(np.isin(np.arange(len(X)), [3, 5])[:, None], -X, X)
-FILES = {"read_mesh", "write_mesh", "shapes.read_coefficients", "shapes.write_coefficients", "play", "screenshot",
-         "show"}
 
 
 @pytest.mark.parametrize("call", [
@@ -43,9 +41,9 @@ def test_results_do_not_depend_on_the_callers_errstate(call):
         assert np.array_equal(call(), expected, equal_nan=True)
 
 
-def test_every_public_function_has_an_errstate_of_its_own():
+def test_every_public_function_has_a_gate():
     functions = {name: one for name, one in PUBLIC.items() if inspect.isfunction(one)}
     for name, function in functions.items():
         if list(inspect.signature(function).parameters)[:2] == ["v", "f"]:
             functions[name] = function.__wrapped__  # within `takes_mesh`
-    assert {name for name, function in functions.items() if not hasattr(function, "__wrapped__")} == FILES
+    assert [name for name, function in functions.items() if not hasattr(function, "__wrapped__")] == []
