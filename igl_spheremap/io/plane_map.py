@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import FileError, MeshError, gate
-from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles
+from ..errors import FileError, MeshError, gate, shown
+from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, plain_array
 from ..mesh.disk import check_disk
 from ..mesh.objects import MeshLike, vertices_and_faces
 from ..plane.plane_map import PlaneMap, given_map, unit_square
@@ -67,6 +67,8 @@ def write_plane_map(
     ------
     FileError
         If the file exists and `force` is not set, or it can't be written; nothing is left behind.
+    MeshError
+        If `rows` has no whole number for each vertex.
 
     Examples
     --------
@@ -82,7 +84,9 @@ def write_plane_map(
     """
     mesh = result.mesh
     mark = {"mark": make_mark(mesh.v, mesh.f, result.run.method, result.run.settings)}
-    vertex = np.arange(len(mesh.v)) if rows is None else rows
+    vertex = np.arange(len(mesh.v)) if rows is None else plain_array(rows, "rows")
+    if vertex.dtype.kind not in "iu" or vertex.shape != (len(mesh.v),):
+        raise MeshError(f"rows is {shown(rows)}; give a whole number for each of the {len(mesh.v)} vertices")
     uv, known = unit_square(result.plane)
     if is_patch(path):
         if len(np.unique(vertex)) < len(vertex) or (vertex < 0).any():
@@ -106,7 +110,7 @@ def write_plane_map(
                        metadata={"up": up, "extras": known} | mark)
     elif format_of(path).name == "NPZ":
         arrays: dict[str, NDArray[Any]] = {"vertices": mesh.v, "faces": mesh.f, "plane": result.plane}
-        arrays |= {} if rows is None else {"vertex_source": rows}
+        arrays |= {} if rows is None else {"vertex_source": vertex}
         arrays |= {} if mesh.caps is None else {"caps": mesh.caps}
         with replacing(path, force) as partial:
             npz.write_arrays(partial, arrays, mark)

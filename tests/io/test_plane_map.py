@@ -177,3 +177,10 @@ def test_a_vertex_without_texture_coordinates_is_in_no_face(tmp_path):
     found = ism.read_plane_map(tmp_path / "more.obj")
     assert np.array_equal(np.sort(found.mesh.v, axis=0), np.sort(FLAT.mesh.v, axis=0))
     assert found.certificate.folding_free
+
+
+@pytest.mark.parametrize("rows", [object(), "abc", 3, [1, 2], np.full(len(FLAT.mesh.v), 0.5)])
+def test_rows_that_are_no_number_of_each_vertex_are_refused(tmp_path, rows):
+    with pytest.raises(ism.MeshError, match=r"^rows is .*; give a whole number for each"):
+        ism.write_plane_map(tmp_path / "a.npz", FLAT, rows=rows)
+    assert not list(tmp_path.iterdir())
