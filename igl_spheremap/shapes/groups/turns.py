@@ -39,7 +39,7 @@ class Trial(NamedTuple):
     Attributes
     ----------
     turns : tuple of rows of (3, 3) matrices
-                Rotations of the sphere that may lead to a smaller distance.
+        Rotations of the sphere that may lead to a smaller distance.
     mirror : bool
         Whether the mirror image may.
     """
