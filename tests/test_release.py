@@ -50,7 +50,7 @@ def test_each_lower_bound_is_the_oldest_version_that_is_tried():
 def test_citation_and_changelog_are_of_this_version():
     version = __version__.removesuffix(".dev0")
     citation, changelog = ((ROOT / name).read_text("utf-8") for name in ("CITATION.cff", "CHANGELOG.md"))
-    newest, day = re.search(r"^## ([\d.]+) \((.+)\)", changelog, re.M).groups()
+    newest, day = re.search(r"^## (\S+) \((.+)\)", changelog, re.M).groups()
     assert newest == version
     assert f"\nversion: {version}\n" in citation
     assert (day == "unreleased") == (version != __version__)
