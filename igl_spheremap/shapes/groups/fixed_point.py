@@ -20,7 +20,7 @@ from ...sphere.moebius import best_rotation
 from ...sphere.rows import row_lengths, weighted_sum
 from ...untangle.local_repair import unfolded
 from .procrustes import generalised_procrustes, placed
-from .turns import NOTHING, Trial, Turns
+from .turns import NO_RESTARTS, Restarts, Turns
 
 _ROUNDS = 10  # at most: 3 to 5 are usual, each of which moves the mean by a quarter of what the one before did
 _PATIENCE = 5  # rounds after which other rotations are tried, also if the mean does not settle
@@ -48,8 +48,8 @@ class Registered(NamedTuple):
     turned: int
 
 
-#: Registers members to a template, from where they are, and tries what the last argument says for each.
-Register = Callable[[Sequence[int], SphereMap, Sequence[Trial]], Registered]
+#: Registers members to a template, from where they are, and tries the restarts of each.
+Register = Callable[[Sequence[int], SphereMap, Sequence[Restarts]], Registered]
 
 
 class FixedPoint(NamedTuple):
@@ -90,19 +90,19 @@ def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x
     finest = 1 - float(row_lengths(x[f].mean(axis=1)).min())  # how far the mesh's faces are from the sphere
     before, target = first, certified(check_mesh(first, f), x)
     turns, axis = Turns(x), None
-    trials = nothing = [NOTHING] * len(members)
+    restarts = nothing = [NO_RESTARTS] * len(members)
     changes, looks, quiet, began = list[float](), 0, False, 0
     for step in count(1):
-        found = register(members, target, trials)
+        found = register(members, target, restarts)
         members, aligned = found.members, generalised_procrustes(found.shapes, found.areas, rigid)
         changes.append(_change(before, aligned.mean, found.areas))
         settled, began = changes[-1] < finest, step if found.turned else began
-        quiet = quiet or looks == _LOOKS or (trials != nothing and not found.turned)
-        trials = nothing = [NOTHING] * len(members)
+        quiet = quiet or looks == _LOOKS or (restarts != nothing and not found.turned)
+        restarts = nothing = [NO_RESTARTS] * len(members)
         if not quiet and (settled or step - began >= _PATIENCE):
             looks += 1
-            axis, trials = turns.trials(aligned.mean, aligned.shapes)
-            quiet = trials == nothing
+            axis, restarts = turns.restarts(aligned.mean, aligned.shapes)
+            quiet = restarts == nothing
         if quiet and (settled or step - began >= _ROUNDS):
             about = [np.eye(3)] * len(members) if axis is None else turns.about(axis, aligned.mean, aligned.shapes)
             return FixedPoint(members, aligned.mean, tuple(changes), settled, axis, about)

@@ -24,7 +24,7 @@ from ..harmonics.harmonics import spherical_harmonics
 from .features import FeatureFiles, file_of
 from .laying import laid
 from .placing import at_points, carried, mapped, own_areas
-from .turns import NOTHING, Rows, Trial
+from .turns import NO_RESTARTS, Restarts, Rows
 
 _DEGREE = 8  # of the harmonics whose powers tell which member is nearest to the mean: limbs and lobes, no details
 
@@ -33,7 +33,7 @@ _DEGREE = 8  # of the harmonics whose powers tell which member is nearest to the
 class MemberJob(Job):
     """A member's files: those that are read beside the source, its features among them, and written beside the target.
 
-    `is_map` says that the source is a map, which is taken as it is; `trial` what its registration tries,
+    `is_map` says that the source is a map, which is taken as it is; `restarts` what its registration tries,
     `turn` by which matrix its sphere is multiplied.
     """
 
@@ -41,7 +41,7 @@ class MemberJob(Job):
     more: tuple[str, ...] = ()
     features: tuple[str, ...] = ()
     is_map: bool = False
-    trial: Trial = NOTHING
+    restarts: Restarts = NO_RESTARTS
     turn: Rows = ()
 
     @property
@@ -55,7 +55,7 @@ class MemberJob(Job):
     @property
     def chosen(self) -> tuple[object, ...]:
         columns = [path.removeprefix(file_of(path)) for path in self.features]
-        return *super().chosen, self.is_map, tuple(self.trial), self.turn, *columns
+        return *super().chosen, self.is_map, tuple(self.restarts), self.turn, *columns
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,7 +104,7 @@ class RegisterMember(MemberTask):
         coarse, target = self.surface(job.source), self.surface(job.beside[0])
         before = next((read_arrays(self.place(path))["sphere"] for path in job.beside[1:]), None)
         check()
-        registered = laid(coarse, target, before, job.trial)
+        registered = laid(coarse, target, before, job.restarts)
         points, f = resample(certified(coarse.mesh, registered.sphere), (coarse.sphere, coarse.faces))
         arrays = registered._asdict() | {"points": points, "areas": vertex_areas(points, f)}
         npz.save_arrays(self.place(job.target), arrays)

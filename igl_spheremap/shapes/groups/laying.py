@@ -13,7 +13,7 @@ from ...resampling.transfer import resample
 from ...untangle.local_repair import unfolded
 from ..correspondence.registration import Laying, Turn, reflected
 from ..harmonics.rotation import rotation_angle
-from .turns import NOTHING, Rows, Trial, Turns
+from .turns import NO_RESTARTS, Restarts, Rows, Turns
 
 _TRY = 1.5  # times the distance of the nearest rotation: of an octopus with its arms exchanged the right one has 1.05
 _TRIED = 4  # of them at most: arms of an octopus are exchanged with the next ones
@@ -48,22 +48,23 @@ class Laid(NamedTuple):
     mirrored: float = np.inf
 
 
-def laid(source: SphereMap, target: SphereMap, before: FloatArray | None = None, trial: Trial = NOTHING) -> Laid:
+def laid(source: SphereMap, target: SphereMap, before: FloatArray | None = None,
+         restarts: Restarts = NO_RESTARTS) -> Laid:
     """Register from where the registration before ended, perhaps turned, or from the rotation that leads to least."""
     problem = Laying(source, target)
     if before is None:
         y = problem.laid(_best_start(problem))
         return Laid(y, problem.correlation(y))
-    starts = [before, *(_turned(source, before, turn) for turn in trial.turns)]
-    outlooks = np.array([problem.outlook(start) for start in starts]) if trial.turns else np.ones(1)
+    starts = [before, *(_turned(source, before, turn) for turn in restarts.turns)]
+    outlooks = np.array([problem.outlook(start) for start in starts]) if restarts.turns else np.ones(1)
     best, *others = np.argsort(outlooks).tolist()
     y = problem.laid(starts[best]) if best else problem.continued(before)
     found = Laid(y, problem.correlation(y), best > 0)
     if others:
-        turns = np.array([np.eye(3), *trial.turns])
+        turns = np.array([np.eye(3), *restarts.turns])
         found = found._replace(rival=outlooks[others[0]] / outlooks[best],
                                angle=rotation_angle(turns[others[0]] @ turns[best].T))
-    if trial.mirror:
+    if restarts.mirror:
         image = Laying(reflected(source), target)
         nearest = image.laid(image.turned(image.turns()[0].rotation))
         found = found._replace(mirrored=image.distance(nearest) / problem.distance(y))
@@ -78,8 +79,8 @@ def tried(source: SphereMap, target: SphereMap) -> Laid:
     """Register a surface to one on the same points of the sphere, and try what comes as near."""
     first = laid(source, target)
     shape = resample(certified(source.mesh, first.sphere), (target.sphere, target.faces)).v
-    _, (trial,) = Turns(target.sphere).trials(target.vertices, [shape])
-    return laid(source, target, first.sphere, trial)
+    _, (restarts,) = Turns(target.sphere).restarts(target.vertices, [shape])
+    return laid(source, target, first.sphere, restarts)
 
 
 def _best_start(problem: Laying) -> FloatArray:

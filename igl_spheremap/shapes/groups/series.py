@@ -28,7 +28,7 @@ from .doubts import drift_doubts
 from .features import check_features
 from .placing import Source, carried, names_of
 from .procrustes import generalised_procrustes
-from .turns import NOTHING, Turns
+from .turns import NO_RESTARTS, Turns
 from .workplace import Entry, stacked, workplace
 
 
@@ -155,9 +155,9 @@ def series(
         coarse = [certified(check_mesh(points, mesh[1]), mesh[0]) for points in stacked(paths, "points")[0]]
         last = replace(frames[-1])  # to the first frame directly
         place.registered("pairs", [*frames[1:], last], [*paths[:-1], paths[0]],
-                         [NOTHING] * len(frames))
-        axis, trials = Turns(mesh[0]).trials(coarse[0].vertices, stacked([last.sphere], "points")[0])
-        place.registered("tried", [last], paths[:1], trials)
+                         [NO_RESTARTS] * len(frames))
+        axis, restarts = Turns(mesh[0]).restarts(coarse[0].vertices, stacked([last.sphere], "points")[0])
+        place.registered("tried", [last], paths[:1], restarts)
         frames[0].sphere = place.place("work", "chain", "0.npz")
         save_arrays(frames[0].sphere, {"sphere": mesh[0]})
         for k, (before, frame) in enumerate(pairwise(frames)):  # to the first sphere, through that of the one before

@@ -25,7 +25,7 @@ from .group import Group, Member
 from .modes import principal_modes
 from .placing import Source, names_of
 from .procrustes import generalised_procrustes
-from .turns import Trial
+from .turns import Restarts
 from .workplace import Entry, Workplace, stacked, workplace
 
 _FEWEST = 3  # members: two have one mode and no median
@@ -139,14 +139,14 @@ class _Members:
         medoid = int(np.argmin(np.linalg.norm(powers - powers.mean(axis=0), axis=1)))
         return np.asarray(found[order[medoid].number]["points"])
 
-    def registered(self, numbers: Sequence[int], target: SphereMap, trials: Sequence[Trial]) -> Registered:
+    def registered(self, numbers: Sequence[int], target: SphereMap, restarts: Sequence[Restarts]) -> Registered:
         """Members registered to a template, from where they were in the round before."""
         self._round += 1
         folder = f"rounds/{self._round}"
         template = self._place.place("work", folder, "template.npz")
         save_arrays(template, {"points": target.vertices, "sphere": target.sphere})
         found = self._place.registered(folder, [self._known[k] for k in numbers], [template] * len(numbers),
-                                       trials)
+                                       restarts)
         points, areas, turned = stacked([member.sphere for member in found], "points", "areas", "turned")
         return Registered([member.number for member in found], points, (areas / len(found)).sum(axis=0),
                           int(turned.sum()))

@@ -18,12 +18,13 @@ from ...sphere.moebius import best_rotation
 from ..harmonics.basis import degree_of, terms
 from ..harmonics.rotation import on_grid, padded, rotate
 
-_TRY = 1.5  # times the distance, at most: of octopuses whose arms were exchanged the right turn leaves 1.1 to 1.3 times
-# that, of members that lie right the next one 1.8 times or more
+#: Turns that leave up to this many times the distance are tried: of octopuses whose arms were exchanged the right turn
+#: leaves 1.1 to 1.3 times that, of members that lie right the next one 1.8 times or more.
+_TRY = 1.5
 _TRIED = 4  # turns at most: arms of an octopus are exchanged with the next ones
 _BAND = 9  # degrees are below it: those of an octopus' eight arms, and larger parts
 _APART = np.cos(np.radians(25.0))  # between turns that are two: more than a step of the grid
-_ROUGHLY = 2.0  # times that, at most, at the nearest turn of the grid
+_ROUGHLY = 2.0  # times the distance that is wanted, at most, at the nearest turn of the grid
 _STEPS = 3  # of a turn of the grid to the nearest one; each leaves the square of what is left
 _ABOUT = np.radians(np.arange(0, 360, 10))  # turns about an axis: harmonics of the last degree repeat after 45 degrees
 _ROUNDS = 5  # of turns to the mean and means; the last ones are within the step of the turns
@@ -33,8 +34,8 @@ _SMALL = 0.01  # radians of a turn that stands for a derivative: its square is w
 Rows = tuple[tuple[float, ...], ...]
 
 
-class Trial(NamedTuple):
-    """The starts that a registration tries beside the end of the one before.
+class Restarts(NamedTuple):
+    """The starts that a registration tries besides the end of the one before.
 
     Attributes
     ----------
@@ -48,8 +49,8 @@ class Trial(NamedTuple):
     mirror: bool = False
 
 
-#: No start beside the end of the registration before.
-NOTHING = Trial()
+#: No start besides the end of the registration before.
+NO_RESTARTS = Restarts()
 
 
 class Turns:
@@ -59,8 +60,8 @@ class Turns:
         band = min(_BAND, int(np.sqrt(len(x) / 2)))  # two points for each function
         self._project = np.linalg.pinv(sum(terms(np.eye(band**2), x)))
 
-    def trials(self, mean: FloatArray, shapes: Iterable[FloatArray]) -> tuple[FloatArray | None, list[Trial]]:
-        """What each shape may try to come nearer to a mean.
+    def restarts(self, mean: FloatArray, shapes: Iterable[FloatArray]) -> tuple[FloatArray | None, list[Restarts]]:
+        """The restarts by which each shape may come nearer to a mean.
 
         Also the axis about which any turn moves the mean by less than the median distance of the shapes from it, if
         there is one.
@@ -84,7 +85,7 @@ class Turns:
         return c / np.linalg.norm(c)
 
 
-def _rivals(f: FloatArray, g: FloatArray, axis: FloatArray | None = None) -> Trial:
+def _rivals(f: FloatArray, g: FloatArray, axis: FloatArray | None = None) -> Restarts:
     """Other turns and the mirror image of g that come as near to f as g lies, or nearly so.
 
     Turns about an axis count as one: a shape that may turn about it as it likes is its own mirror image, too.
@@ -92,7 +93,7 @@ def _rivals(f: FloatArray, g: FloatArray, axis: FloatArray | None = None) -> Tri
     parity = np.concatenate([np.full(2 * ell + 1, (-1.0) ** (ell + 1)) for ell in range(degree_of(f) + 1)])
     mirrored = axis is None and len(_near(f, parity[:, None] * g, _off(f, g), axis)) > 0
     near = [R for R in _near(f, g, _TRY * _off(f, g), axis) if _differ(R, np.eye(3), axis)]
-    return Trial(tuple(map(rows, near)), mirrored)
+    return Restarts(tuple(map(rows, near)), mirrored)
 
 
 def _near(f: FloatArray, g: FloatArray, least: float, axis: FloatArray | None) -> list[FloatArray]:

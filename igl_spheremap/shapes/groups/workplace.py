@@ -32,7 +32,7 @@ from .files import file_names
 from .jobs import MapMember, MemberJob, MemberTask, PlaceMember, RegisterMember
 from .laying import Laid
 from .placing import Source, names_of
-from .turns import NOTHING, Trial, rows
+from .turns import NO_RESTARTS, Restarts, rows
 
 #: The manifest in the folder.
 MANIFEST = "manifest.jsonl"
@@ -120,16 +120,16 @@ class Workplace:
         return MemberJob(path, self.of(member, "map"), more=(self.of(member, "points"),), features=columns,
                          is_map=is_map)
 
-    def registered(self, folder: str, members: Sequence[Entry], templates: Sequence[str], trials: Sequence[Trial]) -> (
-            list[Entry]):
-        """Register each member to the points in a file, from where it was before, and try what its trial says."""
-        jobs = {member: MemberJob(self.of(member, "points"), self.place("work", folder, f"{k}.npz"), trial=trial,
+    def registered(self, folder: str, members: Sequence[Entry], templates: Sequence[str],
+                   restarts: Sequence[Restarts]) -> list[Entry]:
+        """Register each member to the points in a file, from where it was before, and try its restarts."""
+        jobs = {member: MemberJob(self.of(member, "points"), self.place("work", folder, f"{k}.npz"), restarts=each,
                                   beside=(template, *filter(None, (member.sphere,))))
-                for k, (member, template, trial) in enumerate(zip(members, templates, trials, strict=True))}
+                for k, (member, template, each) in enumerate(zip(members, templates, restarts, strict=True))}
         found = self._each("registrations", jobs, RegisterMember, "it could not be registered: ")
         for member in found:
             member.sphere = jobs[member].target
-            member.search = member.sphere if jobs[member].trial != NOTHING else member.search
+            member.search = member.sphere if jobs[member].restarts != NO_RESTARTS else member.search
         return found
 
     def placed(self, members: Sequence[Entry], turns: Sequence[FloatArray]) -> list[Entry]:

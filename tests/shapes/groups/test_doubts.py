@@ -38,8 +38,8 @@ def test_a_member_whose_arms_are_exchanged_is_turned_right(arms, angle):
     up = arms.sphere[np.argmax(arms.vertices[:, 2])]
     wrong = arms.sphere @ Rotation.from_rotvec(np.radians(angle) * up).as_matrix().T
     shape = resample(ism.sphere_map(arms.vertices, arms.faces, wrong), (arms.sphere, arms.faces)).v
-    _, (trial,) = Turns(arms.sphere).trials(arms.vertices, [shape])
-    found = laid(arms, arms, wrong, trial)
+    _, (restarts,) = Turns(arms.sphere).restarts(arms.vertices, [shape])
+    found = laid(arms, arms, wrong, restarts)
     assert found.turned
     assert np.median(np.linalg.norm(found.sphere - arms.sphere, axis=1)) < 0.1
 
@@ -79,7 +79,7 @@ def test_round_bodies_are_said_to_be_round_and_lie_nearest_about_their_axis(here
     found = ism.shapes.template(sources, target="ico:2", engine=here)
     assert "the bodies are round" in found.notes[0]
     turns = Turns(found.sphere)
-    axis, _ = turns.trials(found.vertices, found.shapes)
+    axis, _ = turns.restarts(found.vertices, found.shapes)
     assert max(rotation_angle(R) for R in turns.about(axis, found.vertices, found.shapes)) < 10
 
 

@@ -13,13 +13,13 @@ SHAPES = np.stack([body(X, *amounts) for amounts in ((-0.2, 0), (0, 0.1), (0.2, 
 
 
 class Constant:
-    """Members whose points do not depend on the template; one that lies wrong turns when a trial says how."""
+    """Members whose points do not depend on the template; one that lies wrong turns when its restarts say how."""
 
     def __init__(self, shapes, stubborn=False):
         self.shapes, self.stubborn, self.searches = shapes.copy(), stubborn, []
 
-    def __call__(self, members, target, trials):
-        searched = [k for k, trial in enumerate(trials) if trial.turns]
+    def __call__(self, members, target, restarts):
+        searched = [k for k, each in enumerate(restarts) if each.turns]
         self.searches.append(searched)
         if not self.stubborn:
             self.shapes[searched] = SHAPES[searched]
@@ -63,7 +63,7 @@ def test_a_member_that_never_lies_right_is_tried_three_times(wrong):
 def test_a_mean_that_does_not_settle_ends_after_some_rounds():
     rng = np.random.default_rng(0)
 
-    def restless(members, target, trials):
+    def restless(members, target, restarts):
         return Registered(list(members), SHAPES + 0.1 * rng.normal(size=SHAPES.shape), np.ones(len(X)), 0)
 
     fixed = found(restless)
@@ -72,7 +72,7 @@ def test_a_mean_that_does_not_settle_ends_after_some_rounds():
 
 
 def test_a_contraction_leads_to_its_fixed_point():
-    def towards(members, target, trials):
+    def towards(members, target, restarts):
         return Registered(list(members), SHAPES + 0.25 * (target.vertices - SHAPES[0]), np.ones(len(X)), 0)
 
     fixed = found(towards)

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 import igl_spheremap as ism
 from igl_spheremap.resampling.transfer import sphere_mesh
 from igl_spheremap.shapes.groups.procrustes import placed
-from igl_spheremap.shapes.groups.turns import NOTHING, Turns
+from igl_spheremap.shapes.groups.turns import NO_RESTARTS, Turns
 from igl_spheremap.shapes.harmonics.rotation import rotation_angle
 
 X, F = sphere_mesh("ico:3")
@@ -17,19 +17,19 @@ ANY = Rotation.from_rotvec([0.4, 1.0, 0.3]).as_matrix()
 
 
 def tried(mean, shape):
-    axis, (trial,) = TURNS.trials(mean, [shape])
-    return axis, trial
+    axis, (restarts,) = TURNS.restarts(mean, [shape])
+    return axis, restarts
 
 
 @pytest.mark.parametrize("space", [np.eye(3), 3 * ANY])
 def test_the_turn_that_brings_a_shape_back_is_tried_first(space):
     half = np.diag([1.0, -1, -1])  # the body is long: after half a turn it lies nearly as near
-    _, trial = tried(body(X, bulge=1), body(X @ half, bulge=1.1) @ space + 5)
-    assert rotation_angle(np.array(trial.turns[0]) @ half) < 5
+    _, restarts = tried(body(X, bulge=1), body(X @ half, bulge=1.1) @ space + 5)
+    assert rotation_angle(np.array(restarts.turns[0]) @ half) < 5
 
 
 def test_what_lies_right_tries_nothing():
-    assert tried(body(X), body(X, bend=0.2)) == (None, NOTHING)
+    assert tried(body(X), body(X, bend=0.2)) == (None, NO_RESTARTS)
 
 
 def test_a_mirror_image_is_tried():
@@ -47,7 +47,7 @@ def round_body(x, bump=0.0):
 def test_a_round_body_has_its_axis_and_is_turned_to_the_least_distance():
     turn = Rotation.from_rotvec(np.radians(70) * np.array([0, 0.6, 0.8])).as_matrix()
     mean, shape = round_body(X, bump=0.05), round_body(X @ turn.T, bump=0.1)
-    axis, _ = TURNS.trials(mean, [shape])
+    axis, _ = TURNS.restarts(mean, [shape])
     assert abs(axis @ [0, 0.6, 0.8]) > 0.99
     (found,) = TURNS.about(axis, mean, [shape])
     assert rotation_angle(found @ turn.T) < 5
