@@ -1,8 +1,12 @@
 """Public names that are imported at their first use, as the stub of their package lists them."""
 
-from collections.abc import Callable
-from importlib import import_module
+from __future__ import annotations
+
 from sys import modules
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:  # at run time this import, or that of `typing`, would take three times what all else takes here
+    from collections.abc import Callable
 
 
 def attach(package: str, folder: str) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
@@ -16,6 +20,8 @@ def attach(package: str, folder: str) -> tuple[Callable[[str], object], Callable
     public = sorted(places)
 
     def get(name: str) -> object:
+        from importlib import import_module
+
         if name not in places:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         module = import_module(f"{package}.{places[name]}")
