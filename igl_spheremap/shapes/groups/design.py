@@ -11,23 +11,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...draw.palette import round_up, sizes
-from ...draw.plot import both_sides, pose
 from ...errors import MeshError
 from ...io import npz
 from ...io.files import write_mesh
 from ...io.reading import reading
 from ...io.tables import SEPARATORS, read_cells
-from ...io.textured import write_picture
 from ...mesh.arrays import FloatArray
 from .files import distinct
 from .group import Group
-from .permutation import LEVEL, PointTest, is_missing
+from .permutation import PointTest, is_missing
 
-_SIZE = 480  # pixels of a view: two fill half the width of a screen
 _FEWEST = 3  # members, at least, for a variable to explain a part
 _LONGEST = 40  # letters of a name, of up to 4 bytes each: a name of a file has 255
-_PALE = 0.25  # share of colour that is left where chance explains an effect: enough to see the surface's shape
 
 
 def data_of(group: Group, name: str) -> FloatArray:
@@ -106,7 +101,7 @@ def test_names(variables: Sequence[str]) -> list[str]:
 
 
 def write_test(place: str, group: Group, found: PointTest) -> None:
-    """Write arrays (.npz), and of what lies at the vertices the mean surface with effects and p (.ply, .png)."""
+    """Write arrays (.npz), and of what lies at the vertices the mean surface with effects and p (.ply)."""
     texts = {name: np.array(getattr(found, name), dtype=str) for name in ("levels", "notes")}
     npz.save_arrays(f"{place}.npz", vars(found) | texts)
     if len(found.p) != len(group.vertices):
@@ -114,9 +109,3 @@ def write_test(place: str, group: Group, found: PointTest) -> None:
     lengths = np.linalg.norm(found.effect, axis=2).max(axis=0)
     write_mesh(f"{place}.ply", group.vertices, group.faces, force=True, metadata={"vertex_properties": {
         "effect": lengths, "error": found.error.max(axis=0), "p": found.p, "explained": found.explained}})
-    ramp = sizes("effect", round_up(float(lengths.max())))
-    colours = ramp.colours(lengths[group.faces].mean(axis=1))
-    sure = (found.p[group.faces] <= LEVEL).all(axis=1)
-    colours[~sure] = 1 - _PALE + _PALE * colours[~sure]
-    picture = both_sides([group.vertices], group.faces, colours, pose(group.vertices).T, _SIZE)
-    write_picture(f"{place}.png", picture, force=True)

@@ -20,10 +20,11 @@ from ...draw.plot import both_sides, frame, pose, raster, shading
 from ...errors import import_optional
 from ...io.replacing import make_folder, replacing
 from ...io.textured import write_picture
-from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.arrays import BoolArray, FloatArray, IntArray
 from ...mesh.timings import counted
 from .files import file_names, member_rows
 from .group import Group
+from .permutation import LEVEL, PointTest
 from .series import Series
 from .series_files import frame_rows
 
@@ -34,6 +35,9 @@ _REACH = 2.0  # standard deviations that pictures of a mode go to either side
 _SHOWN = 3  # modes with pictures
 _SIZE = 200  # pixels of each of the two views of a member: both fill a card on a screen of high resolution
 _FAR = 3.0  # colours end at this many root mean square distances of the members: few points of one lie farther
+_PALE = 0.25  # share of colour that is left where chance explains an effect: enough to see the surface's shape
+#: Where a group's page has its tests, which are made later.
+_TESTS, _END = '<section id="tests">', "</section>"
 _FILM = 320  # pixels of a side of a film, which shows two bodies side by side
 _MOST = 200  # frames of a film, evenly chosen
 _PAUSE, _LENGTH = 80, 1920  # milliseconds of a frame and of a film at least
@@ -57,7 +61,7 @@ def write_group_page(path: str | os.PathLike[str], group: Group, command: str = 
     usual = float(np.sqrt(np.mean([member.distance**2 for member in group.members])))
     ramp = sizes("distance from the mean", round_up(_FAR * usual))
     figures = _FIGURES | {f"mode_{k + 1}": f"score of mode {k + 1}" for k in range(len(group.modes))}
-    body += ["<p>Drag to turn, double-click to reset.</p>", "<h2>How good a model the modes are</h2>",
+    body += ["<p>Drag to turn, double-click to reset.</p>", _TESTS + _END, "<h2>How good a model the modes are</h2>",
              table(rows, ("modes", "compactness", "generalisation", "specificity")), "<h2>Members</h2>",
              '<div class="plots">',
              *(histogram(name, label, np.array([getattr(member, name) for member in group.members]), np.inf, "",
@@ -90,6 +94,26 @@ def _cards(path: Path, group: Group, ramp: Ramp, turn: FloatArray) -> list[Card]
                           shlex.join(("igl-spheremap", "view", f"{path.parent}/members/{shorts[k]}.npz")),
                           f"pictures/{quote(shorts[k], errors='surrogateescape')}.png", list(member.doubts)))
     return cards
+
+
+def write_tests(path: Path, group: Group, tests: Sequence[tuple[str, str, PointTest]], command: str = "") -> None:
+    """Write tests into a group's page, or into one of their own: of each the variable, what was found, and the test."""
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    before, _, after = (text if _TESTS in text else page("Tests of a group", _TESTS + _END)).partition(_TESTS)
+    body = [_TESTS, "<h2>Tests</h2>", made_by(command)]
+    for name, words, found in tests:
+        body += [f"<h3>{escape(name)}</h3>", f"<p>{escape(words)}.</p>", *map(_doubtful, found.notes)]
+        if len(found.p) != len(group.vertices):
+            continue
+        lengths = np.linalg.norm(found.effect, axis=2)
+        ramp = sizes(f"effect of {name}; pale where p > {LEVEL}", round_up(float(lengths.max())))
+        captions = [f"From {found.levels[0]} to {level}" for level in found.levels[1:]] or [f"A unit of {name} more"]
+        body.append(_scene([group.vertices] * len(lengths), group.faces, pose(group.vertices),
+                           [(caption, ramp, size) for caption, size in zip(captions, lengths, strict=True)],
+                           found.p[group.faces].max(axis=1) > LEVEL))
+    with replacing(path, force=True) as partial:
+        partial.write_text(before + "\n".join(body) + _END + after.partition(_END)[2], encoding="utf-8",
+                           errors="backslashreplace")
 
 
 def write_series_page(path: str | os.PathLike[str], found: Series, mean: FloatArray, film: str, names: Sequence[str],
@@ -129,11 +153,15 @@ def _write(path: str | os.PathLike[str], title: str, body: list[str], command: s
 
 
 def _scene(bodies: Sequence[FloatArray], f: IntArray, turn: FloatArray,
-           shown: Sequence[tuple[str, Ramp, FloatArray]]) -> str:
-    """Bodies to be turned, in one scale, each with its caption, a colour scale, and values over its vertices."""
+           shown: Sequence[tuple[str, Ramp, FloatArray]], faint: BoolArray | None = None) -> str:
+    """Bodies to be turned, in one scale, each with its caption, a colour scale, and values over its vertices.
+
+    Faces that are `faint` are pale.
+    """
     middle = np.mean(bodies, axis=(0, 1))
     radius = max(np.linalg.norm(body - middle, axis=1).max() for body in bodies)
-    return scene(f, [View(caption, (body - middle) @ turn.T / radius, _by_face(ramp, values, f),
+    left = np.ones((len(f), 1)) if faint is None else np.where(faint, _PALE, 1.0)[:, None]
+    return scene(f, [View(caption, (body - middle) @ turn.T / radius, 1 - left + left * _by_face(ramp, values, f),
                           np.empty(0, dtype=np.int64), ramp)
                      for body, (caption, ramp, values) in zip(bodies, shown, strict=True)])
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -145,50 +147,77 @@ def permutation_test(
     if values.ndim not in (2, 3) or len(values) != count or not np.isfinite(values).all():
         raise MeshError(f"data of shape {values.shape} for {count} members; give finite numbers, (members, n) or "
                         "(members, n, d)")
-    values = values.reshape(count, values.shape[1], -1)
+    Qx, R = _varying(tested, Qz)
+    freedom = count - Qz.shape[1] - Qx.shape[1]
+    if freedom - augment * Z.shape[1] < 1:
+        raise MeshError(f"{count} members are too few for {Qx.shape[1]} columns of the variable and {Z.shape[1]} of "
+                        f"covariates{f' with {_AUGMENT}' * augment}; give fewer covariates")
+    residuals = _Residuals.of(values.reshape(count, values.shape[1], -1), Qz, freedom / Qx.shape[1])
+    F = residuals.statistics(Qx[None], Qz[None])[0]
+    rng = np.random.default_rng(check_whole(seed, "seed"))
+    maxima, beyond, same = _permuted(residuals, Qx, Qz, np.stack([rng.permutation(count) for _ in range(permutations)]),
+                                     augment)
+    explained = F / (F + residuals.ratio)
+    effect = np.ldexp(np.linalg.solve(R, Qx.T @ residuals.rest), unit - unit_x).reshape(len(R), *residuals.shape)
+    noise = np.sqrt((1 - explained) * residuals.squares / (freedom * residuals.shape[1]))
+    error = np.ldexp(np.sqrt(np.diag(np.linalg.inv(R.T @ R)))[:, None] * noise, unit - unit_x)
+    rank = int(np.ceil((1 - LEVEL) * (permutations + 1))) - 1
+    threshold = np.nan if augment else float(np.sort(maxima)[rank])
+    return PointTest(F, (1 + beyond) / (1 + permutations), effect, error, error * t.ppf(1 - LEVEL / 2, freedom),
+                     explained, threshold, levels, (*_coarse(count, same, permutations),
+                                                    *(() if augment else _crowded(count, Z.shape[1]))))
+
+
+class _Residuals(NamedTuple):
+    """What covariates leave of data: `rest` (members, n d), its squares (n,), and members to spare for each column."""
+
+    rest: FloatArray
+    shape: tuple[int, int]
+    squares: FloatArray
+    ratio: float
+
+    @classmethod
+    def of(cls, values: FloatArray, Qz: FloatArray, ratio: float) -> _Residuals:
+        flat = values.reshape(len(values), -1)
+        rest = flat - Qz @ (Qz.T @ flat)
+        squares = (rest**2).sum(axis=0).reshape(values.shape[1:]).sum(axis=1)
+        return cls(rest, (values.shape[1], values.shape[2]), squares, ratio)
+
+    def statistics(self, x: FloatArray, z: FloatArray) -> FloatArray:
+        """F (k, n) of orthonormal columns (k, members, q) beside others (k, members, z)."""
+        parts = np.einsum("kmc,mi->kci", np.concatenate((x, z), axis=2), self.rest, optimize=True) ** 2
+        parts = parts.reshape(*parts.shape[:2], *self.shape).sum(axis=3)
+        model = parts[:, : x.shape[2]].sum(axis=1)
+        left = self.squares - parts.sum(axis=1)
+        return np.asarray(self.ratio * model / np.maximum(left, np.finfo(float).eps * self.squares.max()))
+
+
+def _permuted(residuals: _Residuals, Qx: FloatArray, Qz: FloatArray, orders: IntArray,
+              augment: bool) -> tuple[FloatArray, IntArray, int]:
+    """The largest F of each order, in how many it is at least that of each point, and how many change no F."""
+    F = residuals.statistics(Qx[None], Qz[None])
+    maxima, beyond, same = np.empty(len(orders)), np.zeros(F.shape[1], dtype=int), 0
+    for start in range(0, len(orders), _BLOCK):
+        part = orders[start : start + _BLOCK]
+        if augment:
+            z = _augmented(Qz, part)
+            here, there = (residuals.statistics(_beside(z, x), z) for x in (Qx[None], Qx[part]))
+        else:
+            here, there = F, residuals.statistics(Qx[part], Qz[part])
+        largest = maxima[start : start + len(part)] = there.max(axis=1)
+        beyond += (largest[:, None] >= here * (1 - _TIE)).sum(axis=0)
+        same += int((np.abs(there - here) <= _TIE * here).all(axis=1).sum())
+    return maxima, beyond, same
+
+
+def _varying(tested: FloatArray, Qz: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal columns of what varies beside others, and its coordinates in them; a MeshError if there is none."""
     free = tested - Qz @ (Qz.T @ tested)
     if _spanned(tested).shape[1] < tested.shape[1] or (
             np.linalg.svd(free, compute_uv=False).min() <= _RANK * np.linalg.norm(tested - tested.mean(axis=0))):
         raise MeshError("the variable is constant, or follows from the covariates; give one that varies beside them")
     Qx, R = np.linalg.qr(free)
-    freedom = count - Qz.shape[1] - Qx.shape[1]
-    if freedom - augment * Z.shape[1] < 1:
-        raise MeshError(f"{count} members are too few for {Qx.shape[1]} columns of the variable and {Z.shape[1]} of "
-                        f"covariates{f' with {_AUGMENT}' * augment}; give fewer covariates")
-    flat = values.reshape(count, -1)
-    rest = flat - Qz @ (Qz.T @ flat)
-    squares = (rest**2).sum(axis=0).reshape(values.shape[1:]).sum(axis=1)
-    ratio = freedom / Qx.shape[1]
-
-    def statistics(x: FloatArray, z: FloatArray) -> FloatArray:
-        """F (k, n) of orthonormal columns (k, members, q) beside others (k, members, z)."""
-        parts = np.einsum("kmc,mi->kci", np.concatenate((x, z), axis=2), rest, optimize=True) ** 2
-        parts = parts.reshape(*parts.shape[:2], *values.shape[1:]).sum(axis=3)
-        model = parts[:, : x.shape[2]].sum(axis=1)
-        left = squares - parts.sum(axis=1)
-        return np.asarray(ratio * model / np.maximum(left, np.finfo(float).eps * squares.max()))
-
-    F = statistics(Qx[None], Qz[None])[0]
-    rng = np.random.default_rng(check_whole(seed, "seed"))
-    maxima, beyond = np.empty(permutations), np.zeros(len(F), dtype=int)
-    for start in range(0, permutations, _BLOCK):
-        orders = np.stack([rng.permutation(count) for _ in range(min(_BLOCK, permutations - start))])
-        if augment:
-            z = _augmented(Qz, orders)
-            here, there = statistics(_beside(z, Qx[None]), z), statistics(_beside(z, Qx[orders]), z)
-        else:
-            here, there = F[None], statistics(Qx[orders], Qz[orders])
-        largest = maxima[start : start + len(orders)] = there.max(axis=1)
-        beyond += (largest[:, None] >= here * (1 - _TIE)).sum(axis=0)
-    effect = np.ldexp(np.linalg.solve(R, Qx.T @ flat), unit - unit_x).reshape(-1, *values.shape[1:])
-    explained = F / (F + ratio)
-    noise = np.sqrt((1 - explained) * squares / (freedom * values.shape[2]))
-    error = np.ldexp(np.sqrt(np.diag(np.linalg.inv(R.T @ R)))[:, None] * noise, unit - unit_x)
-    rank = int(np.ceil((1 - LEVEL) * (permutations + 1))) - 1
-    threshold = np.nan if augment else float(np.sort(maxima)[rank])
-    margin = error * t.ppf(1 - LEVEL / 2, freedom)
-    return PointTest(F, (1 + beyond) / (1 + permutations), effect, error, margin, explained, threshold, levels,
-                     () if augment else _doubts(count, Z.shape[1]))
+    return Qx, R
 
 
 def _augmented(Qz: FloatArray, orders: IntArray) -> FloatArray:
@@ -205,12 +234,19 @@ def _beside(z: FloatArray, x: FloatArray) -> FloatArray:
     return np.asarray(U * (sizes > _RANK)[:, None])
 
 
-def _doubts(count: int, covariates: int) -> tuple[str, ...]:
+def _coarse(count: int, same: int, permutations: int) -> Iterator[str]:
+    """Whether so many permutations leave F as it is that no p is small."""
+    if (least := (1 + same) / (1 + permutations)) > LEVEL:
+        yield (f"{count} members are too few to find anything at {LEVEL}: {same} of {permutations} permutations change "
+               f"nothing, so no p is below {least:.2g}, however large the difference; give more members")
+
+
+def _crowded(count: int, covariates: int) -> Iterator[str]:
     """Whether members are few for that many independent covariates."""
-    if count >= _ENOUGH * covariates:
-        return ()
-    return (f"{count} members are few for {covariates} independent covariates: where data and covariates are skewed, "
-            f"chance finds something more often than in 5 of 100 experiments, {_AUGMENT} keeps to them",)
+    if count < _ENOUGH * covariates:
+        yield (f"{count} members are few for {covariates} independent covariates: where data and covariates are "
+               "skewed, chance finds something more often than in 5 of 100 experiments, "
+               f"{_AUGMENT} keeps to them")
 
 
 def _spanned(columns: FloatArray) -> FloatArray:

@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 from family import group_of
@@ -128,6 +130,21 @@ def test_few_members_for_the_covariates_are_said():
     assert "11 members are few for 2" in ism.shapes.permutation_test(few, x, covariates=z, permutations=19).notes[0]
     assert not ism.shapes.permutation_test(few, x, covariates=z, permutations=19, augment=True).notes
     assert not ism.shapes.permutation_test(few, x, permutations=19).notes
+
+
+@pytest.mark.parametrize(("variable", "least"), [
+    ("aaabbb", 2 * 6 * 6 / 720),  # permutations within and of the groups
+    ("aab", 2 / 6), ([1, 2, 3], 2 / 6), ([1, 2, 4], 1 / 6), ("aaaabbbb", None)])
+def test_members_too_few_for_any_finding_are_told_with_the_least_p(variable, least):
+    count = len(variable)
+    found = ism.shapes.permutation_test(group_of(NOISE.shapes[:count]), [*variable], permutations=4999)
+    if least is None:
+        assert not found.notes
+        return
+    (note,) = found.notes
+    said = float(re.search(r"no p is below (\S+),", note)[1])
+    assert np.isclose(said, least, rtol=0.1)
+    assert found.p.min() >= 0.99 * said
 
 
 def test_augmented_models_find_what_is_planted():

@@ -22,8 +22,8 @@ from ....shapes.groups.design import data_of, read_design, test_names, write_tes
 from ....shapes.groups.features import FeatureFiles
 from ....shapes.groups.files import ARCHIVE, file_names, member_row, member_rows, read_group, write_group
 from ....shapes.groups.group import Group
-from ....shapes.groups.page import write_group_page, write_series_film, write_series_page
-from ....shapes.groups.permutation import LEVEL, indicators, permutation_test
+from ....shapes.groups.page import write_group_page, write_series_film, write_series_page, write_tests
+from ....shapes.groups.permutation import LEVEL, PointTest, indicators, permutation_test
 from ....shapes.groups.series import series
 from ....shapes.groups.series_files import ARCHIVE as SERIES
 from ....shapes.groups.series_files import write_series
@@ -207,7 +207,7 @@ def _test(args: Namespace) -> Exit:
     group = read_group(args.out)
     columns, kept, left_out = read_design(args.design, [member.name for member in group.members])
     tested, data = replace(group, members=tuple(group.members[k] for k in kept)), data_of(group, args.of)[kept]
-    rows: list[tuple[object, ...]] = []
+    rows, shown = list[tuple[object, ...]](), list[tuple[str, str, PointTest]]()
     found, tests = Findings(), dict[str, object]()
     found.figures["tests"] = tests
     found.left_out(left_out)
@@ -228,14 +228,17 @@ def _test(args: Namespace) -> Exit:
                    "explained": float(test.explained[k[1]])}
         rows.append((name, *figures.values(), f"{short}.npz"))
         tests[name] = figures
-        found.add(name, f"{figures['points']:.1%} of the points, smallest p {figures['p']:.2g}; where it is surest the "
-                        f"effect is {figures['effect']:.3g} (each coordinate +- {figures['margin']:.2g} at 95 percent "
-                        f"confidence) and explains {figures['explained']:.0%}")
+        words = (f"{figures['points']:.1%} of the points, smallest p {figures['p']:.2g}; where it is surest the "
+                 f"effect is {figures['effect']:.3g} (each coordinate +- {figures['margin']:.2g} at 95 percent "
+                 f"confidence) and explains {figures['explained']:.0%}")
+        found.add(name, words)
+        shown.append((name, words, test))
         for note in test.notes:
             found.add("note", f"{name}: {note}")
     header = ("variable", "share_of_points", "smallest_p", "effect", "standard_error", "margin", "explained", "file")
     table = Path(args.out) / "tests.tsv"
     write_cells(table, [header, *rows], force=True)
-    found.add("written", f"{table}, and beside it arrays, surface and picture of each test")
+    write_tests(table.with_name(_PAGE), group, shown, shlex.join(("igl-spheremap", *args.words)))
+    found.add("written", f"{table.with_name(_PAGE)} shows them, {table} and files beside it hold them")
     found.report(args)
     return Exit.OK
