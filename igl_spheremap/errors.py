@@ -369,15 +369,18 @@ def import_optional(module: str, user: str, extra: str = "") -> Any:
         raise FileError(f"{user} needs {package}, which is not installed: pip install {package}{hint}") from None
 
 
-def gate(function: Callable[P, R]) -> Callable[P, R]:
+def gate(function: Callable[P, R], prepare: Callable[[Any, Any], tuple[Any, Any]] | None = None) -> Callable[P, R]:
     """Check the kinds of a public function's arguments by its signature, and keep its caller's ``np.errstate`` out.
 
-    The function ignores overflow, division by zero and the like, and checks its results wherever these matter.
+    The function ignores overflow, division by zero and the like, and checks its results wherever these matter. First of
+    all `prepare` makes its arguments, positional ones and others, of those that are given.
     """
     hints = {name: str(one.annotation) for name, one in signature(function).parameters.items()}
 
     @wraps(function)
     def guarded(*args: P.args, **options: P.kwargs) -> R:
+        if prepare is not None:
+            args, options = prepare(args, options)
         check_kinds(hints, dict(zip(hints, args, strict=False)) | options)
         with _silent():
             try:

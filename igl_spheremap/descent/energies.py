@@ -11,7 +11,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from ..errors import gate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, count, examples
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
@@ -51,7 +50,6 @@ class HarmonicEnergy:
 
 
 @takes_mesh
-@gate
 def harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> float:
     """Harmonic energy of a map, equation (6).
 
@@ -128,7 +126,6 @@ class PHarmonicEnergy:
 
 
 @takes_mesh
-@gate
 def p_harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike, p: float) -> float:
     """p-harmonic energy of a map, equation (8).
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
-from ..errors import gate
 from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
 from ..mesh.objects import takes_mesh
@@ -23,7 +22,6 @@ from .sphere_map import SphereMap
 
 
 @takes_mesh
-@gate
 @timed()
 def algorithm_1(
     v: ArrayLike,
@@ -72,7 +70,6 @@ def algorithm_1(
 
 
 @takes_mesh
-@gate
 @timed()
 def algorithm_2(
     v: ArrayLike,

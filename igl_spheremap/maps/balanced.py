@@ -5,7 +5,7 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from ..balance import ON_SPHERE
-from ..errors import check_number, gate
+from ..errors import check_number
 from ..mesh.objects import takes_mesh
 from ..result.run import Listener
 from .options import Method
@@ -14,7 +14,6 @@ from .spherical_conformal_map import spherical_conformal_map
 
 
 @takes_mesh
-@gate
 def balanced_spherical_map(
     v: ArrayLike,
     f: ArrayLike,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..descent.energies import HarmonicEnergy
-from ..errors import FoldingsRemain, MeshError, Remedy, gate
+from ..errors import FoldingsRemain, MeshError, Remedy
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
@@ -31,7 +31,6 @@ _ROUND = 1e-3
 
 
 @takes_mesh
-@gate
 @timed()
 def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | None = None) -> SphereMap:
     """Certify a sphere that another program made, as a `SphereMap`, which other functions take.
@@ -110,7 +109,6 @@ def _result(mesh: Mesh, y: FloatArray, certificate: Certificate, notes: Sequence
 
 
 @takes_mesh
-@gate
 @timed()
 def repair_foldings(
     v: ArrayLike,

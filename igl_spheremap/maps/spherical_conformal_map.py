@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from ..errors import gate
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Listener
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
 
 
 @takes_mesh
-@gate
 @timed()
 def spherical_conformal_map(
     v: ArrayLike,

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..descent.energies import Energy, HarmonicEnergy, LandmarkEnergy, OwnEnergy, SumEnergy
 from ..descent.minimize import minimize
 from ..descent.problem import Problem, SobolevH2, p_harmonic_problem
-from ..errors import MeshError, gate
+from ..errors import MeshError
 from ..mesh.arrays import FloatArray, check_directions, plain_array, real_array
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
@@ -66,7 +66,6 @@ class Fidelity(Landmarks):
 
 
 @takes_mesh
-@gate
 @timed()
 def p_harmonic_map(
     v: ArrayLike,
@@ -138,7 +137,6 @@ def p_harmonic_map(
 
 
 @takes_mesh
-@gate
 @timed()
 def fidelity_map(
     v: ArrayLike,
@@ -249,7 +247,6 @@ def _with_fidelity(mesh: Mesh, term: Energy, name: str, x: FloatArray, options: 
 
 
 @takes_mesh
-@gate
 @timed()
 def landmark_map(
     v: ArrayLike,

@@ -91,7 +91,6 @@ class Mesh(CheckedFaces):
 
 
 @takes_mesh
-@gate
 @phase("check")
 def check_mesh(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> Mesh:
     """Check that `v, f` is a closed, oriented, connected genus-0 mesh, and normalise it.

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, Remedy, check_number, gate, within
+from ..errors import MeshError, Remedy, check_number, within
 from . import LARGEST_WELD
 from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
 from .check import check_mesh, check_positions, checked
@@ -68,7 +68,6 @@ def asked_for(function: str, weld: float, keep_largest: bool, holes: str, handle
 
 
 @takes_mesh
-@gate
 def repair_mesh(
     v: ArrayLike,
     f: ArrayLike,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import Remedy, gate
+from ..errors import Remedy
 from .arrays import BoolArray, FloatArray, IntArray, check_triangles, listed_words, place
 from .check import CheckedFaces, area_weights, check_caps, check_indices, check_positions, normalised
 from .edges import components, pinched_vertices, shared_edges
@@ -46,7 +46,6 @@ class Disk(CheckedFaces):
 
 
 @takes_mesh
-@gate
 @phase("check")
 def check_disk(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> Disk:
     """Check that `v, f` is an oriented, connected mesh with one boundary loop and no handle, and normalise it.

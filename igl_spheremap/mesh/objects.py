@@ -6,14 +6,13 @@ import difflib
 import inspect
 import os
 from collections.abc import Callable, Mapping
-from functools import wraps
 from importlib import import_module
-from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar, overload
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError
+from ..errors import MeshError, gate
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -69,7 +68,7 @@ class TakesMesh(Protocol[P, R_co]):
 
 
 def takes_mesh(function: Callable[Concatenate[ArrayLike, ArrayLike, P], R]) -> TakesMesh[P, R]:
-    """Let a function of `v, f` take a mesh object in their place, whose caps come with it.
+    """The `gate` of a public function of `v, f`, which lets it take a mesh object in their place, caps included.
 
     Options that the function does not have are refused by a TypeError that names the call that has them.
 
@@ -83,8 +82,7 @@ def takes_mesh(function: Callable[Concatenate[ArrayLike, ArrayLike, P], R]) -> T
     parameters = inspect.signature(function).parameters
     names, places = list(parameters), sum(each.kind is each.POSITIONAL_OR_KEYWORD for each in parameters.values())
 
-    @wraps(function)
-    def call(*args: Any, **kwargs: Any) -> R:
+    def arrays(args: tuple[Any, ...], kwargs: dict[str, Any]) -> tuple[tuple[Any, ...], dict[str, Any]]:
         args = _of_reader(args) if len(args) > places else args
         given = args[0] if args else kwargs.get("v")
         if "f" not in kwargs and (is_mesh(given) or (len(args) == 1 and "f" in names)):
@@ -96,9 +94,9 @@ def takes_mesh(function: Callable[Concatenate[ArrayLike, ArrayLike, P], R]) -> T
         for name in kwargs:
             if name not in names:
                 raise TypeError(_unknown(function, names, name))
-        return function(*args, **kwargs)
+        return args, kwargs
 
-    return call
+    return cast("TakesMesh[P, R]", gate(function, arrays))
 
 
 def _of_reader(args: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, check_whole, gate, shown, within
+from ..errors import MeshError, check_whole, shown, within
 from .arrays import FloatArray, IntArray, check_rows, check_triangles, own_unit, plain_array
 from .check import check_indices, check_positions
 from .clean import RepairedMesh, asked_for
@@ -17,7 +17,6 @@ from .surface import Surface
 
 
 @takes_mesh
-@gate
 def repair_disk(
     v: ArrayLike,
     f: ArrayLike,

@@ -14,7 +14,7 @@ from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import shared_edges
 from ..operators.factor.factor import Analysis, Entries, Factor
-from ..operators.factor.factorize import analyse, refactorize
+from ..operators.factor.factorize import analyse
 from ..operators.factor.memory import fits_memory
 
 #: Corner pairs of a face whose 2 x 2 blocks are kept; the others are their transposes.
@@ -57,7 +57,7 @@ class VertexSystem:
             raise FactorisationFailed("two unknowns a vertex: too large for an exact factorisation")
         if self._analysis is None:
             self._analysis = analyse(self._entries, self._backend)
-        return refactorize(self._analysis, values)
+        return self._analysis.factorise(values)
 
     def solve(self, factor: Factor, load: FloatArray) -> FloatArray:
         """Solutions of systems with the right-hand sides (..., 2, n)."""

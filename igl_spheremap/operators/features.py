@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, check_number, gate
+from ..errors import MeshError, check_number
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.objects import takes_mesh
@@ -75,7 +75,6 @@ class FeatureSurface:
 
 
 @takes_mesh
-@gate
 def depth_potential(v: ArrayLike, f: ArrayLike, *, ell: float = 0.12, caps: ArrayLike | None = None) -> FloatArray:
     """Depth of a surface's folds, from the surface alone: high on ridges and tips, low in valleys.
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
-from ..errors import FactorisationFailed, gate
+from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.measure import enclosed_volume, fill_directions, vertex_areas, vertex_normals, without_direction
@@ -24,7 +24,6 @@ _SIGMA = -0.5
 
 
 @takes_mesh
-@gate
 def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
     """Gauss map: each vertex goes to its unit normal, Definition 1.
 
@@ -89,7 +88,6 @@ class EigenProjection:
 
 
 @takes_mesh
-@gate
 def weighted_eigen_projection(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> EigenProjection:
     """Solve the eigenproblem weighted by the conformal factor of `x`, and take the star map.
 

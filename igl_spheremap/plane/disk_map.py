@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from numpy.typing import ArrayLike
 
 from ..balance import ON_SPHERE
-from ..errors import FoldingsRemain, check_number, gate
+from ..errors import FoldingsRemain, check_number
 from ..mesh.disk import Disk, check_disk
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import phase, timed
@@ -52,7 +52,6 @@ class DiskMap(PlaneMap):
 
 
 @takes_mesh
-@gate
 @timed()
 def disk_conformal_map(
     v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None, listener: Listener | None = None
@@ -111,7 +110,6 @@ def disk_conformal_map(
 
 
 @takes_mesh
-@gate
 def balanced_disk_map(
     v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None, balance: float = ON_SPHERE,
     listener: Listener | None = None,

@@ -13,7 +13,7 @@ from ..balance import IN_PLANE
 from ..balance.energy import BalancedEnergy
 from ..balance.family import MOST_WEIGHT, POWER, minimize_balanced
 from ..balance.flat_faces import FlatFaces
-from ..errors import check_number, gate
+from ..errors import check_number
 from ..mesh.arrays import FloatArray, own_unit
 from ..mesh.disk import Disk, check_disk
 from ..mesh.measure import surface_area
@@ -64,7 +64,6 @@ class FlatMap(PlaneMap):
 
 
 @takes_mesh
-@gate
 @timed()
 def flatten(
     v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None, balance: float = IN_PLANE,

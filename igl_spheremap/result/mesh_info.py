@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, Remedy, gate
+from ..errors import MeshError, Remedy
 from ..mesh.arrays import check_rows, check_triangles, listed_words
 from ..mesh.check import check_mesh
 from ..mesh.clean import repair_mesh
@@ -73,7 +73,6 @@ class MeshInfo:
 
 
 @takes_mesh
-@gate
 def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
     """Measure any triangles: what they are, whether they can be mapped, and what `repair_mesh` would do.
 

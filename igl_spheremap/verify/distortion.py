@@ -6,7 +6,6 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import gate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, own_unit
 from ..mesh.check import Mesh, check_indices, check_positions
 from ..mesh.disk import Disk
@@ -15,7 +14,6 @@ from ..mesh.objects import takes_mesh
 
 
 @takes_mesh
-@gate
 def angle_differences(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Change of every corner angle, image minus source, in degrees.
 
@@ -67,7 +65,6 @@ def mean_difference(source: FloatArray, x: FloatArray, f: IntArray) -> float:
 
 
 @takes_mesh
-@gate
 def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Conformal factor e^{2u} at the vertices: image area over source area of the faces around, equation (14).
 
@@ -95,7 +92,6 @@ def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 
 @takes_mesh
-@gate
 def log_area_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Natural logarithm of image area over source area of every face, each surface having area 1.
 
@@ -123,7 +119,6 @@ def log_area_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
 
 
 @takes_mesh
-@gate
 def log_length_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """Natural logarithm of image length over source length of every edge, each surface having area 1.
 

@@ -18,7 +18,7 @@ from ... import samples
 from ...draw.folds import Clusters
 from ...draw.lens import follow
 from ...draw.plot import fit, pose
-from ...errors import check_number, gate
+from ...errors import check_number
 from ...io.files import read_mesh
 from ...maps.options import METHODS, Method, method_of
 from ...maps.sphere_map import SphereMap
@@ -436,7 +436,6 @@ class Player(App):
 
 
 @takes_mesh
-@gate
 def play(
     v: ArrayLike,
     f: ArrayLike,

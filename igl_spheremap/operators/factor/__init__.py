@@ -1,1 +1,1 @@
-"""Factors of sparse symmetric positive definite matrices, exact or approximate."""
+"""Exact factors of sparse symmetric positive definite matrices, and the orders of elimination that keep them sparse."""

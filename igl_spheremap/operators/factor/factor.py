@@ -29,8 +29,8 @@ _CHOLMOD_DISSECTS_FROM = 100_000
 #: Unknowns from which on SuperLU takes nested dissection: below, minimum degree fills and costs less; far above, its
 #: search takes longer than the factorisation (benchmarks/tried.md, orders and factorisations).
 _SUPERLU_DISSECTS_FROM = 40_000
-#: Relative residual from which on SuperLU counts as having failed: half of the digits. Of the
-#: samples' Laplacians it is 7e-16 at most.
+#: Relative residual from which on SuperLU counts as having failed: half of the digits. Of the samples' Laplacians it is
+#: 7e-16 at most.
 _LARGEST_BACKWARD_ERROR = 1e-8
 #: cvxopt has one set of options for all threads.
 _OPTIONS = threading.Lock()
@@ -141,8 +141,15 @@ class Analysis(ABC):
     def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver]:
         """Order and solver of the reordered matrix with these entries, whose i-th row is row ``order[i]`` of P."""
 
+    @phase("factorisation")
     def factorise(self, values: np.ndarray) -> Factor:
-        """Factor of a matrix with these entries, in place of the one before. FactorisationFailed if not definite."""
+        """Factor of a matrix with these entries, in place of the one before, which raises if it is used again.
+
+        Raises FactorisationFailed for a matrix that is not finite or, unless the solver is SuperLU, which does not see
+        it, not numerically positive definite.
+        """
+        if not np.isfinite(values).all():
+            raise FactorisationFailed("the matrix has entries that are not finite")
         self._made += 1
         order, solve = self._numeric(values)
         ordered = order, inverse_permutation(order)

@@ -5,10 +5,8 @@ from __future__ import annotations
 from functools import cache
 from importlib import import_module
 
-import numpy as np
 import scipy.sparse as sp
 
-from ...errors import FactorisationFailed
 from ...mesh.timings import phase
 from .factor import Analysis, Cholmod, Entries, Factor, SuperLU, factorised
 from .memory import OF_SOLVER, bytes_left, too_little
@@ -41,29 +39,17 @@ def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None
     """
     P = P.T if P.format == "csc" else sp.csr_matrix(P)  # symmetric: its transpose will do
     backend = _chosen(backend)
-    _check_finite(P.data)
     if reuse is not None and reuse.backend == backend and reuse.again and reuse.fits(P):
         return reuse.again(P)
     return factorised(_SOLVERS[backend][1](Entries.of(P)), P)
 
 
 def analyse(entries: Entries, backend: str = "auto") -> Analysis:
-    """A solver for matrices of one pattern that are factorised again and again, by `refactorize`.
+    """A solver for matrices of one pattern that are factorised again and again.
 
     Raises ValueError for a backend that is unknown or not installed.
     """
     return _SOLVERS[_chosen(backend)][1](entries)
-
-
-@phase("factorisation")
-def refactorize(analysis: Analysis, values: np.ndarray) -> Factor:
-    """Factorise a matrix of a pattern that was analysed, in place of the last one: that factor raises if used again.
-
-    Raises FactorisationFailed for a matrix that is not finite or, unless the solver is SuperLU, which does not see it,
-    not numerically positive definite.
-    """
-    _check_finite(values)
-    return analysis.factorise(values)
 
 
 def _chosen(backend: str) -> str:
@@ -78,11 +64,6 @@ def _chosen(backend: str) -> str:
         raise ValueError(f"backend {backend!r} needs {_SOLVERS[backend][0]}, which is not installed; install it, or "
                          f"choose {' or '.join(map(repr, available))}")
     return backend
-
-
-def _check_finite(values: np.ndarray) -> None:
-    if not np.isfinite(values).all():
-        raise FactorisationFailed("the matrix has entries that are not finite")
 
 
 @cache

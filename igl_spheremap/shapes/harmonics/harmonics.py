@@ -408,7 +408,6 @@ def _notes(source: SphereMap, degree: int) -> tuple[str, ...]:
 
 
 @takes_mesh
-@gate
 def coefficients_from_mesh(v: ArrayLike, f: ArrayLike, degree: int, *, basis: Basis = "orthonormal",
                            balance: float = AREA_PRESERVING) -> FloatArray:
     """Map a closed surface to the sphere, certify the map, and expand the surface in spherical harmonics.
@@ -454,5 +453,5 @@ def coefficients_from_mesh(v: ArrayLike, f: ArrayLike, degree: int, *, basis: Ba
     check_degree(degree)
     shape = spherical_harmonics(balanced_spherical_map(v, f, balance=balance), degree=degree)
     for note in shape.notes:
-        warnings.warn(note, stacklevel=4)  # names the line of the caller, outside of two decorators
+        warnings.warn(note, stacklevel=3)  # names the line of the caller, outside of the gate
     return shape.in_basis(basis)
