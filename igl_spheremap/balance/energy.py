@@ -18,8 +18,8 @@ _CHUNK = 8192
 #: --of balance --set balance.energy._FLOOR=1e-2`).
 _FLOOR = 1e-3
 #: A twist's curvature is raised to this share: a rotation costs no energy, but as vertices move along straight lines
-#: it strains faces by the square of its angle. With .01 the eight of `_FLOOR` end alike to 1 percent, with .2 areas of
-#: one are off by 13 percent more, after 1.07 of the steps.
+#: it strains faces by the square of its angle. With .01 eight samples and meshes end alike to 1 percent, with .2 areas
+#: of one are off by 13 percent more, after 1.07 of the steps.
 _TWIST_FLOOR = 0.05
 #: Where tanh(q / 2) is below this, rounding decides the quotient in (8), and the limit for round faces is taken.
 _ROUND = 1e-6

@@ -10,10 +10,8 @@ import numpy as np
 from ..mesh.arrays import FloatArray
 from ..result.run import Iterate
 from ..sphere.rows import unit_rows
+from ..start.punctured import OFF_CENTRE
 from .problem import Diagonal, Problem, remove_boosts
-
-#: Distance of the weighted mean from the origin at which a Moebius map brings it back.
-_OFF_CENTRE = 1e-4
 
 
 def projected_descent(problem: Problem, x: FloatArray, step: float = 1.8, stage: str = "harmonic") -> Iterator[Iterate]:
@@ -31,7 +29,7 @@ def projected_descent(problem: Problem, x: FloatArray, step: float = 1.8, stage:
     """
     L2 = Diagonal(problem.areas)
     for k in count():
-        x = problem.centred(x, _OFF_CENTRE)
+        x = problem.centred(x, OFF_CENTRE)
         energy, derivative = problem.energy.evaluate(x)
         gradient = remove_boosts(x, L2.gradient(x, derivative), problem.A)
         residual = float(np.sqrt(L2.inner(gradient, gradient)))

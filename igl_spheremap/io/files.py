@@ -16,7 +16,7 @@ from ..mesh.arrays import IntArray, check_rows, check_triangles
 from ..mesh.objects import MeshLike, vertices_and_faces
 from ..mesh.topology import closed_parts
 from .formats import PathLike, format_of
-from .gifti import structure_of
+from .hemispheres import structure_of
 from .reading import opening, reading
 from .records import LoadedMesh, Metadata, RawMesh
 from .replacing import replacing

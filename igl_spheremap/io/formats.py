@@ -58,6 +58,8 @@ FORMATS = (
            data=True),
     Format("NPZ", "npz", (".npz",), magic=(b"PK\x03\x04",), both=True, data=True),
 )
+#: Ends of names of files that are read only: their tables of plates are laid out in other ways than the one written.
+READ_ONLY = (".ver", ".icq")
 #: All formats of maps over vertices.
 DATA_FORMATS = (
     *(entry for entry in FORMATS if entry.data),

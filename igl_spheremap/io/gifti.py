@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import binascii
 import gzip
-import re
 import zlib
 from io import BytesIO
 from pathlib import Path
@@ -16,27 +15,12 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError, import_optional, printable
 from ..mesh.arrays import FloatArray, IntArray
-from .formats import PathLike
 from .reading import check_expansion, expansion_limit
 from .records import Label, Metadata, RawMesh, of_triangles
 
 _GZIP = b"\x1f\x8b"
 _STRUCTURE = "AnatomicalStructurePrimary"
-_HEMISPHERE = re.compile(r"(?:^|[._-])(lh|rh|hemi-[LR])(?:[._-]|$)|\.([LR])\.|_(left|right)\.gii")
 _MARK = "ProgramProvenance"  # the name that Connectome Workbench gives such an entry
-
-
-def structure_of(path: PathLike) -> dict[str, str]:
-    """The hemisphere that a file's name has by the convention of FreeSurfer, BIDS, HCP or nilearn, as metadata.
-
-    >>> structure_of("/data/lh.pial"), structure_of("sub-01_hemi-R_pial.surf.gii"), structure_of("alhambra.obj")
-    ({'structure': 'CortexLeft'}, {'structure': 'CortexRight'}, {})
-    >>> structure_of("100307.L.white.native.surf.gii"), structure_of("white_right.gii.gz")
-    ({'structure': 'CortexLeft'}, {'structure': 'CortexRight'})
-    """
-    found = _HEMISPHERE.search(Path(path).name)
-    left = found and (found[1] or found[2] or found[3]) in ("lh", "hemi-L", "L", "left")
-    return {"structure": f"Cortex{'Left' if left else 'Right'}"} if found else {}
 
 
 def read(path: Path) -> RawMesh:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from ..errors import FileError, Remedy
 from .formats import CONVENTIONS, Convention, PathLike
-from .gifti import structure_of
 
 LEFT, RIGHT = "CortexLeft", "CortexRight"
 #: The structures by the letters that stand for them.
@@ -16,6 +15,7 @@ SIDES = {"L": LEFT, "R": RIGHT}
 #: Words of names for kinds of surfaces.
 _KINDS = {"white": "white", "smoothwm": "white", "pial": "pial", "midthickness": "midthickness",
           "graymid": "midthickness", "central": "midthickness"}
+_STRUCTURE = re.compile(r"(?:^|[._-])(lh|rh|hemi-[LR])(?:[._-]|$)|\.([LR])\.|_(left|right)\.gii")
 _WORD = re.compile(r"[A-Za-z0-9]+")
 _BIDS = re.compile(r"(sub-[A-Za-z0-9]+(?:_[a-z]+-[A-Za-z0-9]+)*?)_hemi-[LR]_")
 _HCP = re.compile(r"([^.]+)\.[LR]\.")
@@ -59,6 +59,19 @@ class Hemisphere:
     def other(self) -> str:
         """The structure of the other side."""
         return other_side(self.structure)
+
+
+def structure_of(path: PathLike) -> dict[str, str]:
+    """The hemisphere that a file's name has by the convention of FreeSurfer, BIDS, HCP or nilearn, as metadata.
+
+    >>> structure_of("/data/lh.pial"), structure_of("sub-01_hemi-R_pial.surf.gii"), structure_of("alhambra.obj")
+    ({'structure': 'CortexLeft'}, {'structure': 'CortexRight'}, {})
+    >>> structure_of("100307.L.white.native.surf.gii"), structure_of("white_right.gii.gz")
+    ({'structure': 'CortexLeft'}, {'structure': 'CortexRight'})
+    """
+    found = _STRUCTURE.search(Path(path).name)
+    left = found and (found[1] or found[2] or found[3]) in ("lh", "hemi-L", "L", "left")
+    return {"structure": LEFT if left else RIGHT} if found else {}
 
 
 def other_side(structure: str) -> str:

@@ -16,9 +16,6 @@ from .reading import read_lines, reading
 from .records import Label, Metadata
 from .replacing import replacing
 
-#: Suffixes of lists of landmarks: vertices of a surface, without positions on a sphere.
-LANDMARK_LISTS = (".pinned", ".vts")
-
 
 def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     """Read scalar maps over the vertices of a mesh.

@@ -26,7 +26,7 @@ from . import npz
 from .files import read_sphere
 from .float32 import certified_float32
 from .formats import PathLike, format_of
-from .gifti import structure_of
+from .hemispheres import structure_of
 from .reading import reading
 from .records import Metadata
 from .replacing import replacing

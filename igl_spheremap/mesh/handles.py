@@ -14,13 +14,15 @@ from .edges import edge_keys
 #: for one that does with a chance of 5e-10.
 _PRIME = 2**31 - 1
 #: Vertices of a loop of the basis at which searches for a first short loop begin: a handle along which the loop runs
-#: for a 24th of its length has one of them. With half and twice of this, of the reach and of the visits below, a torus,
-#: a kitten and an elephant of genus 3 are cut along the same loops (tried by hand).
+#: for a 24th of its length has one of them. With 12 and 48 a torus, a kitten and an elephant of genus 3 are cut along
+#: the same loops (tried by hand).
 _ROOTS = 24
-#: Reach of the first searches, in mean edge lengths; each further one reaches twice as far.
+#: Reach of the first searches, in mean edge lengths; each further one reaches twice as far. With 3 and 12 the torus,
+#: the kitten and the elephant are cut along the same loops (tried by hand).
 _REACH = 6
-#: Vertices, over all roots, that the exact searches near one loop may visit, in a tenth of a second; three roots are
-#: searched from whatever that takes.
+#: Vertices, over all roots, that the exact searches near one loop may visit: those of a tenth of a second. Three roots
+#: are searched from, however many vertices that visits. With half and twice the number the torus, the kitten and the
+#: elephant are cut along the same loops (tried by hand).
 _VISITS, _LEAST_ROOTS = 400_000, 3
 #: A loop is shorter if the ratio of lengths is below this; above it the difference is rounding.
 _SHORTER = 1 - 1e-9

@@ -21,8 +21,7 @@ from ..draw.palette import AREAS, FOLDED, Colour, Ramp, fitting
 from ..draw.plot import both_sides, pose
 from ..errors import FileError, import_optional
 from ..io.files import read_sphere
-from ..io.gifti import structure_of
-from ..io.hemispheres import LEFT, RIGHT
+from ..io.hemispheres import LEFT, RIGHT, structure_of
 from ..io.replacing import make_folder, replacing
 from ..io.textured import write_picture
 from ..mesh.check import check_mesh

@@ -37,8 +37,8 @@ _SAMPLE = 1000
 #: every eighth part of the set tune ends 2.7 percent higher, with 100 the same.
 _FOLDED = 30.0
 #: Number of Moebius maps that are tried, enough for the search to settle, and how far the first ones move the sphere's
-#: centre. Only three of the parts of `_FOLDED` depend on these numbers, too few to choose by: they end 1.3 percent
-#: lower with 30 maps, .2 percent lower with .2, and 2.4 percent higher with .8.
+#: centre. Of every eighth part of the set tune only three depend on these numbers, too few to choose by: they end 1.3
+#: percent lower with 30 maps, .2 percent lower with .2, and 2.4 percent higher with .8.
 _GAUGES, _FIRST = 60, 0.4
 
 

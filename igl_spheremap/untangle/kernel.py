@@ -31,7 +31,7 @@ _CHART_RADIUS = 1.5
 #: then at most 10 from the centre, and rounding moves it by at most 100 eps.
 _IN_VIEW = 0.1
 #: Moves end at this share of the distance to the kernel's boundary: vertices that are inserted or moved later need part
-#: of the kernel. With .4 the parts of `_NEWTON_STEPS` end .7 percent higher, none 5 percent off.
+#: of the kernel. With .4 every eighth part of the set tune ends .7 percent higher, none 5 percent off.
 _REACH = 0.7
 
 

@@ -40,8 +40,8 @@ _LOST = 0.25
 #: few enough to lie in the body's middle. With 15 every eighth part of the set tune ends .6 percent lower, by one part.
 _LARGEST = 60
 #: Faces with shorter edges keep the mesh's own angles: projection changes angles by about the length of edges, so by a
-#: hundredth of a degree at most there, and rounding changes them by eps over the length. With 1e-3 the parts of
-#: `_LARGEST` end .2 percent higher.
+#: hundredth of a degree at most there, and rounding changes them by eps over the length. With 1e-3 every eighth part of
+#: the set tune ends .2 percent higher.
 _SHORT = 1e-4
 
 

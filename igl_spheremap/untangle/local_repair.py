@@ -37,16 +37,16 @@ _SWEEPS, _SETTLED = 30, 0.01
 #: versions . FOLDER/tune --every 8 --set untangle.local_repair._LEAST_AREA=1e-2`).
 _LEAST_AREA = 1e-3
 #: A map is worse than another if its mean angle difference is this many times the other's: centring always changes it a
-#: bit. With 1.2 the parts of `_LEAST_AREA` end the same.
+#: bit. With 1.2 every eighth part of the set tune ends the same.
 _WORSE = 1.05
 #: Distance of the centroid from the origin, the sphere's radius being 1, beyond which a map is centred even if that
-#: folds faces. With 1e-2 the parts of `_LEAST_AREA` end .1 percent lower.
+#: folds faces. With 1e-2 every eighth part of the set tune ends .1 percent lower.
 _OFF_CENTRE = 1e-3
 #: Small moves are longer than the shortest sufficient ones by this factor. With 1 the whole set tune ends 1.6 percent
-#: higher, 17 worse and 8 better, with 1.8 the parts of `_LEAST_AREA` 1.3 percent higher, 3 worse and 1 better.
+#: higher, 17 parts worse and 8 better, with 1.8 every eighth part 1.3 percent higher, 3 worse and 1 better.
 _OVER_RELAXATION = 1.3
-#: Small moves end after this many rounds without progress. With 8 a part of 149 vertices ends at 25.9, not 22.8 degrees
-#: (tried by hand).
+#: Small moves end after this many rounds in which no fewer faces fold. With 8 a part of 149 vertices ends at 25.9, not
+#: 22.8 degrees (tried by hand).
 _PATIENCE = 25
 
 

@@ -22,16 +22,16 @@ from .embedding import dilate, embed_locally
 from .local_repair import FEW, RELAXED_RINGS, small_moves
 from .relax import AngleLoss, relax_angles
 
-#: In steps, differences below this share of their mean count by their squares; with a smaller share steps stall: with
-#: .03 the sword ends at 3.77 degrees, not 3.51 (`python -m benchmarks repairs maps`).
+#: In Newton steps, angle differences below this share of their mean count by their squares. With a smaller share steps
+#: stall: with .03 the sword ends at 3.77 degrees, not 3.51 (`python -m benchmarks repairs maps`).
 _SMOOTHING = 0.1
-#: The same share in the sweep over a sample. With .1 one more of 33 samples and meshes of the corpus takes steps,
-#: bimba, which ends at 1.47, not 1.63 degrees; all take 1.06 of the time (`python -m benchmarks versions . MESH ...
-#: --set untangle.match_angles._SAMPLE_SMOOTHING=.1`).
+#: In the sweep that predicts what steps gain, angle differences below this share of their mean count by their squares.
+#: With .1 one more of 33 samples and meshes of the corpus takes steps, bimba, which ends at 1.47, not 1.63 degrees; all
+#: take 1.06 of the time (`python -m benchmarks versions . MESH ... --set untangle.match_angles._SAMPLE_SMOOTHING=.1`).
 _SAMPLE_SMOOTHING = 0.03
-#: Degrees: a map without foldings takes no steps if its mean angle difference is below. With .6 one more of the
-#: meshes of `_SAMPLE_SMOOTHING` takes steps (koala 1.14 to .93 degrees) and all 1.2 of the time, with 2.4 two fewer
-#: (putamen 1.09 to 1.30, drum 1.14 to 1.39) and .9 of it.
+#: Degrees: a map without foldings takes no steps if its mean angle difference is below. With .6 one more of 33 samples
+#: and meshes of the corpus takes steps (koala 1.14 to .93 degrees), and all take 1.2 of the time; with 2.4 two fewer
+#: take steps (putamen 1.09 to 1.30, drum 1.14 to 1.39), and all take .9 of it.
 _GOOD = 1.2
 #: Of the differences that can be lowered, steps gain at least this many times what a sweep over the vertices gains;
 #: polish gains 1.5 to 2.4 times that on samples of 1,200 to 1,550 vertices (`python -m benchmarks repairs polish MESH
@@ -40,7 +40,7 @@ _GOOD = 1.2
 _STEPS_PER_SWEEP = 4
 #: Mean least angle of a mesh's faces up to which steps gain as much from its harmonic map as from any other map: where
 #: faces are better shaped the harmonic map is conformal already (benchmarks/tried.md, when steps are worth their time).
-#: With 60 degrees the eight samples of `_STEPS_PER_SWEEP` end 2 percent lower, for 1.3 of the time.
+#: With 60 degrees eight samples end 2 percent lower, for 1.3 of the time.
 _THIN = np.radians(30)
 #: Faces, and stars of vertices, that are sampled to predict what steps gain: with twice the number 231 meshes decide
 #: alike (tried by hand), and with half of it every eighth part of the set tune ends the same (`python -m benchmarks

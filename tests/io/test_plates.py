@@ -42,6 +42,13 @@ def test_what_is_written_reads_back(tmp_path):
     assert (tmp_path / "a.tab").read_text().splitlines()[len(V) + 1] == str(len(F))
 
 
+@pytest.mark.parametrize("name", ["a.ver", "a.ICQ"])
+def test_layouts_that_are_only_read_are_not_written_under_their_names(name, tmp_path):
+    with pytest.raises(ism.FileError, match=r"are read only; write \.tab$"):
+        ism.write_mesh(tmp_path / name, V, F)
+    assert not any(tmp_path.iterdir())
+
+
 def grids(q):
     """Points of six faces of a cube, in the order and directions of ICQ (J runs towards negative y on the first)."""
     s = np.linspace(-1, 1, q + 1)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-import re
 from dataclasses import dataclass
+
+from ...io.hemispheres import LEFT, RIGHT, structure_of
 
 #: Width and height in pixels of a window, of a registration's, of a comparison's and of a map's between surfaces.
 SIZE = (1280, 760)
@@ -20,9 +21,6 @@ KEEP = 400.0
 #: Directions that may be up; with the last two z is, and the surface is seen from its left or its right.
 UPS = ("auto", "x", "-x", "y", "-y", "z", "-z", "left", "right")
 _Y_UP = (".glb", ".gltf")
-#: What says in the name of a surface, or in its file, on which side of a brain it lies; single letters only in GIFTI's.
-_SIDES = {"left": "lh|hemi-l|cortexleft", "right": "rh|hemi-r|cortexright"}
-_LETTERS = {"left": "l|left", "right": "r|right"}
 _NO_CUSTOM = (".obj", ".off", ".ply", ".stl", ".npz", "the given mesh")
 #: What colours can show, in the order of the menus.
 SUBJECTS = ("foldings", "angle differences", "area distortion", "checkerboard")
@@ -73,11 +71,9 @@ def guess_up(name: str, structure: str | None = None) -> str:
     >>> guess_up("left/brain.gii"), guess_up("scene.glb"), guess_up("bunny.obj"), guess_up("sample:dino")
     ('z', 'y', 'auto', 'z')
     """
-    words = f"{structure or ''} {os.path.basename(name)}".lower()
-    for side, names in _SIDES.items():
-        names += f"|{_LETTERS[side]}" if words.endswith(".gii") else ""
-        if re.search(f"(^|[^a-z])({names})([^a-z]|$)", words):
-            return side
+    side = structure or structure_of(name).get("structure")
+    if side in (LEFT, RIGHT):
+        return "left" if side == LEFT else "right"
     if name.lower().endswith(_Y_UP):
         return "y"
     return "auto" if name.lower().endswith(_NO_CUSTOM) else "z"

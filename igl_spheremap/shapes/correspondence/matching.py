@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...balance import AREA_PRESERVING
-from ...errors import MapError, Remedy, check_list, check_number, gate
+from ...errors import FoldingsRemain, MapError, MeshError, Remedy, check_list, check_number, gate, within
 from ...maps.balanced import balanced_spherical_map
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
@@ -32,7 +32,7 @@ from .registration import reflected
 from .stretch import LOST, Distortion
 from .surface_map import SurfaceMap
 
-#: From ENOUGH landmarks on, they determine the Moebius map at the start; STIFFNESS is the weight of its squared boost
+#: From _ENOUGH landmarks on, they determine the Moebius map at the start; _STIFFNESS is the weight of its squared boost
 #: beside their mean squared distance.
 _ENOUGH, _STIFFNESS = 3, 1e-2
 #: Weight of curvature and depth on the way: strain alone pairs the folds of cortices wrongly (docs/correspondence.md).
@@ -126,9 +126,7 @@ def match(
     """
     history = History(listener)
     check_number(feature_weight, "feature_weight")
-    pairs = (each if isinstance(each, SphereMap) else balanced_spherical_map(each, balance=AREA_PRESERVING)
-             for each in (source, target))
-    source, target = (each if each.certificate.folding_free else certified(each.mesh, each.sphere) for each in pairs)
+    source, target = _mapped(source, "the source"), _mapped(target, "the target")
     given = LandmarkPairs.of(landmarks, curves, source, target)
     if features is not None:
         of_source, of_target = check_list(features, "features", 2)
@@ -145,6 +143,16 @@ def match(
         _check_met(result, given, goals)
     onto = SurfaceMap(result, target, given.vertices, given.goals)
     return replace(onto, notes=tuple(_remarks(onto, len(source.sphere), len(divided.sphere))))
+
+
+def _mapped(given: SphereMap | MeshLike, name: str) -> SphereMap:
+    """The map of a surface, at balance 1 if it is a mesh; errors name the surface."""
+    try:
+        if not isinstance(given, SphereMap):
+            return balanced_spherical_map(given, balance=AREA_PRESERVING)
+        return given if given.certificate.folding_free else certified(given.mesh, given.sphere)
+    except (MeshError, FoldingsRemain, TypeError) as error:
+        raise within(error, f"{name}: ") from None
 
 
 def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike] | None, weight: float,

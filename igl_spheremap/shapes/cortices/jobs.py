@@ -17,8 +17,7 @@ from ..._version import __version__
 from ...errors import FileError, MeshError
 from ...io.files import read_mesh, read_sphere
 from ...io.formats import CONVENTIONS, Convention
-from ...io.gifti import structure_of
-from ...io.hemispheres import SIDES, Hemisphere, Names, atlas_of, fill_sides, hemisphere_of, partner_of
+from ...io.hemispheres import SIDES, Hemisphere, Names, atlas_of, fill_sides, hemisphere_of, partner_of, structure_of
 from ...io.records import Label
 from ...io.replacing import replacing
 from ...io.scalars import read_labels, read_scalars

@@ -12,7 +12,7 @@ import numpy as np
 from ...balance import ON_SPHERE
 from ...errors import FileError, FoldingsRemain, MeshError
 from ...io.files import read_mesh
-from ...io.hemispheres import atlas_of
+from ...io.hemispheres import LEFT, RIGHT, atlas_of
 from ...io.records import Label, LoadedMesh
 from ...io.replacing import REPLACE
 from ...io.scalars import read_labels, read_scalars
@@ -51,6 +51,9 @@ class SphereRegistration(Task[HemisphereJob]):
     def surface(self, job: HemisphereJob) -> tuple[LoadedMesh, FloatArray, FloatArray]:
         """Read the given surface, positions of the pial one, and of what is registered: the midthickness of both."""
         given = read_mesh(self.place(job.source))
+        if given.metadata.get("structure") in (LEFT, RIGHT) and given.metadata["structure"] != job.hemisphere.structure:
+            raise MeshError(f"{job.source} is taken for {job.hemisphere.structure}, and says itself that it is "
+                            f"{given.metadata['structure']}; correct its name or what it holds")
         if job.pial is None:
             return given, given.v, given.v
         v, f = read_mesh(self.place(job.pial))

@@ -243,8 +243,13 @@ def test_refusals(pair):
     folded[[10, 20]] = folded[[20, 10]]
     with pytest.raises(ism.FoldingsRemain) as refused:
         ism.sphere_map(a.vertices, a.faces, folded)
-    with pytest.raises(ism.FoldingsRemain):
+    with pytest.raises(ism.FoldingsRemain, match=r"^the source: "):
         ism.shapes.match(refused.value.result, b)
+    with pytest.raises(TypeError, match=r"^the target: int is given without faces"):
+        ism.shapes.match(a, 3)
+    with pytest.raises(ism.MeshError, match=r"^the target: open surface") as refused:
+        ism.shapes.match(a, (b.vertices, b.faces[1:]))
+    assert refused.value.remedy.options == {"holes": "fill"}
     ball = ism.sphere_map(a.sphere, a.faces, a.sphere)
     with pytest.raises(ism.MeshError, match="is a sphere"):
         ism.shapes.match(ball, b)

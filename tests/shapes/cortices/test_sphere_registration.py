@@ -367,6 +367,14 @@ def test_labels_that_are_no_whole_numbers_are_named(made, tmp_path, wrong):
         run(desk, to=options["to"], labels=[str(tmp_path / "lh.a.npz")])
 
 
+def test_a_file_that_says_another_side_than_its_name_is_refused(made, tmp_path):
+    y, f = turned(300)
+    write_mesh(tmp_path / "lh.white.surf.gii", body(y), f, metadata={"structure": "CortexRight"})
+    (row,) = run(made[0], [tmp_path / "lh.white.surf.gii"], str(tmp_path / "out"), to=made[4]["to"])
+    assert row.status == "no mesh"
+    assert "is taken for CortexLeft, and says itself that it is CortexRight" in row.notes
+
+
 def test_a_template_that_is_inside_out_is_named(made, tmp_path):
     x, f = sphere(642)
     write_mesh(tmp_path / "lh.pial", body(x) * [-1, 1, 1], f)
