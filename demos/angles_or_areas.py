@@ -4,25 +4,27 @@
     python demos/angles_or_areas.py bunny.obj                 # your surface; or sample:bunny
     python demos/angles_or_areas.py sample:bunny picture.png  # a picture; needs no display
 
-At balance 0 squares stay squares, and a limb lies within one of them. At 1 all have the same area, and are sheared.
+At balance 0 squares stay squares, and most limbs lie within one of them. At 1 each takes the same share of the body's
+area as of the sphere's, and is sheared.
 """
 
 import numpy as np
 
 import igl_spheremap as ism
 from igl_spheremap.apps.demo import run_demo
-from igl_spheremap.apps.viewer.colouring import checkerboard
 from igl_spheremap.apps.viewer.compare import show_parts
 from igl_spheremap.apps.viewer.grid import Part
+from igl_spheremap.apps.viewer.widgets import Colours
 from igl_spheremap.draw.plot import fit, pose
 
 
 def angles_or_areas(v, f, up, target, progress):
-    mesh, turn, poles = ism.check_mesh(v, f), pose(v, up), np.array([[0, 0, 1.0], [0, 0, -1.0]])
+    mesh, turn = ism.check_mesh(v, f), pose(v, up)
+    colours = Colours("checkerboard")  # whose poles stay at the tips of the same limbs
     bodies, spheres = [], []
     for balance in (0, 0.5, 1):
         result = ism.balanced_spherical_map(v, f, balance=balance, listener=progress.listener(f))
-        board = checkerboard(mesh, result.sphere, poles)
+        board = colours.of(mesh, result.sphere)
         angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.log_area_ratios()).mean())
         bodies.append(Part(f"balance {balance}", fit(v, turn), f, board))
         caption = f"angles differ by {angle:.1f} degrees,\nareas by a factor of {area:.3g}"

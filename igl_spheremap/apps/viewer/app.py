@@ -240,12 +240,12 @@ def file_stem(source: str, kind: str) -> str:
 
 
 class SaveWidgets:
-    """A name and buttons that write what is shown: as a picture, as a video, and the map itself.
+    """A name and buttons that write what is shown: as a picture, as a video, and, if it has one, the map itself.
 
     Files that are there stay: a number is added to the name. The window goes on to show its panel.
     """
 
-    def __init__(self, app: App, name: str, result: Callable[[], SphereMap | None]) -> None:
+    def __init__(self, app: App, name: str, result: Callable[[], SphereMap | None] | None) -> None:
         self._app, self.name, self._result = app, name, result
 
     def __call__(self) -> None:
@@ -255,7 +255,7 @@ class SaveWidgets:
         imgui.TextUnformatted("save as")
         for label, ending, allowed, write in (
             ("picture", ".png", window.PICTURES, self._picture), ("video", ".gif", window.VIDEOS, self._video),
-            ("map", ".npz", (Path(self.name).suffix,), self._map),
+            *([] if self._result is None else [("map", ".npz", (Path(self.name).suffix,), self._map)]),
         ):  # fmt: skip
             if imgui.Button(label):
                 self._app.message = ""
@@ -293,7 +293,6 @@ class SaveWidgets:
 
     def _map(self, path: Path) -> str:
         """Write the map, certified as it is written; an .npz file holds the whole result."""
-        found = self._result()
-        if found is None:
+        if self._result is None or (found := self._result()) is None:
             return "there is no result yet"
         return f"wrote {path}: {write_map(path, found, force=True)}"

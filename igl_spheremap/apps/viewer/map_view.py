@@ -67,7 +67,7 @@ class MapView(ColouredApp):
         self._balance = 0.0 if result is None else result.balance
         self._run: ShownRun | None = None
         self._clicked = np.zeros(2)
-        self._save = SaveWidgets(self, name, lambda: self.result)
+        self._save = SaveWidgets(self, name, None if result is None else lambda: self.result)
         self.grid = Grid()
         self._show_maps(maps)
 

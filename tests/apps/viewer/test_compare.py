@@ -20,7 +20,10 @@ shots = []
 for frame in range(shown.frames()):
     shown.go_to(frame)
     shots.append(drawn(window.grab()))
-figures = dict(captions=[part.caption for part in shown.grid.parts.values()], shots=shots)
+buttons, press = [], window.imgui.Button
+window.imgui.Button = lambda label, *size: buttons.append(label) or press(label, *size)
+window.grab()
+figures = dict(captions=[part.caption for part in shown.grid.parts.values()], shots=shots, buttons=buttons)
 """)
     v, f = ism.samples.make("dino", n_vertices=1500)
     result = ism.spherical_conformal_map(v, f)
@@ -30,6 +33,8 @@ figures = dict(captions=[part.caption for part in shown.grid.parts.values()], sh
         "Gauss map", "auto", f"{folded:,} folded faces\nangles differ by {gauss:.3g} degrees",
         f"0 folded faces\nangles differ by {auto:.3g} degrees"]
     assert min(figures["shots"]) > 0.15
+    assert "picture" in figures["buttons"]
+    assert "map" not in figures["buttons"]  # which of them?
 
 
 def test_a_map_with_landmarks_shows_its_foldings_and_how_far_it_is_off():
