@@ -64,6 +64,7 @@ def test_archive_and_paper_are_of_the_authors_and_the_title_of_the_citation():
     authors = re.findall(r'- name: "(.+)"', own)
     assert [author["name"] for author in deposit["creators"]] == authors
     assert re.findall(r"^  - name: (.+)$", (ROOT / "paper" / "paper.md").read_text("utf-8"), re.M) == authors
+    assert [author["name"] for author in PROJECT["authors"]] == authors
     assert f'\ntitle: "{deposit["title"]}"\n' in own
     assert f"\nversion: {deposit['version']}\n" in own
     assert f"\ndate-released: {deposit['publication_date']}\n" in own
