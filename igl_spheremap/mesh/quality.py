@@ -10,7 +10,7 @@ from .arrays import FloatArray, IntArray, weld
 from .edges import next_corners, shared_edges
 from .measure import corner_angles, enclosed_volume, face_areas
 
-#: Distance of vertices that nearly coincide, in diagonals of the bounding box: files with six digits hold no less.
+#: Distance of vertices that nearly coincide, in diagonals of the bounding box: six digits keep no less apart.
 _NEAR = 1e-6
 #: Share of the mean area up to which a face has none: sides that are off by eps leave about as much.
 _NO_AREA = 4 * np.finfo(float).eps

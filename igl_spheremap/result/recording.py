@@ -127,7 +127,7 @@ class Recording(History):
             others, changes = (f"1 in {stride // 2:,}" if stride > 2 else "all" for stride in self._strides)
             return (
                 f"{kept:,} of {steps:,} iterates are kept: {changes} where foldings change, {others} elsewhere; "
-                f"--keep {used / kept * steps + 1:.0f} (MB) keeps all"
+                f"{used / kept * steps + 1:,.0f} MB would keep all"
             )
 
     @property

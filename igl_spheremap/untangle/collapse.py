@@ -46,17 +46,17 @@ class Batch:
     target: IntArray
 
 
-class Complex:
-    """A triangulated sphere, or a part of one, with half-edge collapses that can be undone.
+class ProgressiveMesh:
+    """A triangulated sphere, or a part of one, with half-edge collapses that can be undone (Hoppe 1996).
 
     Attributes
     ----------
     f : (m, 3) int64 array
         Faces; rows that are not `alive` are stale.
     alive : (m,) bool array
-        Faces of the present complex.
+        Faces of the present mesh.
     present : (n,) bool array
-        Vertices of the present complex.
+        Vertices of the present mesh.
     """
 
     def __init__(self, f: IntArray, x: FloatArray, frozen: BoolArray, grid: Grid) -> None:
@@ -67,7 +67,7 @@ class Complex:
         self.bad = folded_faces(x, f)
 
     def is_bijective(self) -> bool:
-        """True if the present complex covers the sphere once and without folding."""
+        """True if the present mesh covers the sphere once and without folding."""
         return Certificate.of(self.x, self.f[self.alive]).folding_free
 
     def faces(self) -> IntArray:

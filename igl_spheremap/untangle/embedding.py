@@ -23,7 +23,7 @@ from ..mesh.edges import touching
 from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces, orientation_signs
-from .collapse import Batch, Complex, Grid, colour_classes
+from .collapse import Batch, Grid, ProgressiveMesh, colour_classes
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
 
 #: Vertices are removed at first within this many rings around foldings, and around places where float64 was too coarse;
@@ -131,7 +131,7 @@ def _rebuild_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArr
     vertices, local = np.unique(f[faces], return_inverse=True)
     frozen = np.zeros(len(x), dtype=bool)
     frozen[f[~faces]] = True
-    mesh = Complex(local.reshape(-1, 3), x[vertices], frozen[vertices], grid)
+    mesh = ProgressiveMesh(local.reshape(-1, 3), x[vertices], frozen[vertices], grid)
     notify = None if listener is None else lambda part: listener(with_rows(x, vertices, part))
     try:
         _rebuild(mesh, forced[vertices] & ~mesh.frozen, notify, keep_positions)
@@ -147,7 +147,7 @@ def with_rows(x: FloatArray, vertices: IntArray, rows: FloatArray) -> FloatArray
     return x
 
 
-def _rebuild(mesh: Complex, forced: BoolArray, listener: PositionsListener | None,
+def _rebuild(mesh: ProgressiveMesh, forced: BoolArray, listener: PositionsListener | None,
              keep_positions: bool = False) -> None:
     """Remove the forced vertices and all foldings, and put everything back, changing the positions."""
     f, home = mesh.f.copy(), mesh.x.copy() if keep_positions else None
@@ -163,7 +163,7 @@ def _rebuild(mesh: Complex, forced: BoolArray, listener: PositionsListener | Non
     _put_back(mesh, batches, movable, listener, home)
 
 
-def _removals(mesh: Complex, forced: BoolArray) -> Iterator[Batch]:
+def _removals(mesh: ProgressiveMesh, forced: BoolArray) -> Iterator[Batch]:
     """Collapse until no forced vertex and no folding is left, or nothing more can go."""
     for turn in count():
         wanted = np.zeros_like(mesh.present)
@@ -179,7 +179,7 @@ def _removals(mesh: Complex, forced: BoolArray) -> Iterator[Batch]:
             forced = np.ones_like(forced)
 
 
-def _put_back(mesh: Complex, batches: list[Batch], movable: BoolArray, listener: PositionsListener | None,
+def _put_back(mesh: ProgressiveMesh, batches: list[Batch], movable: BoolArray, listener: PositionsListener | None,
               home: FloatArray | None) -> None:
     """Reverse the collapses, newest first: towards positions `home` if given, else relaxing as the complex grows."""
     for batch in reversed(batches):
@@ -196,7 +196,7 @@ def _put_back(mesh: Complex, batches: list[Batch], movable: BoolArray, listener:
             listener(mesh.x)
 
 
-def _insert(mesh: Complex, batch: Batch, home: FloatArray | None) -> None:
+def _insert(mesh: ProgressiveMesh, batch: Batch, home: FloatArray | None) -> None:
     """Give the vertices of a batch that was just restored positions in their kernels."""
     x, stars, target = mesh.x, batch.stars, batch.target
     placed = centres_beside(x, stars, target, None if home is None else home[stars.vertices])
@@ -206,7 +206,7 @@ def _insert(mesh: Complex, batch: Batch, home: FloatArray | None) -> None:
         raise _TooCoarse(stars.vertices[failed])
 
 
-def relax_areas(mesh: Complex, movable: BoolArray) -> None:
+def relax_areas(mesh: ProgressiveMesh, movable: BoolArray) -> None:
     """Move each vertex once, a colour class at a time, to the analytic centre of its kernel.
 
     Each move raises the sum of log(face area), so that areas become more even. A move is kept only if all faces around

@@ -16,7 +16,7 @@ from triangulations import (
 )
 
 from igl_spheremap.sphere.rows import unit_rows
-from igl_spheremap.untangle.collapse import Complex, _Adjacency
+from igl_spheremap.untangle.collapse import ProgressiveMesh, _Adjacency
 from igl_spheremap.untangle.embedding import progressive_embedding
 from igl_spheremap.untangle.kernel import analytic_centres, centres_beside, stars_of
 from igl_spheremap.verify.certificate import certify, orientation_signs
@@ -128,7 +128,7 @@ def test_collapses_keep_a_sphere_down_to_the_tetrahedron_and_are_undone():
     rng = np.random.default_rng(5)
     f = flip_edges(icosphere(2)[1], 2000, rng)
     n = f.max() + 1
-    mesh = Complex(f, unit(rng.normal(size=(n, 3))), np.zeros(n, dtype=bool), unit_rows)
+    mesh = ProgressiveMesh(f, unit(rng.normal(size=(n, 3))), np.zeros(n, dtype=bool), unit_rows)
     batches = []
     while (batch := mesh.next_batch(np.ones(n, dtype=bool))) is not None:
         mesh.collapse(batch)

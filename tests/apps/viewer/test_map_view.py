@@ -215,20 +215,29 @@ figures = dict(room=min(widths), border=left, green=[int(green[green > panel].mi
     assert figures["blue"][1] > 490
 
 
-@needs_drawing
-def test_the_balance_slider_goes_on_to_certified_maps_and_shows_what_their_areas_do():
-    figures = drive("""
+def _viewed(name, vertices, subject):
+    """The code of a window in which the map of a sample is viewed."""
+    return f"""
 from igl_spheremap.apps.viewer.map_view import MapView
 app.open_for(Pictures('unused.png', size=(900, 400)))
-v, f = ism.samples.make('spheroid', n_vertices=500)
+v, f = ism.samples.make('{name}', n_vertices={vertices})
 result = ism.spherical_conformal_map(v, f)
-view = MapView(result.mesh, {'map': result.sphere}, result=result, subject='area distortion')
+view = MapView(result.mesh, {{'map': result.sphere}}, result=result, subject='{subject}')
 ps.set_user_callback(lambda: app.draw_app(view))
-spread, facts, drawn_ = [], [], []
-for balance in (0.5, 1.0, 0.0):
+
+def rebalance(balance):
     view.rebalance(balance)
     view._run.wait()
     view._take_map()
+"""
+
+
+@needs_drawing
+def test_the_balance_slider_goes_on_to_certified_maps_and_shows_what_their_areas_do():
+    figures = drive(_viewed("spheroid", 500, "area distortion") + """
+spread, facts, drawn_ = [], [], []
+for balance in (0.5, 1.0, 0.0):
+    rebalance(balance)
     drawn_.append(drawn(window.grab()))
     spread.append(float(np.abs(ism.log_area_ratios(v, f, view.result.sphere)).mean()))
     facts.append('\\n'.join(view.lines))
@@ -243,21 +252,13 @@ figures = dict(spread=spread, facts=facts, drawn=min(drawn_), back=bool((view.re
 
 @needs_drawing
 def test_another_balance_keeps_scale_and_poles_and_takes_the_lens_that_fits():
-    figures = drive("""
-from igl_spheremap.apps.viewer.map_view import MapView
-app.open_for(Pictures('unused.png', size=(900, 400)))
-v, f = ism.samples.make('dumbbell', n_vertices=800)
-result = ism.spherical_conformal_map(v, f)
-view = MapView(result.mesh, {'map': result.sphere}, result=result, subject='area distortion')
-ps.set_user_callback(lambda: app.draw_app(view))
+    figures = drive(_viewed("dumbbell", 800, "area distortion") + """
 tip = int(np.argmin(result.conformal_factor()))
 view.pick(tip)
 view.look()
 seen = []
 for balance in (0.0, 1.0):
-    view.rebalance(balance)
-    view._run.wait()
-    view._take_map()
+    rebalance(balance)
     view.show_subject('area distortion')
     high = view.colours.ramp.high
     view.show_subject('checkerboard')
@@ -281,13 +282,7 @@ figures = dict(seen=seen, ring=ring)
 
 @needs_drawing
 def test_a_vertex_is_picked_on_either_side_and_the_lens_keeps_squares_around_it():
-    figures = drive("""
-from igl_spheremap.apps.viewer.map_view import MapView
-app.open_for(Pictures('unused.png', size=(900, 400)))
-v, f = ism.samples.make('spheroid', n_vertices=1000)
-result = ism.spherical_conformal_map(v, f)
-view = MapView(result.mesh, {'map': result.sphere}, result=result, subject='checkerboard')
-ps.set_user_callback(lambda: app.draw_app(view))
+    figures = drive(_viewed("spheroid", 1000, "checkerboard") + """
 window.grab()
 view.grid.rotate(1.0, 0.5)
 picked = []
