@@ -1,15 +1,18 @@
 """Sphinx configuration: `sphinx-build -W -b html docs OUT`, without network."""
 
 import logging
+import re
 import shutil
 from pathlib import Path
 
+from numpydoc.xref import DEFAULT_LINKS
 from sphinx_gallery.scrapers import figure_rst
 
 from igl_spheremap import __version__
 
+REFERENCE = Path(__file__).parent / "reference"
 # Names that are gone shall leave no page behind.
-shutil.rmtree(Path(__file__).parent / "reference" / "generated", ignore_errors=True)
+shutil.rmtree(REFERENCE / "generated", ignore_errors=True)
 
 # One of the packages of the theme prints whatever is logged, and examples log their phases.
 logging.getLogger("igl_spheremap").setLevel(logging.WARNING)
@@ -36,11 +39,47 @@ autosummary_generate = True
 autodoc_typehints = "none"  # numpydoc's Parameters hold types and shapes
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False  # the template of classes lists them
-numpydoc_xref_param_type = False
+
+# Names are written as users import them, or without the module that holds them; each has one page.
+listed = {
+    name.rpartition(".")[2]: f"{module}.{name}"
+    for page in REFERENCE.glob("api*.md")
+    for module, names in re.findall(r"currentmodule:: (\S+)\n(.*?)```", page.read_text("utf-8"), re.DOTALL)
+    for name in re.findall(r"^   ([\w.]+)$", names, re.MULTILINE)
+}
+numpydoc_xref_param_type = True
+numpydoc_xref_ignore = "all"  # but the classes of the API: numpydoc's own links lead to pages of the network
+numpydoc_xref_aliases = {word: word for word in DEFAULT_LINKS}
+numpydoc_xref_aliases |= {name: full for name, full in listed.items() if name[0].isupper()}
 
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 4
 nb_execution_mode = "off"  # the notebooks hold their outputs, which a test compares with a run
+
+
+def link_names(app, env, node, content):
+    """A name in backticks as the API has it, wherever the docstring stands that writes it."""
+    head, _, member = node["reftarget"].partition(".")
+    if node.get("refdomain") == "py" and head in listed:
+        target = ".".join(filter(None, (listed[head], member)))
+        return env.domains["py"].resolve_xref(env, node["refdoc"], app.builder, "obj", target, node, content)
+    return None
+
+
+def link_pages(app, what, name, obj, options, lines):
+    """Pages of this documentation that docstrings name."""
+    lines[:] = [re.sub(r"`*(docs/(\w+)\.md)`*", r":doc:`\1 </\2>`", line) for line in lines]
+
+
+def shorten_signature(app, what, name, obj, options, signature, returns):
+    """Defaults that are made anew for each record."""
+    return signature and signature.replace("<factory>", "..."), returns
+
+
+def setup(app):
+    app.connect("missing-reference", link_names)
+    app.connect("autodoc-process-docstring", link_pages, priority=900)  # after numpydoc
+    app.connect("autodoc-process-signature", shorten_signature)
 
 
 def figures(block, block_vars, gallery_conf):
@@ -72,3 +111,6 @@ suppress_warnings = ["config.cache", "sphinx_gallery.config"]
 html_theme = "furo"
 html_title = f"igl_spheremap {release}"
 html_copy_source = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_domain_indices = False  # of modules: names are listed without them

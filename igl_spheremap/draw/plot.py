@@ -68,7 +68,7 @@ def _histogram(ax: Any, values: FloatArray, of: str, name: str, unit: str) -> No
         low, high = low - 1, high + 1
     counts, edges = np.histogram(np.clip(values, low, high), bins=_BINS, range=(low, high))
     ax.stairs(counts * 100 / values.size, edges, fill=True, color=LINES[0])
-    ax.set_ylabel(f"percent {of}; bars at the ends: all beyond", fontsize=SMALL)
+    ax.set_ylabel(f"percent {of}\n(bars at the ends: all beyond)", fontsize=SMALL)
     ax.tick_params(labelsize=SMALL)
 
 

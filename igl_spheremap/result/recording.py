@@ -16,7 +16,7 @@ from ..draw.plot import SMALL, extremes, new_figure, plot_angles, plot_areas
 from ..errors import check_number
 from ..mesh.arrays import FloatArray, IntArray
 from ..verify.signs import folded_faces
-from .run import History, Iterate, Step
+from .run import History, Iterate, Step, iterations_in
 
 #: Bytes of positions that a recording holds by default: 400 iterates of 40,000 vertices.
 BUDGET = 400_000_000
@@ -182,7 +182,7 @@ def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: F
     counts = None if foldings is None else np.asarray(foldings)
     said = []
     if curved := len(values) > 2:
-        said.append(f"{sum(step.iteration > 0 for step in history):,} iterations")
+        said.append(iterations_in(sum(step.iteration > 0 for step in history)))
     elif len(values):
         said.append(f"{name}: {' to '.join(f'{value:.3g}' for value in values)}")
     if counts is not None and not counts.any():
