@@ -21,13 +21,11 @@ from ...operators.features import depth_potential
 SULC, _CURV = 0.12, 0.05
 
 
-
 class Writer:
     """Writes the files of one convention, with the source's metadata, and counts the foldings of the spheres."""
 
     def __init__(self, folder: str, names: Names, given: LoadedMesh, mark: str) -> None:
-        self._folder, self._names, self._area = folder, names, surface_area(given.v, given.f)
-        self._f, self._given = given.f, given.metadata
+        self._folder, self._names, self._f, self._given = folder, names, given.f, given.metadata
         self._metadata = {"structure": names.hemisphere.structure, "mark": mark}
         self._turn = -1.0 if names.convention == "hcp" else 1.0  # HCP's sulc and curvature are high on gyri
         self.foldings = self.moved = 0
