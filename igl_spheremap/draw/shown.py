@@ -18,7 +18,7 @@ from .palette import AREAS, fitting, pale
 from .plot import pose, raster, shading
 
 _SIZE = 288  # pixels along a side of a body's picture: three of them fit beside one another
-_MARK = 8  # the same of the mark of a folded face, twice
+_MARK = 8  # pixels along a side of the mark of a folded face, before pictures are made half as large
 _LEVELS = 31  # of each colour above 0: the file takes a third less, and it is not seen
 #: Notebooks set all cells to the right, as numbers are.
 _STYLE = "<style>.shown figure { margin: 0 } .shown [scope=row] + td { text-align: left }</style>"
