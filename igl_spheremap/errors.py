@@ -354,8 +354,10 @@ def without_name(line: str, name: str) -> str:
 
     >>> without_name("a.ply: no faces", "a.ply"), without_name("can't read a.ply: No such file", "a.ply")
     ('no faces', "can't read it: No such file")
+    >>> without_name("can't write a.ply.npz: no space", "a.ply")
+    "can't write a.ply.npz: no space"
     """
-    return f" {line.removeprefix(f'{name}: ')}".replace(f" {name}", " it")[1:]
+    return re.sub(rf"(?<!\S){re.escape(name)}(?![\w./-])", "it", line.removeprefix(f"{name}: "))
 
 
 def import_optional(module: str, user: str, extra: str = "") -> Any:

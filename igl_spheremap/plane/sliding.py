@@ -82,7 +82,6 @@ def _doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArra
     """The map by doubling, if it is free of foldings, or was stopped."""
     if len(disk.f) == 1:  # a triangle has no double
         return None
-
     try:
         p, double = double_map(disk, listener, symmetric)
     except (FactorisationFailed, FoldingsRemain):
