@@ -239,11 +239,31 @@ def of_a_hemisphere(names):
     return {Path(name).name.removeprefix("lh.").removeprefix("rh.") for name in names}
 
 
-@pages
+OTHERS = ("CHANGELOG.md", "CODE_OF_CONDUCT.md", "CONTRIBUTING.md", "paper/checklists.md")
+#: Registries of packages, hosts that are places to fill in, and folders of one machine.
+NOWHERE = re.compile(r"pypi\.org|pythonhosted|anaconda\.org|example\.(com|org)|(?<![\w}])/(home|root|tmp|work)/")
+
+
+@pytest.mark.parametrize("page", [*PAGES, *(ROOT / name for name in OTHERS)], ids=[*NAMES, *OTHERS])
 def test_links_and_pictures_exist(page):
-    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text("utf-8")):
-        if "://" not in target:
-            assert (page.parent / target).exists(), target
+    """Files, and headings within them; addresses have the form of one."""
+    text = page.read_text("utf-8")
+    for target in re.findall(r"\]\(([^)\s]+)[^)]*\)", text):
+        if "://" in target:
+            assert re.fullmatch(r"https://[\w-]+(\.[\w-]+)+(/\S*)?", target), target
+        else:
+            name, _, heading = target.partition("#")
+            linked = page.parent / name if name else page
+            assert linked.exists(), target
+            assert not heading or heading in anchors(linked), target
+    assert not NOWHERE.search(text)
+
+
+@cache
+def anchors(page: Path) -> set[str]:
+    """What a site makes of the headings of a page: small letters, hyphens for spaces, no other marks."""
+    headings = re.findall(r"^#+ (.+)$", page.read_text("utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
 
 
 @pages
@@ -409,6 +429,24 @@ def test_figures_of_other_programs_are_those_that_their_tables_have():
         command = [sys.executable, "-m", "benchmarks", "others", *options]
         printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout
         assert (BENCHMARKS / "results" / f"{name}.md").read_text("utf-8").partition("\n\n")[2] == printed
+
+
+def test_the_paper_has_the_parts_the_length_and_the_references_that_its_journal_asks_for():
+    """Its figures stand in its table, which a file of results fills; what only its authors can state is marked."""
+    paper, references = ((ROOT / "paper" / name).read_text("utf-8") for name in ("paper.md", "paper.bib"))
+    prose = re.sub(r"<!--.*?-->|^\|[^\n]*$", "", paper.split("---\n", 2)[2], flags=re.MULTILINE | re.DOTALL)
+    assert re.findall(r"^# (.+)$", prose, re.MULTILINE) == [
+        "Summary", "Statement of need", "State of the field", "Software design", "What is not solved",
+        "Research impact statement", "AI usage disclosure", "Acknowledgements", "References"]
+    words = len(prose.split())
+    assert 750 <= words <= 1750
+    assert f"{words:,} words without the table" in (ROOT / "paper" / "checklists.md").read_text("utf-8")
+    assert set(re.findall(r"(?<![\w@-])\d[\d.,]*\d|(?<![\w@-])\d", prose)) <= {"1", "2"}  # of the algorithms
+    entries = dict(re.findall(r"^@\w+\{(\w+),\n(.*?)^\}", references, re.MULTILINE | re.DOTALL))
+    assert set(re.findall(r"@(\w+)", prose)) == set(entries)
+    assert {name for name, entry in entries.items() if not re.search(r"doi = \{10\.\d{4,5}/\S+\}", entry)} == {"lapy"}
+    assert re.findall(r"^# (.+)\n\n<!-- OWNER: ", paper, re.MULTILINE) == [
+        "Research impact statement", "AI usage disclosure"]
 
 
 _NUMBER = re.compile(r"\d+(?:,\d{3})*(?:\.\d+)?")
