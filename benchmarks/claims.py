@@ -27,7 +27,7 @@ from igl_spheremap.apps.reproduce.surfaces import PaperSurface, load_surface
 from igl_spheremap.apps.reproduce.tables import TABLE_1, TABLE_2, TABLE_3, WAYS
 from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.problem import Problem
-from igl_spheremap.draw.palette import FACTORS, GUIDE, LINES, fitting
+from igl_spheremap.draw.palette import FACTORS, GUIDE, LINES
 from igl_spheremap.errors import FactorisationFailed, FileError, MapError, MeshError
 from igl_spheremap.maps.methods import in_gauge
 from igl_spheremap.maps.options import Stereographic
@@ -328,16 +328,16 @@ def gradient(meshes: Path | None) -> Any:
 def eq24(meshes: Path | None) -> Any:
     """u of eq. (14), u that solves eq. (24) with its right-hand side, and the difference of the two."""
     figure, axes = page_figure(3, len(TABLE_1), "Eq. (24): u of the map by (14), u that solves (24), difference", 2.5)
+    ramp, fine = FACTORS[1], replace(FACTORS[0], label="difference of u")
     for column, surface in zip(axes.T, surfaces(TABLE_1, meshes), strict=True):
         mesh = check_mesh(surface.v, surface.f)
         x = ism.spherical_conformal_map(surface.v, surface.f).sphere
         u = np.log(ism.conformal_factor(surface.v, surface.f, x)) / 2
         error = curvature_error(mesh, u)
         shown = relative_u(surface, x)
-        ramp = fitting(FACTORS, shown)
         show_function(column[0], surface, shown, ramp, title=f"{named(surface)}\nu of (14)")
         show_function(column[1], surface, shown - error, ramp, title="u that solves (24)")
-        show_function(column[2], surface, error, fitting(FACTORS, error),
+        show_function(column[2], surface, error, fine,
                       title=f"difference: mean size {mesh.A @ np.abs(error):.2g}")
     return figure
 

@@ -22,7 +22,7 @@ def align_landmarks(v, f, up, target, progress):
     places = ism.spherical_conformal_map(v, f).sphere[landmarks]
     goals = places + 0.2 * np.random.default_rng(1).normal(size=places.shape)
     goals /= np.linalg.norm(goals, axis=1, keepdims=True)
-    caption = f"{len(landmarks)} landmarks\n(blue; their targets are yellow)"
+    caption = f"{len(landmarks)} landmarks\n(blue; targets yellow, folded faces red)"
     row = [landmark_part(caption, mesh, fit(v, turn), landmarks)]
     for name, weight, may_fold in (("Moebius map", 0, False), ("may fold", 100, True), ("may not fold", 100, False)):
         steps = 300 if weight else 0
