@@ -24,7 +24,7 @@ from .background_run import ShownRun, Source
 from .body import EDGE_WIDTH
 from .choices import SUBJECTS
 from .grid import Grid, Part
-from .widgets import Colours, lens_widgets, panel, paragraph, tip
+from .widgets import Colours, lens_widgets, panel, paragraph
 from .window import imgui, ps
 
 #: Edges are drawn on images of at most this many faces; beyond they would be all that is seen.
@@ -219,13 +219,13 @@ class MapView(ColouredApp):
 
     def _balance_slider(self) -> None:
         assert self.result is not None
-        imgui.BeginDisabled(not self.result.certificate.folding_free)
+        folding_free = self.result.certificate.folding_free
+        imgui.BeginDisabled(not folding_free)
         _, self._balance = imgui.SliderFloat("balance", self._balance, 0.0, 1.0, "%.2f")
         if imgui.IsItemDeactivatedAfterEdit():
             self.rebalance(min(max(self._balance, 0.0), 1.0))
         imgui.EndDisabled()
-        tip("0 keeps angles, 1 keeps areas. Maps that fold have none.")
-        said = "0 keeps angles, 1 keeps areas"
+        said = "0 keeps angles, 1 keeps areas" if folding_free else "only of a map without folds"
         if self._run is not None:
             said = title_of(self._run.frames[-1].iterate) if len(self._run.frames) > 1 else "starting"
         imgui.BeginDisabled(self._run is None)
