@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..io.tables import SEPARATORS, write_cells
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import HALF_DIGITS, FloatArray
 
 #: Suffixes of tables.
 TABLES = tuple(SEPARATORS)
@@ -203,8 +203,8 @@ def excess(rows: Sequence[JobRow]) -> FloatArray:
 
 
 def fences(rows: Sequence[JobRow]) -> dict[str, float]:
-    """The value of each figure above which it is an outlier."""
-    return {name: high + OUTLIER * (high - low)
+    """The value of each figure above which it is an outlier, by more than rounding."""
+    return {name: (high + OUTLIER * (high - low)) * (1 + HALF_DIGITS)
             for name, (_, low, high) in zip(figures_of(rows), _quartiles(rows), strict=True)}
 
 

@@ -7,7 +7,7 @@ import os
 import pytest
 from shell import read_table
 
-from igl_spheremap.populations.table import TABLES, Row, plain, write_table
+from igl_spheremap.populations.table import TABLES, Row, fences, outlying, plain, write_table
 
 NAMES = ["=1+1", "+x", "-x", "@x", "\tx", "'quoted", "'=x", "a,b", "two\nlines", "plain"]
 ROWS = [Row(f"{name}.ply", f"{name}.obj", vertices=k, energy=0.1 + k, notes="=x") for k, name in enumerate(NAMES)]
@@ -33,6 +33,13 @@ def test_what_is_not_finite_is_null_or_empty(tmp_path):
     write_table(tmp_path / "row.tsv", [Row("a", "b", energy=math.inf)])
     head, cells = (line.split("\t") for line in (tmp_path / "row.tsv").read_text().splitlines())
     assert cells[head.index("energy")] == ""
+
+
+def test_no_figure_is_an_outlier_by_rounding():
+    """The quartiles of 0, 0, 0, 1 are 0 and 1/4, and 1 lies at the fence."""
+    rows = [Row("a", "b", mean_angle=0.3 + 0.7 * angle) for angle in (0, 0, 0, 1)]
+    assert [outlying(row, fences(rows)) for row in rows] == 4 * [[]]
+    assert outlying(Row("a", "b", mean_angle=1.01), fences(rows)) == ["mean_angle"]
 
 
 def test_a_name_without_an_encoding_spoils_no_table(tmp_path):
