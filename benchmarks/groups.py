@@ -4,6 +4,7 @@
     python -m benchmarks groups --sizes 10 100 [--vertices 300] [--to ico:2]
     python -m benchmarks groups --weights 4 [--members 10] [--vertices 1000] [--to ico:4]
     python -m benchmarks groups --films 50 [--vertices 1000] [--to ico:3]
+    python -m benchmarks groups --deformed 2 [--vertices 1500] [--to ico:4]
     python -m benchmarks groups --cortices FOLDER
 
 Each member is the sample bunny, smoothed to degree 10, bent and inflated by known amounts, on a mesh of its own, turned
@@ -210,6 +211,57 @@ def films(count, vertices, to):
               f"{100 * np.sqrt((found.drift**2).mean()) / radius:.1f} | {common:.2f} |", flush=True)
 
 
+def limbs(directions, lengths, sharpness, flat, count):
+    """A round body with a limb in each direction."""
+    x, f = spiral(count, np.random.default_rng(0))
+    away = ((x[:, None] - np.array(directions)) ** 2).sum(axis=2)
+    return x * [1, 1, flat] * (0.5 + np.exp(-sharpness * away) @ lengths)[:, None], f
+
+
+def fan(degrees):
+    """Directions in a plane."""
+    return [[np.cos(angle), np.sin(angle), 0] for angle in np.radians(degrees)]
+
+
+def deformed(v, rng, size=0.08):
+    """A body after a sum of smooth random fields, which move it by a share of its radius (root mean square)."""
+    p = v - v.mean(axis=0)
+    p /= np.sqrt((p**2).sum(axis=1).mean())
+    waves = np.cos(p @ rng.normal(size=(3, 6)) + rng.uniform(0, 2 * np.pi, 6))
+    field = waves @ rng.normal(size=(6, 3)) + 0.3 * p @ rng.normal(size=(3, 3))
+    field -= field.mean(axis=0)
+    return p + size * field / np.sqrt((field**2).sum(axis=1).mean())
+
+
+def misses(seeds, vertices, to):
+    """How many members of groups lie wrong, and how many of those the group names."""
+    names = "bunny", "bird", "dino", "octopus"
+    sources = {name: ism.samples.make(name, n_vertices=vertices) for name in names}
+    sources["starfish"] = limbs(fan([0, 72, 144, 216, 288]), [1.2, 1.0, 1.1, 0.9, 1.05], 8, 0.6, vertices)
+    sources["hand"] = limbs(fan([20, 60, 90, 120, 150, 270]), [0.9, 1.1, 1.25, 1.1, 0.9, 0.5], 14, 0.5, vertices)
+    print("| body | members | largest miss | miss by more than 0.1 | of these doubted | others doubted "
+          "| groups whose mean still moves |\n|---|---|---|---|---|---|---|")
+    for name, (v, f) in sources.items():
+        off, doubted, moving = [], [], 0
+        for seed in range(seeds):
+            rng, meshes, orders = np.random.default_rng(seed), [], []
+            for _ in range(6):
+                order, turn = rng.permutation(len(v)), Rotation.random(random_state=rng).as_matrix()
+                meshes.append(((deformed(v, rng) @ turn)[order], np.argsort(order)[f]))
+                orders.append(order)
+            with ThreadPoolExecutor(1) as here:
+                group = ism.shapes.template(meshes, target=to, engine=ism.Engine(executor=here))
+            p = (v - v.mean(axis=0)) / np.sqrt(((v - v.mean(axis=0)) ** 2).sum(axis=1).mean())
+            places = np.array([ism.transfer(member.map, p[order], group.sphere)
+                               for member, order in zip(group.members, orders, strict=True)])
+            off += np.median(np.linalg.norm(places - np.median(places, axis=0), axis=2), axis=1).tolist()
+            doubted += [bool(member.doubts) for member in group.members]
+            moving += any("still moved" in note for note in group.notes)
+        wrong = np.array(off) > 0.1
+        print(f"| {name} | {len(off)} | {max(off):.3f} | {wrong.sum()} | {(wrong & doubted).sum()} | "
+              f"{(~wrong & doubted).sum()} | {moving} |", flush=True)
+
+
 def radius_of(group):
     """Root mean square radius of the mean."""
     return np.sqrt(((group.vertices - group.vertices.mean(axis=0)) ** 2).sum(axis=1).mean())
@@ -231,6 +283,7 @@ def main(words):
     options.add_argument("--sizes", type=int, nargs="+", metavar="N")
     options.add_argument("--weights", type=int, metavar="N")
     options.add_argument("--films", type=int, metavar="N")
+    options.add_argument("--deformed", type=int, metavar="N")
     options.add_argument("--cortices", type=Path, metavar="FOLDER")
     args = options.parse_args(words)
     if args.cortices is not None:
@@ -241,6 +294,9 @@ def main(words):
         return
     if args.films:
         films(args.films, args.vertices, args.to)
+        return
+    if args.deformed:
+        misses(args.deformed, args.vertices, args.to)
         return
     if args.weights:
         weights(args.weights, args.members, args.vertices, args.to)

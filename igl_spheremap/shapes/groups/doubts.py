@@ -66,7 +66,7 @@ def group_doubts(changes: Sequence[float], settled: bool, axis: FloatArray | Non
     """Sentences on what to doubt of the mean; its last move counts only if it has not settled."""
     if changes[-1] > _MOVED and not settled:
         yield (f"the mean still moved by {100 * changes[-1]:.2g} percent of its radius in round {len(changes)}, the "
-               "last: points still slide; look at the farthest members, or give a finer mesh")
+               "last: points still slide; look at the farthest members, or take a finer icosphere")
     if axis is not None:
         x, y, z = axis / np.linalg.norm(axis)
         yield (f"turned about the axis ({x:.2f}, {y:.2f}, {z:.2f}) by any angle, the mean moves less than half of the "

@@ -18,9 +18,10 @@ from ...sphere.moebius import best_rotation
 from ..harmonics.basis import degree_of, terms
 from ..harmonics.rotation import on_grid, padded, rotate
 
-#: Turns that leave up to this many times the distance are tried: of octopuses whose arms were exchanged the right turn
-#: leaves 1.1 to 1.3 times that, of members that lie right the next one 1.8 times or more.
-_TRY = 1.5
+#: Turns that leave up to this many times the distance are tried: where arms of an octopus or a starfish had been
+#: exchanged, the right turn left 1.1 to 2.1 times that before the registration that follows; of members that lie right
+#: few have another turn as near.
+_TRY = 2.5
 _TRIED = 4  # turns at most: arms of an octopus are exchanged with the next ones
 _BAND = 9  # degrees are below it: those of an octopus' eight arms, and larger parts
 _APART = np.cos(np.radians(25.0))  # between turns that are two: more than a step of the grid
