@@ -55,6 +55,12 @@ def algorithm_1(
     MeshError
         If the mesh is invalid or `start` has not one finite, nonzero row per vertex.
 
+    See Also
+    --------
+    gauss_map : its start.
+    algorithm_2 : removes the foldings that it leaves.
+    cayley_update : its step.
+
     References
     ----------
     Lai et al., Algorithm 1.
@@ -98,6 +104,11 @@ def algorithm_2(
     ------
     MeshError
         As by `algorithm_1`.
+
+    See Also
+    --------
+    algorithm_1 : its first part.
+    weighted_eigen_projection : its star map.
 
     References
     ----------

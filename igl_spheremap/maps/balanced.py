@@ -62,6 +62,11 @@ def balanced_spherical_map(
     FoldingsRemain
         If the conformal map has foldings, which "auto" never leaves.
 
+    See Also
+    --------
+    spherical_conformal_map : keeps angles.
+    flatten : a surface with a boundary, to the plane.
+
     References
     ----------
     The energy and its steps are in docs/balance.md.

@@ -57,6 +57,11 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | No
     FoldingsRemain
         If the sphere folds; the error's ``result`` is the map with its certificate.
 
+    See Also
+    --------
+    certify : of arrays.
+    repair_foldings : if the map folds.
+
     Examples
     --------
     >>> import igl_spheremap as ism
@@ -147,6 +152,11 @@ def repair_foldings(
     ------
     MeshError
         If the mesh is invalid, or `x` has not one finite, nonzero row per vertex.
+
+    See Also
+    --------
+    certify : finds foldings.
+    sphere_map : takes a map as it is.
 
     Notes
     -----

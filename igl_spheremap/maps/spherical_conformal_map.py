@@ -75,6 +75,13 @@ def spherical_conformal_map(
         From "stereographic": if the plane map is not finite. From `Lai2014` with the paper's weights: if a face has no
         area.
 
+    See Also
+    --------
+    balanced_spherical_map : gives limbs more room.
+    SphereMapper : maps one surface in many poses.
+    map_many : maps many files.
+    repair_mesh : makes a mesh that this function takes.
+
     References
     ----------
     Lai, Wen, Yin, Gu, Lui 2014, *Folding-Free Global Conformal Mapping for Genus-0 Surfaces by Harmonic Energy

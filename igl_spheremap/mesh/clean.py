@@ -113,6 +113,11 @@ def repair_mesh(
     ValueError
         If `holes` or `handles` is another word, or `weld` is out of range.
 
+    See Also
+    --------
+    info : says what a repair would do.
+    repair_disk : keeps one boundary loop.
+
     Examples
     --------
     >>> import igl_spheremap as ism

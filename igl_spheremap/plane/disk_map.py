@@ -88,6 +88,12 @@ def disk_conformal_map(
     FoldingsRemain
         If rounding folds every start.
 
+    See Also
+    --------
+    balanced_disk_map : gives limbs more room.
+    flatten : leaves the boundary free.
+    repair_disk : makes a mesh that this function takes.
+
     References
     ----------
     docs/disks.md compares the map with others.

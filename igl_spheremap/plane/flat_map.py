@@ -98,6 +98,11 @@ def flatten(
     MeshError, ValueError, TypeError, FoldingsRemain
         As of `balanced_disk_map`.
 
+    See Also
+    --------
+    disk_conformal_map : to the unit disk.
+    repair_disk : makes a mesh that this function takes.
+
     References
     ----------
     docs/balance.md has the energy and its steps, docs/disks.md compares the map with others.

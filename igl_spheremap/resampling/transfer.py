@@ -134,6 +134,12 @@ def transfer(
     ValueError
         If there is no such method, or no regular sphere of that name.
 
+    See Also
+    --------
+    transfer_matrix : the weights, for several data.
+    resample : the surface itself on a regular sphere.
+    shapes.match : a map from one surface to another.
+
     Examples
     --------
     >>> import numpy as np
@@ -189,6 +195,10 @@ def transfer_matrix(
         If the source is not a map, or if the target has no faces and the method needs them.
     ValueError
         If there is no such method, or no regular sphere of that name.
+
+    See Also
+    --------
+    transfer : one set of data.
 
     References
     ----------

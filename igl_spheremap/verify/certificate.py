@@ -198,6 +198,11 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
     TypeError
         If `f` is missing, and `x` is not a map.
 
+    See Also
+    --------
+    sphere_map : a map of another program as a result with measures.
+    repair_foldings : a map without the foldings.
+
     References
     ----------
     Orientation by the adaptive exact predicates of Shewchuk 1997. That local orientation and degree 1 suffice is

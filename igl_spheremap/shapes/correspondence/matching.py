@@ -116,6 +116,12 @@ def match(
     TypeError
         If the weight is not a number, or the listener can't be called.
 
+    See Also
+    --------
+    register : of spheres, so that features agree.
+    template : many surfaces in correspondence.
+    transfer : data through two maps as they are.
+
     Examples
     --------
     >>> import igl_spheremap as ism
