@@ -72,11 +72,11 @@ def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
     """
     n, low, high = len(v), v.min(axis=0), v.max(axis=0)
     size = float(np.abs(v).max()) or 1.0
-    scale = float((high / size - low / size).max()) * size or 1.0
+    scale = min(float((high / size - low / size).max()) * size, float(np.finfo(float).max)) or 1.0
     p = v / scale - (low / scale + high / scale) / 2
     keys, _, first, second = shared_edges(f, n)
     start, ends = f.ravel(), np.concatenate((keys // n, keys % n))
-    length = np.linalg.norm(p[keys // n] - p[keys % n], axis=1) * scale
+    length = np.linalg.norm(p[keys // n] - p[keys % n], axis=1)
     angles, areas = corner_angles(p, f), face_areas(p, f)
     opposite = angles.ravel()[next_corners(first)[1]] + angles.ravel()[next_corners(second)[1]]
     closed = 2 * len(first) == f.size and not (start[first] == start[second]).any()
@@ -84,14 +84,14 @@ def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
     from scipy.spatial import cKDTree  # takes .1 s, which maps don't need
 
     nearest = cKDTree(places).query(places, k=2)[0][:, 1] if len(places) > 1 else np.ones(1)
-    x, y, z = ((high / scale - low / scale) * scale).tolist()
+    x, y, z = (high / scale - low / scale).tolist()
     return MeshQuality(
-        extent=(x, y, z),
+        extent=(x * scale, y * scale, z * scale),
         area=float(areas.sum()) * scale * scale,
         volume=enclosed_volume(p, f) * scale * scale * scale if closed else np.nan,
-        shortest_edge=float(length.min()),
-        mean_edge=float(length.mean()),
-        longest_edge=float(length.max()),
+        shortest_edge=float(length.min()) * scale,
+        mean_edge=float(length.mean()) * scale,
+        longest_edge=float(length.max()) * scale,
         smallest_angle=float(np.degrees(angles.min())),
         largest_angle=float(np.degrees(angles.max())),
         slivers=int((angles.min(axis=1) < np.radians(1)).sum()),
