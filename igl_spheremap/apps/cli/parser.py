@@ -353,6 +353,8 @@ class _Parser(ArgumentParser):
             meant = near or ([f"map {first} OUT"] if "." in first or ":" in first else [])
             raise UsageError(f"there is no command {first!r}" + "".join(f"; did you mean {one}?" for one in meant)
                              + f" (see {self.prog} --help)")
+        if "" in words:  # as a path it would be the working folder
+            raise UsageError(f"argument {words.index('')} of {first} is empty: a variable of the shell may be unset")
         args, unknown = self.parse_known_args(words)
         if unknown:
             flags = [flag for names, _ in args.row.arguments for flag in names if flag.startswith("--")]

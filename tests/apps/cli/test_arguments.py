@@ -25,6 +25,14 @@ def test_numbers_out_of_range_are_one_line(words, problem, capsys):
     assert problem in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("words", "which"), [
+    (["map", "", "out.obj"], 1), (["map", "in.obj", ""], 2), (["batch", "*.ply", "--out", ""], 3),
+])
+def test_an_empty_argument_is_no_folder(words, which, capsys):
+    assert main(words) == 64
+    assert f"argument {which} of {words[0]} is empty" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("command", "function", "parameters"), [
     ("flatten", ism.flatten, {"balance": "balance"}),
     ("match", ism.shapes.match, {"feature_weight": "feature_weight"}),
