@@ -104,7 +104,7 @@ def counts(rows: Sequence[JobRow], total: int) -> str:
     """Counts over the files that were given, and the first ones without a certified sphere."""
     bad = [row for row in rows if row.status != "certified"]
     resumed = sum(row.resumed for row in rows)
-    there = f", {resumed} were there already" if resumed else ""
+    there = f", {resumed} there already" if resumed else ""
     lines = [paragraph("certified", f"{len(rows) - len(bad)} of {total} files{there}")]
     for row in bad[:LISTED]:
         reason = without_name(row.notes, row.source) or f"{row.foldings} foldings remain"
@@ -112,5 +112,5 @@ def counts(rows: Sequence[JobRow], total: int) -> str:
     if len(bad) > LISTED:
         lines.append(paragraph("", f"and {len(bad) - LISTED} more"))
     if len(rows) < total:
-        lines.append(paragraph("interrupted", f"{total - len(rows)} files are left; run it again to continue"))
+        lines.append(paragraph("interrupted", f"left: {total - len(rows)} of {total} files; run it again to continue"))
     return "\n".join(lines)

@@ -134,7 +134,7 @@ def test_signals_finish_what_was_begun_and_count_what_is_left(number, stand_in, 
     done = read_table("all.csv")
     assert 0 < len(done) <= 3
     assert {row.status for row in done} == {"certified"}
-    assert f"{len(files) - len(done)} files are left" in out
+    assert f"left: {len(files) - len(done)} of {len(files)} files" in out
     assert err == "igl-spheremap: finishing the meshes that were begun; Ctrl-C again ends at once\n"
     assert [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)] == handlers
 
@@ -155,7 +155,7 @@ def test_a_second_run_is_refused_until_the_first_one_ends_however_it_ends(desk, 
         first.kill()
         first.communicate()
     assert main(["batch", "300.ply", "--out", "{stem}.obj"]) == Exit.OK
-    assert "1 were there already" in capsys.readouterr().out
+    assert "1 there already" in capsys.readouterr().out
 
 
 def test_rewriting_the_list_shifts_no_result(desk):
@@ -209,7 +209,7 @@ def test_an_interrupted_batch_reports_what_is_left():
     text = counts(done, 5)
     assert "1 of 5 files" in text
     assert "7 foldings remain" in text
-    assert "3 files are left" in text
+    assert "left: 3 of 5 files" in text
 
 
 def test_a_name_without_an_encoding_spoils_no_summary(desk, capsys):
