@@ -69,6 +69,7 @@ TABLES = {
     "groups_sizes": "groups --sizes 10 100 1000 --vertices 300 --to ico:2",
     "permutations_null": "permutations",
     "permutations_planted": "permutations --planted 300",
+    "groups_deformed": "groups --deformed 2 --vertices 1500",
     "groups_films": "groups --films 50 --to ico:3",
     "groups_meshes": "groups --sizes 100 --vertices 10000",
     "factors": "factors sample:brain:n_vertices=15000 corpus:lucy_cr_50k sample:brain:n_vertices=60000 "
