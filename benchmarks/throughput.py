@@ -89,10 +89,9 @@ def measure(sources, rounds: int):
             for count in counts:
                 rates.setdefault((LOOP, count), []).append(loops(sources, count, starts))
             for count in counts:
-                rates.setdefault((POOL, count), []).append(many(sources, starts, engine=ism.Engine(processes=count)))
+                rates.setdefault((POOL, count), []).append(many(sources, starts, processes=count))
             for count in counts:
-                engine = ism.Engine(executor=clusters[count])
-                rates.setdefault((DASK, count), []).append(many(sources, {}, engine=engine))
+                rates.setdefault((DASK, count), []).append(many(sources, {}, executor=clusters[count]))
     return rates, {name: min(seconds) for name, seconds in starts.items()}
 
 
@@ -126,8 +125,8 @@ def renumbered(v, f, by: int):
 def many(sources, starts, **workers) -> float:
     """Maps a second of a population, from its first row on; until then is its start."""
     times = [time.perf_counter()]
-    rows = ism.map_many(sources, "{stem}_sphere.ply", resume=False, listener=lambda row: times.append(
-        time.perf_counter()), **workers)
+    rows = ism.map_many(sources, "{stem}_sphere.ply", listener=lambda row: times.append(time.perf_counter()),
+                        engine=ism.Engine(resume=False, **workers))
     assert all(row.status == "certified" for row in rows)
     starts.setdefault("row", []).append(times[1] - times[0])
     return (len(times) - 2) / (times[-1] - times[1])
