@@ -80,4 +80,4 @@ def compare(
     size: tuple[int, int] = COMPARISON_SIZE,
 ) -> None:  # fmt: skip
     """Open a window with maps (n, 3) of a surface by their names, or write a picture of it."""
-    present(lambda: MapView(mesh, maps, up=up, subject="angle differences"), target, size=size)
+    present(lambda: MapView(mesh, maps, up=up, subject="angle differences", name="maps"), target, size=size)

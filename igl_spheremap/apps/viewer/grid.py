@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import lru_cache
 from textwrap import wrap
 from typing import Any
 
@@ -20,7 +21,7 @@ from .window import UNITS_PER_PIXEL, aim, imgui, ps, to_world
 
 Place = tuple[int, int]
 
-#: Pixels: width of the panel, what is left around a body, a line of text, and what a legend takes.
+#: Pixels: width of the panel, what is left around a body, a line of text, and what a legend takes at least.
 PANEL = 290
 _MARGIN = 26
 _LINE = 20
@@ -221,7 +222,7 @@ class Grid:
         # The spheres of a row are of one size.
         row = [one for (r, _), one in self.parts.items() if r == place[0]]
         above = 8 + _LINE * max(len(wrapped(one.caption, w - 2 * _GAP)) for one in row)
-        below = float(_LEGEND * max(len(one.legends) for one in row))
+        below = max(sum(legend_height(legend, w) for legend in one.legends) for one in row)
         if any(one.lens is not None for one in row):
             below = max(below, self._strip(w))
         room = h - above - below
@@ -276,8 +277,10 @@ class Grid:
         canvas = imgui.GetBackgroundDrawList()
         for k, line in enumerate(wrapped(part.caption, w - 2 * _GAP)):
             text(canvas, left + w / 2, top + 8 + _LINE * k, line)
-        for k, legend in enumerate(part.legends):
-            draw_legend(canvas, left + w / 2, top + h - _LEGEND * (k + 1) + 4, w, legend)
+        y = top + h + 4
+        for legend in part.legends:
+            y -= legend_height(legend, w)
+            draw_legend(canvas, left + w / 2, y, w, legend)
 
     def _circle(self, place: Place, lens: Lens) -> None:
         """Mark the place of a lens on the small sphere, and say what it does."""
@@ -316,17 +319,29 @@ def text(canvas: Any, x: float, y: float, line: str) -> None:
     canvas.AddText((left, y), packed(palette.INK), line)
 
 
+def _label(legend: Legend, width: float) -> tuple[str, ...]:
+    label, room = (legend.label, 2 * _GAP) if isinstance(legend, palette.Ramp) else (legend[0], 24)
+    return wrapped(label, width - room)
+
+
+def legend_height(legend: Legend, width: float) -> float:
+    """Pixels that a legend takes: lines of text, and those of a colour map."""
+    return max(_LEGEND, 4.0 + _LINE * (len(_label(legend, width)) + isinstance(legend, palette.Ramp)))
+
+
 def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -> None:
     """Draw a colour map with its label and the values at its ends, or one colour with its meaning, within a width."""
+    lines = _label(legend, width)
     if not isinstance(legend, palette.Ramp):
-        label, colour = legend
-        lines = wrapped(label, width - 24)
-        first = min(12 - _LINE * (len(lines) - 1) / 2, _LEGEND - 4 - _LINE * len(lines))
+        first = max(12 - _LINE * (len(lines) - 1) / 2, 0.0)
         for k, line in enumerate(lines):
             text(canvas, x + 10, y + first + _LINE * k, line)
         left = x - 10 - max(map(text_width, lines)) / 2
-        canvas.AddRectFilled((left, y + 14), (left + 14, y + 28), packed(colour))
+        canvas.AddRectFilled((left, y + 14), (left + 14, y + 28), packed(legend[1]))
         return
+    for k, line in enumerate(lines):
+        text(canvas, x, y + _LINE * k, line)
+    y += _LINE * (len(lines) - 1)
     width = min(200.0, width - 60)
     left = x - width / 2
     step = width / (len(legend.stops) - 1)
@@ -335,18 +350,18 @@ def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -
         canvas.AddRectFilledMultiColor((left + k * step, y + 20), (left + (k + 1) * step, y + 30), a, b, b, a)
     for edge, side, name in zip((left, left + width), (-1, 1), legend.ends, strict=True):
         text(canvas, edge + side * (6 + text_width(name) / 2), y + 16, name)
-    text(canvas, x, y, legend.label)
 
 
-def wrapped(paragraphs: str, width: float) -> list[str]:
+@lru_cache(maxsize=256)  # the font stays
+def wrapped(paragraphs: str, width: float) -> tuple[str, ...]:
     """Lines of text that are no wider than `width` pixels; words that are wider are broken."""
-    lines = []
+    lines: list[str] = []
     for paragraph in filter(None, paragraphs.splitlines()):
         letters = len(paragraph)
         while letters > 1 and any(text_width(line) > width for line in wrap(paragraph, letters)):
             letters -= 1
         lines += wrap(paragraph, letters)
-    return lines
+    return tuple(lines)
 
 
 def text_width(line: str) -> float:

@@ -92,7 +92,7 @@ class Player(App):
     ) -> None:
         self._start, self._up = start, up
         self.name, self.method = name, method
-        self.playing, self.speed, self._refused = True, SPEEDS[0], ""
+        self.speed, self._refused = SPEEDS[0], ""
         self.colours = Colours(SUBJECTS[0])
         #: How much the lens magnifies; None: as fits what it is on.
         self.power: float | None = None
@@ -108,6 +108,7 @@ class Player(App):
     def _begin(self, run: ShownRun) -> None:
         """Begin the picture anew, with another run."""
         self.run, self.mesh, self._save.name = run, None, file_stem(run.name, "run")
+        self.playing = True
         self.before: Frame | None = None
         self.after: Frame | None = None
         self.clusters = Clusters(_NONE, _NONE)
@@ -330,7 +331,6 @@ class Player(App):
             self.method, self._refused = METHODS[chosen](), ""
         if imgui.Button("run"):
             self.start(self.name, self.method)
-            self.playing = True
         imgui.SameLine()
         imgui.BeginDisabled(not self.run.running)
         if imgui.Button("stop"):

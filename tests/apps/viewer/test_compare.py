@@ -1,5 +1,7 @@
 """Surfaces side by side: each with its own figures, on the same scale."""
 
+from itertools import pairwise
+
 import numpy as np
 from drawing import drive, needs_drawing
 
@@ -35,6 +37,28 @@ figures = dict(captions=[part.caption for part in shown.grid.parts.values()], sh
     assert min(figures["shots"]) > 0.15
     assert "picture" in figures["buttons"]
     assert "map" not in figures["buttons"]  # which of them?
+
+
+def test_words_of_narrow_columns_do_not_lie_on_each_other():
+    figures = drive("""
+from igl_spheremap.apps.viewer import grid
+from igl_spheremap.apps.viewer.map_view import MapView
+app.open_for(Pictures('unused.png', size=(900, 700)))
+v, f = ism.samples.make('dino', n_vertices=1500)
+maps = dict.fromkeys('bcde', ism.gauss_map(v, f)) | {'a': ism.spherical_conformal_map(v, f).sphere}
+shown = MapView(ism.check_mesh(v, f), maps, subject='angle differences')
+words, write = [], grid.text
+def noted(canvas, x, y, line):
+    words.append((y, x - grid.text_width(line) / 2, x + grid.text_width(line) / 2, line))
+    write(canvas, x, y, line)
+grid.text = noted
+ps.set_user_callback(lambda: app.draw_app(shown))
+window.grab()
+figures = dict(words=sorted(set(words)))
+""")
+    assert any("beyond" in line for *_, line in figures["words"])
+    for (y, _, right, line), (below, left, _, other) in pairwise(figures["words"]):
+        assert (right <= left if y == below else below - y > 12), (line, other)
 
 
 def test_a_map_with_landmarks_shows_its_foldings_and_how_far_it_is_off():

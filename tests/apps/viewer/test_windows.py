@@ -125,7 +125,7 @@ def script(hand):
     hand.click('run')
     hand.wait(lambda: hand.shows('unicorn'))
     note('refused')
-    figures['kept'] = hand.find('##iteration').value > 0
+    figures['kept'] = hand.find('##iteration').value > 0 and hand.has('play ')
 
 figures = dict(places={{}})
 v, f = ism.samples.make('dumbbell', n_vertices=300)
