@@ -86,7 +86,7 @@ def write_plane_report(
     disk = result.mesh
     return _write_page(place, f"{source} in the plane", result.certificate, command, [
         table(result_rows(result, plane_findings(result))[1:]),
-        "<h2>Before and after</h2>",
+        "<h2>The map</h2>",
         _plane_scene(result, up),
         "<h2>Pictures</h2>",
         *_drawn([lambda path: present(lambda: plane_view(source, disk, result.plane, up), path, size=_SIZE)],

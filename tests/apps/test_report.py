@@ -128,6 +128,7 @@ def test_the_report_of_a_plane_map_has_its_figures_and_a_scene(tmp_path, name):
     assert np.array_equal(*colours[:2])
     assert "folding-free: every face is positively oriented and the boundary crosses itself nowhere" in text
     assert "<h1>&lt;face&gt;.ply in the plane</h1>" in text
+    assert "Before" not in text  # there is one map
     assert f"igl-spheremap {name} " in text
 
 
