@@ -11,7 +11,7 @@ from igl_spheremap.populations.job import Job, key_of
 from igl_spheremap.populations.mapping import SphereMapping
 from igl_spheremap.shapes.cortices.task import SphereRegistration
 from igl_spheremap.shapes.groups.jobs import MapMember, MemberJob, PlaceMember, RegisterMember
-from igl_spheremap.shapes.groups.turns import Trial
+from igl_spheremap.shapes.groups.turns import Restarts
 from igl_spheremap.shapes.harmonics.spharm_pdm import ShapeExpansion
 
 HERE = {"force": False, "folder": "/here", "say": as_call}
@@ -41,7 +41,7 @@ def test_the_key_of_a_method_holds_its_options():
 
 
 @pytest.mark.parametrize(("change", "same"), [
-    ({"is_map": True}, False), ({"trial": Trial(mirror=True)}, False), ({"turn": ((1.0,),)}, False),
+    ({"is_map": True}, False), ({"restarts": Restarts(mirror=True)}, False), ({"turn": ((1.0,),)}, False),
     ({"features": ("c.npz:curv",)}, False),
     ({"target": "d.npz"}, False), ({"features": ("elsewhere/c.npz:thickness",)}, True),
     ({"source": "elsewhere/a.npz"}, True),
