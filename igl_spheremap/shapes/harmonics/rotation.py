@@ -157,14 +157,14 @@ def on_grid(f: ComplexArray, g: ComplexArray) -> FloatArray:
     """
     band = len(f) + 1
     phase, (spins, _) = spin_phase(band - 1), _padded_spins(band)
-    spectrum = np.zeros((2 * band,) * 3, dtype=complex)
+    spectrum = np.zeros((2 * band,) * 3, dtype=complex)  # frequencies from -band
     for ell in range(1, band):
         inside = slice(band - 1 - ell, band + ell)
         a, b, U = f[ell - 1, inside], g[ell - 1, inside], spins[ell - 1, inside, inside]
         pairs = (phase[inside, None] * a.conj()) @ (phase.conj()[inside, None] * b).T
-        where = np.arange(-ell, ell + 1)  # negative frequencies from the end
-        spectrum[np.ix_(where, where, where)] += pairs[:, None] * (U[:, :, None] * U.T)  # shapes (7)
-    return np.asarray(np.fft.fftn(spectrum).real)
+        low = slice(band - ell, band + ell + 1)
+        spectrum[low, low, low] += pairs[:, None] * (U[:, :, None] * U.T)  # shapes (7)
+    return np.asarray(np.fft.fftn(np.fft.ifftshift(spectrum)).real)
 
 
 def _peaks(values: FloatArray, count: int) -> list[FloatArray]:
