@@ -153,7 +153,7 @@ class Progress(logging.Handler):
         elif (now - self._began) * total > _LONG_LOOP * done:
             self._share = f": {done / total:.0%}, {_duration((now - self._began) * (total - done) / done)} left"
             if self._due():
-                self._line(self._activity + self._share)
+                self._line(f"{self._activity or name}{self._share}")
 
 
 def measures(iterate: Iterate) -> str:

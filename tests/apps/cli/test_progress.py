@@ -76,6 +76,15 @@ def test_a_long_loop_shows_the_time_that_is_left(monkeypatch):
     assert "33%" not in terminal.getvalue()
 
 
+def test_a_loop_outside_an_activity_has_its_own_name(monkeypatch):
+    log, clock = as_stderr(io.StringIO(), monkeypatch), [100.0]
+    monkeypatch.setattr("igl_spheremap.apps.cli.progress.time.monotonic", lambda: clock[0])
+    with Progress():
+        for _ in counted("registering", range(4)):
+            clock[0] += 100
+    assert log.getvalue().startswith("igl-spheremap: registering: 25%, 5 min left\n")
+
+
 @pytest.mark.posix
 def test_a_line_ends_where_the_terminal_does(monkeypatch):
     fcntl, termios = (pytest.importorskip(name) for name in ("fcntl", "termios"))
