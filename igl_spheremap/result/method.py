@@ -27,7 +27,8 @@ class Method(ABC):
             if (value is None and type(None) in kinds) or get_origin(hint) is ClassVar:
                 continue
             if choices and not (isinstance(value, str) and value in choices):
-                raise ValueError(f"unknown {name} {shown(value)}: choose {' or '.join(map(repr, choices))}")
+                none = " or None" if type(None) in kinds else ""
+                raise ValueError(f"unknown {name} {shown(value)}: choose {' or '.join(map(repr, choices))}{none}")
             if int in kinds:
                 check_whole(value, name)
             if hint is float:

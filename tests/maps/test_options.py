@@ -96,7 +96,7 @@ def test_records_are_frozen_and_equal_by_value():
 
 @pytest.mark.parametrize(("record", "wrong", "message"), [
     (ism.Auto, {"gauge": "left"}, "unknown gauge 'left': choose 'poles' or 'centred'"),
-    (ism.Auto, {"polish": "floor"}, "unknown polish 'floor': choose 'auto' or 'angles'"),
+    (ism.Auto, {"polish": "floor"}, "unknown polish 'floor': choose 'auto' or 'angles' or None"),
     (ism.Lai2014, {"edge_weights": "uniform"}, "unknown edge_weights 'uniform': choose 'delaunay' or 'cotangent'"),
     (ism.Lai2014, {"bb": "tau"}, "unknown bb 'tau': choose 'tau_1 first' or 'tau_2 first' or 'tau_1' or 'tau_2'"),
     (ism.Lai2014, {"rules": "program"}, r"no safeguards: .* may_fold=True and gauge='free', .*as_programmed\(\)"),
