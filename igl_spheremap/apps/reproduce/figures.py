@@ -94,6 +94,8 @@ def figure_4(runs: Runs) -> Any:
     """Harmonic energy by iteration, and histograms of angle differences."""
     title = "Fig. 4. Algorithm 1: energy by iteration, logarithmic axes, and angle differences"
     figure, axes = page_figure(2, len(TABLE_1), title, 2.4)
+    for energy in axes[0, 1:]:
+        energy.sharey(axes[0, 0])
     for (energy, angles), row in zip(axes.T, TABLE_1, strict=True):
         surface = runs.surface(row.surface)
         results = _results(runs, surface, "Algorithm 1", SETTINGS)
