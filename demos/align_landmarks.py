@@ -32,7 +32,7 @@ def align_landmarks(v, f, up, target, progress):
         caption = f"{name}:\n{miss:.1f} degrees off, {result.certificate.foldings} folded faces"
         row.append(landmark_part(caption, mesh, result.sphere, landmarks, goals, turn))
     progress.close()
-    show_parts([row], target, size=(1400, 460))
+    show_parts([row], target, size=(1280, 430))
 
 
 if __name__ == "__main__":

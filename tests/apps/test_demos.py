@@ -1,15 +1,18 @@
 """Each demo is a short script that uses the library alone; it takes a surface, a picture, both or none."""
 
 import ast
+import re
 import struct
 import sys
 
+import numpy as np
 import pytest
 from corpus import ROOT
 from drawing import drive, needs_drawing, run, use
 
 import igl_spheremap as ism
 from igl_spheremap.apps import demo
+from igl_spheremap.apps.viewer import choices
 
 DEMOS = sorted((ROOT / "demos").glob("*.py"))
 #: The player's are used in apps/viewer/test_windows.py; the other two have none.
@@ -26,6 +29,14 @@ def png_size(path):
 
 def test_there_are_six():
     assert len(DEMOS) == 6
+
+
+def test_windows_fit_a_small_screen():
+    scripts = "".join(path.read_text("utf-8") for path in DEMOS)
+    given = [ast.literal_eval(size) for size in re.findall(r"size=(\(.*?\))", scripts)]
+    sizes = np.array([*given, choices.SIZE, choices.REGISTRATION_SIZE, choices.CARRIED_SIZE])
+    assert len(given) == 2
+    assert (sizes <= [1366, 768]).all()
 
 
 @pytest.mark.parametrize("script", DEMOS, ids=lambda path: path.stem)

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 from ...io.hemispheres import LEFT, RIGHT, structure_of
 
-#: Width and height in pixels of a window, of a registration's, of a comparison's and of a map's between surfaces.
+#: Width and height in pixels of a window, a registration's, and that of a match: many screens have 1366 by 768.
 SIZE = (1280, 760)
 REGISTRATION_SIZE = (1200, 440)
-COMPARISON_SIZE = (1400, 780)
-CARRIED_SIZE = (1500, 560)
+CARRIED_SIZE = (1280, 480)
 #: Different pictures of a video at most.
 LENGTH = 120
 #: Pictures a second of a video; a stop is held for a whole second.

@@ -19,7 +19,7 @@ from ...verify.certificate import Certificate
 from ...verify.signs import folded_faces
 from .app import App, present
 from .body import Dots
-from .choices import COMPARISON_SIZE
+from .choices import SIZE
 from .colouring import SQUARES, Colouring, relief
 from .grid import Grid, Part, Rows
 from .map_view import MapView, count_foldings
@@ -77,7 +77,7 @@ def landmark_part(
 
 def compare(
     mesh: Mesh, maps: Mapping[str, FloatArray], target: str | os.PathLike[str] | None = None, *, up: str = "auto",
-    size: tuple[int, int] = COMPARISON_SIZE,
+    size: tuple[int, int] = SIZE,
 ) -> None:  # fmt: skip
     """Open a window with maps (n, 3) of a surface by their names, or write a picture of it."""
     present(lambda: MapView(mesh, maps, up=up, subject="angle differences", name="maps"), target, size=size)
