@@ -19,7 +19,7 @@ MESHES = sorted(CORPUS.glob("public/*.obj")) + sorted(CORPUS.glob("hard/*.obj"))
 
 
 @pytest.mark.corpus
-@pytest.mark.parametrize("path", MESHES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", MESHES, ids=[path.stem for path in MESHES])
 def test_every_legitimate_mesh_is_certified(path):
     mesh = ism.read_mesh(path)
     result = ism.spherical_conformal_map(mesh.v, mesh.f)

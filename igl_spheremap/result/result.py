@@ -78,7 +78,9 @@ class Result(Shown):
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         """The images of the vertices: what numpy makes of a map."""
-        return np.array(self._images, dtype=dtype, copy=copy)  # None: if needed
+        if copy is None:  # copy if needed: before numpy 2 np.array cannot say so
+            return np.asarray(self._images, dtype=dtype)
+        return np.array(self._images, dtype=dtype, copy=copy)
 
     def explain(self) -> str:
         """Say what was decided on the way to the map, and why.
