@@ -32,7 +32,8 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 templates_path = ["_templates"]
-exclude_patterns = ["_build", "examples", "reproduction/*", "gallery/*.ipynb"]  # the gallery's are for download
+# What an earlier build wrote beside its pages, and notebooks of the gallery, which are for download, are no pages.
+exclude_patterns = ["_build", "jupyter_execute", "examples", "reproduction/*", "gallery/*.ipynb"]
 default_role = "py:obj"
 
 autosummary_generate = True
