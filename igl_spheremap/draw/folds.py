@@ -100,7 +100,7 @@ class Marks:
         if plane or sphere:  # of a map: a face that is flipped turns the other way
             way = np.array([[0.0, 0.0, 1.0]]) if plane else middles / np.maximum(row_lengths(middles), 1e-300)[:, None]
             outward = row_lengths(outward)[:, None] * way
-        longest = np.max([row_lengths(p - q) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+        longest = np.max(np.array([row_lengths(p - q) for p, q in ((a, b), (b, c), (c, a))]), axis=0)
         return cls(clusters, clusters.sums(middles) / clusters.sizes[:, None], outward, longest)
 
     def unseen(self, towards: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:

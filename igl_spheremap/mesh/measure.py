@@ -184,7 +184,7 @@ def enclosed_volume(v: FloatArray, f: IntArray) -> float:
 def inside_out(v: FloatArray, f: IntArray) -> bool:
     """Say whether the faces of a closed surface point inwards: its volume is below 0 by more than rounding."""
     own = own_unit(v)[0]
-    return enclosed_volume(own, f) < -_FLAT * np.ptp(own, axis=0).max() ** 3
+    return bool(enclosed_volume(own, f) < -_FLAT * np.ptp(own, axis=0).max() ** 3)
 
 
 def vertex_normals(v: FloatArray, f: IntArray) -> FloatArray:

@@ -292,7 +292,7 @@ def _costs(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Cost
 def _drawn(limb: Limb, table: Table, gained: int) -> tuple[IntArray, ComplexArray, float]:
     """Vertices of a limb and its branches, logarithms of their new positions relative to its tip, and the stretch."""
     kappas, gains = table.chosen(gained)
-    log, rows, stretch = limb.log.copy(), [limb.disc], len(kappas) / kappas.sum()
+    log, rows, stretch = limb.log.copy(), [limb.disc], float(len(kappas) / kappas.sum())
     for branch, own, b in zip(limb.branches, table.branches, limb.branches_at.tolist(), strict=True):
         inside, about_branch, divided = _drawn(branch, own, int(gains[b]))
         log[inside] = log_sum(limb.log[branch.tip], about_branch)

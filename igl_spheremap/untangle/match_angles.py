@@ -61,7 +61,7 @@ def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: Vertex
     for trial in newton(problem, steps, x):
         gain = 1 - trial.value / max(mean, np.degrees(HALF_DIGITS))
         x, mean = trial.x, trial.value
-        if end.reached(gain, predicts=steps.at_once and steps.damping.min() <= damping):
+        if end.reached(gain, predicts=bool(steps.at_once and steps.damping.min() <= damping)):
             break
     return x, end.further
 

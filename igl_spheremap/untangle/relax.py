@@ -127,8 +127,8 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
                               for part in loss.model(u, w, axes.take(owner, axis=2)))
     # Models that are flatter are rounding.
     steps = solve_symmetric(hessian[0], hessian[1], hessian[2], -gradient.T, least=1e-12).T
-    nearest, length = np.minimum.reduceat(column_dots(u, u), stars.start), (steps * steps).sum(axis=0)
-    share = np.minimum(1, _REACH * np.sqrt(nearest / np.maximum(length, np.finfo(float).tiny)))
+    nearest, squared = np.minimum.reduceat(column_dots(u, u), stars.start), (steps * steps).sum(axis=0)
+    share = np.minimum(1, _REACH * np.sqrt(nearest / np.maximum(squared, np.finfo(float).tiny)))
     move = size * share * (steps[0] * axes[0] + steps[1] * axes[1])
     new, rows, part = old.copy(), np.arange(len(old)), stars
     for length in _LENGTHS:
