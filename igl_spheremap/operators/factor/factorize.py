@@ -33,6 +33,7 @@ def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None
     Raises ValueError for a backend that is unknown or not installed, and FactorisationFailed for a matrix that is
     not finite or not numerically positive definite.
 
+    >>> import numpy as np
     >>> factor = factorize(sp.diags_array([2.0, 4.0]), backend="scipy")
     >>> factor.solve(np.array([1.0, 1.0])).tolist(), factor.backend
     ([0.5, 0.25], 'scipy')
