@@ -108,10 +108,10 @@ def counted_indices(rows: TextRows, lead: int = 0) -> Polygons:
     message = "face {} reads {!r} where a number of corners and as many whole numbers are expected"
     _refuse(rows.counts <= lead, message, rows)
     head = _first(rows.counts) + lead
-    sizes: IntArray = _convert(rows, head, int, message)
+    sizes = _convert(rows, head, int, message)
     _refuse((sizes < 0) | (sizes > rows.counts - lead - 1), message, rows)
-    corners = np.repeat(head + 1 - _first(sizes), sizes) + np.arange(sizes.sum())
-    return Polygons(_convert(rows, corners, int, message), sizes)
+    before: IntArray = np.repeat(head + 1 - _first(sizes), sizes)
+    return Polygons(_convert(rows, before + np.arange(len(before)), int, message), sizes)
 
 
 def _first(counts: IntArray) -> IntArray:
