@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
 import time
@@ -74,8 +75,9 @@ def descriptions(method: Method) -> dict[str, str]:
     >>> descriptions(METHODS["lai2014"]())["delta"]
     'Factor by which a refused step is shortened.'
     """
-    found = re.findall(r"^    (\w+) : .*\n((?: {8}.*\n)+)", type(method).__doc__ or "", re.MULTILINE)
-    return {name: " ".join(text.split()) for name, text in found}
+    text = inspect.getdoc(type(method)) or ""  # without the indent, which Python 3.13 takes away itself
+    found = re.findall(r"^(\w+) : .*((?:\n {4}.*)+)", text, re.MULTILINE)
+    return {name: " ".join(lines.split()) for name, lines in found}
 
 
 class Player(App):
