@@ -269,7 +269,8 @@ def bounds(values: Sequence[float], form: str) -> str:
     return f"{values[0]:{form}}" + (f" ({least} to {most})" if least != most else "")
 
 
-REACHED = 1e-6  # share by which an energy may miss the common one and still count as having reached it
+# share by which an energy may miss the common one and still count as having reached it
+REACHED = 1e-6
 
 
 def speeds(meshes: Path | None) -> Rows:

@@ -35,7 +35,8 @@ def course(v: np.ndarray, f: np.ndarray, method: Method) -> tuple[np.ndarray, np
     began = time.process_time()
 
     def listen(iterate: ism.Iterate) -> None:
-        if iterate.stage not in ("gauss map", "repair"):  # it is iterate 0 of the stage that follows
+        # it is iterate 0 of the stage that follows
+        if iterate.stage not in ("gauss map", "repair"):
             seen.append((time.process_time() - began, iterate.energy))
 
     result = ism.spherical_conformal_map(v, f, method=method, listener=listen)

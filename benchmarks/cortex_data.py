@@ -99,7 +99,8 @@ def anew(v, f):
     corner = v.min(axis=0) - 4 * _VOXEL
     nx, ny, nz = n = np.ceil((v.max(axis=0) + 4 * _VOXEL - corner) / _VOXEL).astype(int)
     z, y, x = (corner[k] + _VOXEL * np.arange(n[k]) for k in (2, 1, 0))
-    points = np.stack(np.meshgrid(z, y, x, indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1].copy()  # x fastest
+    # x fastest
+    points = np.stack(np.meshgrid(z, y, x, indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1].copy()
     far = igl.signed_distance(points, v, f, sign_type=igl.SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER)[0]
     w, g = (np.asarray(each) for each in igl.marching_cubes(far, points, int(nx), int(ny), int(nz), 0.0)[:2])
     mesh = ism.repair_mesh(w, g.astype(np.int64), keep_largest=True, handles="cut")

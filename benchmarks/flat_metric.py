@@ -125,7 +125,8 @@ def lay_out(metric: FlatMetric) -> ComplexArray:
 
 def _first_guess(mesh: Mesh, vertex: int, x: FloatArray) -> FloatArray:
     """Scale factors of the map `x` followed by the stereographic projection from the vertex."""
-    edges = np.vstack((mesh.f[:, [0, 1]], mesh.f[:, [1, 2]], mesh.f[:, [2, 0]]))  # each edge both ways
+    # each edge both ways
+    edges = np.vstack((mesh.f[:, [0, 1]], mesh.f[:, [1, 2]], mesh.f[:, [2, 0]]))
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.log([np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (x, mesh.unit)])
         scale = np.bincount(edges[:, 0], ratio[0] - ratio[1]) / np.bincount(edges[:, 0])

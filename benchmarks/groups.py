@@ -205,7 +205,8 @@ def films(count, vertices, to):
         rest = found.features
         radius = np.sqrt(((rest[0] - rest[0].mean(axis=0)) ** 2).sum(axis=1).mean())
         off = [np.sqrt(((rest[k] - rest[0]) ** 2).sum(axis=1).mean()) for k in (count // 4, count // 2, count - 1)]
-        steps = (np.diff(rest, axis=0) ** 2).sum(axis=2).mean(axis=1)  # that add up to the error where they are chance
+        # that add up to the error where they are chance
+        steps = (np.diff(rest, axis=0) ** 2).sum(axis=2).mean(axis=1)
         common = max(0.0, 1 - steps.sum() / off[-1] ** 2)
         print(f"| {kind} | {', '.join(f'{100 * each / radius:.1f}' for each in off)} | "
               f"{100 * np.sqrt((found.drift**2).mean()) / radius:.1f} | {common:.2f} |", flush=True)

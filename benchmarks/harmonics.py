@@ -119,7 +119,8 @@ def row(name: str, mesh: object, degree: int) -> list[str]:
     analysis = SphericalHarmonicAnalysis(n_harmonics=degree, registration=None)
     flat = analysis.fit_transform([v], theta_phi=[places])
     fitted = synthesis(flat.reshape(3, -1).T, target[0]), target[1]
-    folds = min(ism.certify(sign * flow["x"], f).foldings for sign in (1, -1))  # a mirror image does not fold
+    # a mirror image does not fold
+    folds = min(ism.certify(sign * flow["x"], f).foldings for sign in (1, -1))
     return [name, f"{len(v):,}", f"{hidden(v, f):.0%}", f"{folds:,}",
             *(f"{error(v, f, *body):.2f}" for body in ((flow["v"], flow["f"]), (low + size * star["v"], star["f"]),
                                                        fitted, *ours))]

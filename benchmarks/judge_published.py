@@ -74,7 +74,8 @@ class Published:
             return row | (_sphere if self.kind == "sphere" else _plane)(path, surface)
         except (ism.MeshError, ism.FileError) as error:
             return row | {"verdict": one_line(error).replace(f"{path}", path.name).split("; ")[0].split(", e.g.")[0]}
-        except (OSError, KeyError, subprocess.SubprocessError) as error:  # no network, no clone, another wheel
+        # no network, no clone, another wheel
+        except (OSError, KeyError, subprocess.SubprocessError) as error:
             return row | {"verdict": f"not to be had: {one_line(error)[:80]}"}
 
 

@@ -130,7 +130,8 @@ def cut(v, f, **options):
 
     def watched(scaled, f):
         found, low = find(scaled, f), scaled.min(axis=0)
-        unit = np.ptp(v, axis=0).max() / np.ptp(scaled, axis=0).max()  # loops are found in a unit of their own
+        # loops are found in a unit of their own
+        unit = np.ptp(v, axis=0).max() / np.ptp(scaled, axis=0).max()
         loops.extend((scaled[loop] - low) * unit + v.min(axis=0) for loop in found)
         return found
 

@@ -114,7 +114,8 @@ def mean_curvature_flow(v: Array, f: Array) -> Array:
     """Conformalised mean curvature flow (Kazhdan, Solomon, Ben-Chen 2012), with the fastest factorisation there is."""
     L, x = -igl.cotmatrix(v, f), v / np.sqrt(igl.doublearea(v, f).sum() / 2)
     for _ in range(_FLOW_STEPS):
-        A = igl.massmatrix(x, f, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal()  # it follows the surface; L stays
+        # it follows the surface; L stays
+        A = igl.massmatrix(x, f, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal()
         x = factorize(sp.diags_array(A, format="csr") + _FLOW_TIME * L).solve(A[:, None] * x)
         x -= np.einsum("i,ij->j", A, x) / A.sum()
         x /= np.sqrt(igl.doublearea(x, f).sum() / 2)

@@ -49,7 +49,8 @@ listed = {
     for name in re.findall(r"^   ([\w.]+)$", names, re.MULTILINE)
 }
 numpydoc_xref_param_type = True
-numpydoc_xref_ignore = "all"  # but the classes of the API: numpydoc's own links lead to pages of the network
+# but the classes of the API: numpydoc's own links lead to pages of the network
+numpydoc_xref_ignore = "all"
 numpydoc_xref_aliases = {word: word for word in DEFAULT_LINKS}
 numpydoc_xref_aliases |= {name: full for name, full in listed.items() if name[0].isupper()}
 

@@ -348,7 +348,8 @@ def keep(path: Path, captions: list[str]) -> None:
         data, text = path.read_bytes(), "\n".join((made_with(), *captions)).encode()
         blocks = [text[k : k + 255] for k in range(0, len(text), 255)]
         comment = b"!\xfe" + b"".join(bytes([len(block)]) + block for block in blocks) + b"\0"
-        colours = 13 + 3 * 2 ** ((data[10] & 7) + 1)  # where the header and the table of colours end
+        # where the header and the table of colours end
+        colours = 13 + 3 * 2 ** ((data[10] & 7) + 1)
         path.write_bytes(data[:colours] + comment + data[colours:])
         return
     kept = PngInfo()

@@ -288,7 +288,8 @@ _FUNCTION = callable, "a function"
 #: A test of values for each word of annotations, and its words in messages; those of records say how to make one.
 _KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
     "None": (lambda value: value is None, ""),
-    "bool": (lambda value: type(value).__name__ in ("bool", "bool_"), "True or False"),  # numpy's, too
+    # numpy's, too
+    "bool": (lambda value: type(value).__name__ in ("bool", "bool_"), "True or False"),
     "int": (_of(Integral), "a whole number"), "float": (_of(Real), "a number"),
     "Mapping": (_of(Mapping), "a dict"), "Metadata": (_of(Mapping), "a dict"),
     "PathLike": _PATH, "os.PathLike": _PATH, "Listener": _FUNCTION, "Callable": _FUNCTION,

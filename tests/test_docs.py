@@ -139,7 +139,8 @@ def desk(files, tmp_path, monkeypatch):
 @pages
 def test_python_blocks_run(page, desk, capsys):
     found = blocks(page, "python")
-    if any("display" in block.needs for block in found):  # polyscope lives once in a process, and leaves files
+    # polyscope lives once in a process, and leaves files
+    if any("display" in block.needs for block in found):
         if missing():
             pytest.skip(missing())
         code = NO_WINDOW + "\n".join(block.text for block in found)
@@ -289,7 +290,8 @@ def test_examples_are_a_screen_long_and_draw_a_picture(example, tmp_path, monkey
     assert example.read_text("utf-8").count("\n") <= 50
     namespace = {"__name__": "__main__"}
     code = smaller(example.read_text("utf-8")).replace("ico:3", "ico:2")
-    code = re.sub(r'(?<!"brain", )n_vertices=\d{4}', "n_vertices=1200", code)  # Sphinx draws them as they are
+    # Sphinx draws them as they are
+    code = re.sub(r'(?<!"brain", )n_vertices=\d{4}', "n_vertices=1200", code)
     exec(compile(code, str(example), "exec"), namespace)
     namespace["figure"].savefig(tmp_path / "figure.png", dpi=50)
 
@@ -441,7 +443,8 @@ def test_the_paper_has_the_parts_the_length_and_the_references_that_its_journal_
     words = len(prose.split())
     assert 750 <= words <= 1750
     assert f"{words:,} words without the table" in (ROOT / "paper" / "checklists.md").read_text("utf-8")
-    assert set(re.findall(r"(?<![\w@-])\d[\d.,]*\d|(?<![\w@-])\d", prose)) <= {"1", "2"}  # of the algorithms
+    # of the algorithms
+    assert set(re.findall(r"(?<![\w@-])\d[\d.,]*\d|(?<![\w@-])\d", prose)) <= {"1", "2"}
     entries = dict(re.findall(r"^@\w+\{(\w+),\n(.*?)^\}", references, re.MULTILINE | re.DOTALL))
     assert set(re.findall(r"@(\w+)", prose)) == set(entries)
     assert {name for name, entry in entries.items() if not re.search(r"doi = \{10\.\d{4,5}/\S+\}", entry)} == {"lapy"}

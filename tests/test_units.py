@@ -26,7 +26,8 @@ def scaled(result, unit):
     return ism.sphere_map(unit * result.vertices, result.faces, result.sphere)
 
 
-@pytest.mark.parametrize("unit", [2.0**-900, 2.0**-560, 2.0**330, 2.0**530, 2.0**996])  # powers of 2 round nothing
+# powers of 2 round nothing
+@pytest.mark.parametrize("unit", [2.0**-900, 2.0**-560, 2.0**330, 2.0**530, 2.0**996])
 def test_measures_do_not_depend_on_the_unit(pair, unit):
     a, b = pair
     far_a, far_b = (scaled(each, unit) for each in pair)

@@ -133,5 +133,6 @@ def bad_positions(n, rng):
     if kind == 4:
         return np.where(rng.random((n, 1)) < 0.5, p, 1 + 1e-9 * p)  # half of them in a speck
     if kind == 5:
-        return np.round(unit(p)) + (np.abs(np.round(unit(p))).sum(axis=1) == 0)[:, None]  # a few points
+        # a few points
+        return np.round(unit(p)) + (np.abs(np.round(unit(p))).sum(axis=1) == 0)[:, None]
     return p

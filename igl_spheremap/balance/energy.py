@@ -80,7 +80,8 @@ class BalancedEnergy:
         s1, s2 = images.s1, np.where(free, images.s2, 1.0)
         with np.errstate(over="ignore", invalid="ignore"):  # a bad trial step
             angles, areas = self.phi(s1 / s2), self.phi(s1 * s2 / self.aim[faces])  # balance (2)
-            value = self.area[faces] * ((1 - self.weight) * angles + self.weight * areas)  # balance (3)
+            # balance (3)
+            value = self.area[faces] * ((1 - self.weight) * angles + self.weight * areas)
         return np.where(free, value, np.inf)
 
     def area_error(self, x: FloatArray) -> float:
@@ -139,7 +140,8 @@ class BalancedEnergy:
         half = (s1 - s2) / (s1 + s2)  # tanh(q / 2)
         round_face = half < _ROUND
         twist = p1 - q1 * half  # balance (7)
-        shear = np.where(round_face, 2 * q2, q1 / np.where(round_face, 1.0, half)) - p1  # balance (8)
+        # balance (8)
+        shear = np.where(round_face, 2 * q2, q1 / np.where(round_face, 1.0, half)) - p1
         if convex:
             h11, h22, h12 = _raised(h11, h22, h12, _FLOOR * (p2 + q2))
             twist = np.maximum(twist, _TWIST_FLOOR * (p2 + q2))

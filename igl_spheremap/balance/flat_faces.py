@@ -90,7 +90,8 @@ class FaceImages:
     @classmethod
     def of(cls, source: FlatFaces, x: FloatArray, faces: IntArray | slice = slice(None)) -> FaceImages:
         """Images of some faces of a map."""
-        p = np.ascontiguousarray(x.T).take(source.corners[:, faces], axis=1)  # coordinate, corner, face
+        # coordinate, corner, face
+        p = np.ascontiguousarray(x.T).take(source.corners[:, faces], axis=1)
         hats, area = source.hats[:, :, faces], source.area[faces]
         sides = p[:, 1:] - p[:, :1]
         if len(p) == 2:  # in the plane

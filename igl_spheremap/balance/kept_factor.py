@@ -36,7 +36,8 @@ class KeptFactor(LineSearch):
     def __init__(self, system: VertexSystem, tolerance: float) -> None:
         super().__init__(system)
         self.tolerance, self.ahead = tolerance, np.inf
-        self._kept: tuple[Factor, FloatArray, FloatArray, float] | None = None  # of a map, with its axes and value
+        # of a map, with its axes and value
+        self._kept: tuple[Factor, FloatArray, FloatArray, float] | None = None
 
     def step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
         """A step with the old factor, if that is enough, or else with a new one."""
@@ -81,7 +82,8 @@ class KeptFactor(LineSearch):
 
 def _turned(f: IntArray, x: FloatArray, axes: FloatArray, y: FloatArray, other: FloatArray) -> ComplexArray:
     """Complex factor by which the surroundings of each vertex turn and grow from x to y, in the axes of each map."""
-    start, end = f.T.ravel(), f.T[[1, 2, 0]].ravel()  # each edge once from either side, but at a boundary
+    # each edge once from either side, but at a boundary
+    start, end = f.T.ravel(), f.T[[1, 2, 0]].ravel()
     p, q = (np.einsum("aie,ie->ae", at.take(start, axis=2), (z.take(end, axis=0) - z.take(start, axis=0)).T)
             for z, at in ((x, axes), (y, other)))
     n = len(x)

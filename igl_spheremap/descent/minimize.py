@@ -62,7 +62,8 @@ def minimize(
         except StopIteration:
             status = Status.STOPPED
             break
-        if last.residual <= tolerance or (settled is not None and settled(last)):  # Algorithm 1, step 2
+        # Algorithm 1, step 2
+        if last.residual <= tolerance or (settled is not None and settled(last)):
             status = Status.CONVERGED
             break
         if _is_flat(energies, plateau):

@@ -60,9 +60,11 @@ def preconditioned_cayley(problem: Problem, start: Start) -> Iterator[Iterate]:
     x, energy, H = start
     yield Iterate("sobolev", 0, 0, x, energy, np.inf)
     for k in count(1):
-        density = row_dots(x, H)  # lambda of eq. (9), algorithm (10): twice the image area around each vertex
+        # lambda of eq. (9), algorithm (10): twice the image area around each vertex
+        density = row_dots(x, H)
         e = _boost(x, H, density)
-        g = H - (density * (1 - along(x, e)))[:, None] * x  # eq. (9), less the boost: algorithm (12)
+        # eq. (9), less the boost: algorithm (12)
+        g = H - (density * (1 - along(x, e)))[:, None] * x
         g -= (e[:, None] * density).T
         D = problem.metric.solve(g)  # algorithm (13)
         quadrupoles = _correct_quadrupoles(D, x, g)
@@ -74,7 +76,8 @@ def preconditioned_cayley(problem: Problem, start: Start) -> Iterator[Iterate]:
         slope = -inner(g, D)
         search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5, trials=_HALVINGS)
         for tau in search.steps(1.0):  # Algorithm 1, step 3
-            y = problem.centred(cayley_step(x, D, tau), OFF_CENTRE)  # Theorem 1, with D for H: algorithm (15)
+            # Theorem 1, with D for H: algorithm (15)
+            y = problem.centred(cayley_step(x, D, tau), OFF_CENTRE)
             energy, derivative = problem.energy.evaluate(y)
             if search.accepts(energy, tau, slope):
                 break

@@ -114,8 +114,10 @@ class Marks:
         ([1, 0], [False])
         """
         facing = self.outward @ towards
-        wide = 2 * facing * pixels >= self.longest  # at least a pixel: of thinner faces hardly any pixel is coloured
-        coloured = self.clusters.sums(np.where(wide, facing, 0)) * pixels**2  # the pixels whose middles it covers
+        # at least a pixel: of thinner faces hardly any pixel is coloured
+        wide = 2 * facing * pixels >= self.longest
+        # the pixels whose middles it covers
+        coloured = self.clusters.sums(np.where(wide, facing, 0)) * pixels**2
         front = self.clusters.sums(facing) >= 0
         small = coloured < SEEN**2
         return self.middles[small], front[small]

@@ -71,6 +71,7 @@ def look_at(x: FloatArray, faces: IntArray) -> Lens:
     """Lens on faces of a map, given as rows of vertex indices."""
     corners = x[np.unique(faces)]
     place = corners[int(np.argmax(corners @ corners.mean(axis=0)))]
-    radius = float(np.percentile(np.abs(to_chart(corners, place[None])), _WITHIN))  # 2 tan of half the angle
+    # 2 tan of half the angle
+    radius = float(np.percentile(np.abs(to_chart(corners, place[None])), _WITHIN))
     spread = min(_SPREAD, _FACE * float(np.sqrt(len(faces))))
     return Lens(place, float(np.clip(2 * np.tan(spread / 2) / max(radius, _TINIEST), 1.0, STRONGEST)))

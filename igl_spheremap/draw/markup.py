@@ -57,7 +57,8 @@ def png(image: NDArray[np.uint8]) -> bytes:
     steps = np.diff(image, axis=1, prepend=np.zeros((height, 1, 3), np.uint8)).reshape(height, -1)
     chunks = {
         b"IHDR": struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0),  # of 8 bits, RGB
-        b"IDAT": zlib.compress(np.insert(steps, 0, 1, axis=1).tobytes()),  # 1: the filter of a row is Sub
+        # 1: the filter of a row is Sub
+        b"IDAT": zlib.compress(np.insert(steps, 0, 1, axis=1).tobytes()),
         b"IEND": b"",
     }
     parts = [struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))

@@ -18,7 +18,8 @@ from .palette import AREAS, fitting, pale
 from .plot import pose, raster, shading
 
 _SIZE = 288  # pixels along a side of a body's picture: three of them fit beside one another
-_MARK = 8  # pixels along a side of the mark of a folded face, before pictures are made half as large
+# pixels along a side of the mark of a folded face, before pictures are made half as large
+_MARK = 8
 _LEVELS = 31  # of each colour above 0: the file takes a third less, and it is not seen
 #: Notebooks set all cells to the right, as numbers are.
 _STYLE = "<style>.shown figure { margin: 0 } .shown [scope=row] + td { text-align: left }</style>"
@@ -42,12 +43,14 @@ class Drawing:
         """The pixels, (height, width, 3)."""
         drawn = []
         for body, turn in zip(self.bodies, self.turns, strict=True):
-            y = own_unit(np.nan_to_num(body, posinf=0.0, neginf=0.0))[0] @ turn.T  # maps that are given hold anything
+            # maps that are given hold anything
+            y = own_unit(np.nan_to_num(body, posinf=0.0, neginf=0.0))[0] @ turn.T
             shaded = self.colours * shading(y, self.f, np.eye(3))[:, None]
             drawn.append(raster(y, self.f, shaded, 2 * _SIZE, self.folded if len(self.folded) else None,
                                 least=_MARK))
         fine = np.concatenate(drawn, axis=1).astype(np.uint16)
-        sums = fine[::2, ::2] + fine[1::2, ::2] + fine[::2, 1::2] + fine[1::2, 1::2]  # so that borders are smooth
+        # so that borders are smooth
+        sums = fine[::2, ::2] + fine[1::2, ::2] + fine[::2, 1::2] + fine[1::2, 1::2]
         return np.rint(np.rint(sums * (_LEVELS / 1020)) * (255 / _LEVELS)).astype(np.uint8)
 
 

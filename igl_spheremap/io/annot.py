@@ -15,7 +15,8 @@ from .reading import check_complete
 from .records import Label, Metadata
 
 SUFFIX = ".annot"
-_VERSION = -2  # where each entry of the table has its place before it; older tables begin with their length
+# where each entry of the table has its place before it; older tables begin with their length
+_VERSION = -2
 
 
 def _bytes_of(file: BytesIO, size: int) -> bytes:

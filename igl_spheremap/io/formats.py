@@ -21,7 +21,8 @@ class Format:
     """A row of the table of formats."""
 
     name: str
-    module: str  # of this room, with `read` and `write` of meshes, `read_scalars` and `write_scalars` of data
+    # of this room, with `read` and `write` of meshes, `read_scalars` and `write_scalars` of data
+    module: str
     suffixes: tuple[str, ...]  # ends of file names, lower case; the first is the usual one
     magic: tuple[bytes, ...] = ()  # how files begin, for those whose name does not decide
     radius: float = 1.0  # of spheres, by the convention of the format's users

@@ -29,7 +29,8 @@ from .replacing import replacing
 #: The array beside maps of labels that holds their table.
 LABEL_TABLE = "label_table"
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
-_COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of NumPy, whose expansion can be bounded
+# those of NumPy, whose expansion can be bounded
+_COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 def read(path: Path) -> RawMesh:
@@ -138,7 +139,8 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
 def write_arrays(path: Path, arrays: dict[str, Any], metadata: Metadata | None = None) -> None:
     """Write an archive; the mark comes first, so that it is found without unpacking."""
     mark: dict[str, Any] = {"mark": np.bytes_(metadata["mark"])} if metadata and "mark" in metadata else {}
-    with zipfile.ZipFile(path, "w") as archive:  # arguments of numpy.savez could not be names of arrays
+    # arguments of numpy.savez could not be names of arrays
+    with zipfile.ZipFile(path, "w") as archive:
         for name, array in (mark | arrays).items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)

@@ -16,7 +16,8 @@ from .formats import READ_ONLY, PathLike
 
 #: What a file that exists needs.
 REPLACE = Remedy(options={"force": True})
-_TAIL = 32  # characters of the name that hold its suffixes; with the rest they fit into the 255 bytes of a name
+# characters of the name that hold its suffixes; with the rest they fit into the 255 bytes of a name
+_TAIL = 32
 
 
 @contextlib.contextmanager
@@ -29,7 +30,8 @@ def replacing(path: PathLike, force: bool = False) -> Iterator[Path]:
     final = Path(os.path.realpath(path))
     partial = final.with_name(f"{_partial(os.getpid())}{secrets.token_hex(8)}-{final.name[-_TAIL:]}")
     try:
-        os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))  # neither a file nor a link is followed
+        # neither a file nor a link is followed
+        os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         try:
             yield partial
             if final.exists():

@@ -21,7 +21,8 @@ def read(path: Path) -> RawMesh:
     """Read triangles, and weld corners at the same place; vertices have the order in which they first appear."""
     data = path.read_bytes()
     count = struct.unpack_from("<I", data, _HEADER - 4)[0] if len(data) >= _HEADER else None
-    if count is not None and len(data) == _HEADER + count * _TRIANGLE.itemsize:  # binary ones may say "solid" too
+    # binary ones may say "solid" too
+    if count is not None and len(data) == _HEADER + count * _TRIANGLE.itemsize:
         soup = np.frombuffer(data, _TRIANGLE, count, _HEADER)["corners"].reshape(-1, 3).astype(np.float64)
     elif re.match(rb"\s*solid\b", text := data.lower()):  # some programs write capitals
         rows = read_rows(text).starting_with(b"vertex")

@@ -16,7 +16,8 @@ from .files import read_mesh, read_sphere
 from .hemispheres import LEFT, RIGHT
 
 _FINEST = 7  # fsaverage7, which FreeSurfer calls fsaverage
-_BUNDLED = 5  # fsaverage5, which nilearn brings; older copies of its fsaverage3 and 4 have another order
+# fsaverage5, which nilearn brings; older copies of its fsaverage3 and 4 have another order
+_BUNDLED = 5
 _FSLR = 32_492  # vertices of a hemisphere of fsLR-32k
 #: Names of templates that can be asked for.
 TEMPLATES = (*(f"fsaverage{k}" for k in range(3, _FINEST + 1)), "fsaverage", "fsLR-32k", "fsLR")

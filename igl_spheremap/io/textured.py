@@ -215,7 +215,8 @@ def _write_obj(
     with replacing(material, force) as partial:
         partial.write_text(f"newmtl texture\nKd 1 1 1\nKa 0 0 0\nKs 0 0 0\nillum 1\nmap_Kd {picture.name}\n",
                            encoding="utf-8")
-    _, one = np.unique(atlas.vertex, return_index=True)  # OBJ counts texture coordinates apart from vertices
+    # OBJ counts texture coordinates apart from vertices
+    _, one = np.unique(atlas.vertex, return_index=True)
     corners = np.stack([atlas.vertex[atlas.f], atlas.f, atlas.vertex[atlas.f]], axis=-1).reshape(-1, 9)
     parts = (("v %r %r %r\n", v[one]), ("vt %r %r\n", atlas.uv), ("vn %r %r %r\n", normals[one]),
              ("f %r/%r/%r %r/%r/%r %r/%r/%r\n", corners + 1))

@@ -44,7 +44,8 @@ class LegacyFile:
                             "what its name says")
         self.data, self.at = data, header.end()
         self.version, self.binary = int(header[1]), header[2].upper() == b"BINARY"
-        self.colour = "unsigned_char" if self.binary else "float"  # the type of the parts of colours
+        # the type of the parts of colours
+        self.colour = "unsigned_char" if self.binary else "float"
 
     def line(self) -> list[str]:
         """The words of the next line that is not empty; none at the end."""
@@ -64,7 +65,8 @@ class LegacyFile:
         kind = _TYPES.get(name.lower(), "i4" if self.binary else "i8")
         if name.lower() not in (*_TYPES, _IDENTIFIERS):
             raise MeshError(f"its data of type {name[:20]!a} are not read; write numbers")
-        least = int(kind[1]) if self.binary else 2  # bytes of a number, or of a word and the space behind it
+        # bytes of a number, or of a word and the space behind it
+        least = int(kind[1]) if self.binary else 2
         rest = len(self.data) - self.at
         check_complete(0 <= least * count <= rest + 1, f"{rest} bytes", f"{count} numbers")
         if not self.binary:

@@ -75,7 +75,8 @@ class SphereMapper:
         method_of(method, Auto)
         self._lock = threading.Lock()
         mesh: tuple[Any, ...] = (v,) if f is None else (v, f)
-        self.mesh = check_mesh(*mesh, **({} if caps is None else {"caps": caps}))  # a mesh object may bring its own
+        # a mesh object may bring its own
+        self.mesh = check_mesh(*mesh, **({} if caps is None else {"caps": caps}))
         self.method = method
         self.operators = build_operators(self.mesh, method.backend)
 

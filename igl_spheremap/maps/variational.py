@@ -324,7 +324,8 @@ def landmark_map(
     name, x = start_of(mesh, start)
     if start is None:
         x = match_landmarks(x, penalty)
-    return _with_fidelity(mesh, penalty, name, x, options, "free", history)  # landmarks fix the gauge
+    # landmarks fix the gauge
+    return _with_fidelity(mesh, penalty, name, x, options, "free", history)
 
 
 def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: ArrayLike) -> LandmarkEnergy:

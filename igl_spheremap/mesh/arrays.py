@@ -80,7 +80,8 @@ def _rounded(given: ArrayLike, array: NDArray[Any], rows: FloatArray) -> BoolArr
     if array.dtype.kind == "f" and array.dtype.itemsize > rows.itemsize:
         return np.asarray((rows.astype(array.dtype) != array) & ~np.isnan(array))
     large = np.abs(rows) >= _LARGEST_WHOLE
-    if large.any():  # where a list mixes whole numbers with floats, numpy has rounded them: compare the list itself
+    # where a list mixes whole numbers with floats, numpy has rounded them: compare the list itself
+    if large.any():
         each = np.array(given, dtype=object)
         large[large] = [isinstance(a, (int, np.integer)) and int(a) != int(b)
                         for a, b in zip(each[large], rows[large].tolist(), strict=True)]
@@ -165,7 +166,8 @@ def place(points: FloatArray, v: FloatArray) -> str:
     size = float(np.ldexp(np.ptp(own, axis=0).max(), power))
     digits = 3 - math.floor(math.log10(size)) if 0 < size < math.inf else 3
     mean = np.ldexp(np.ldexp(points, -power).mean(axis=0), power)
-    return "(" + ", ".join(f"{round(x, digits) + 0.0:.12g}" for x in mean.tolist()) + ")"  # no negative zeros
+    # no negative zeros
+    return "(" + ", ".join(f"{round(x, digits) + 0.0:.12g}" for x in mean.tolist()) + ")"
 
 
 def examples(indices: NDArray[Any]) -> str:

@@ -243,7 +243,8 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
     twin = np.empty(3 * m + n, dtype=np.int32)
     twin[edges.half] = edges.twin
     twin = twin[: 3 * m]
-    ones = np.broadcast_to(1.0, 3 * m)  # takes no memory; of another type scipy's graphs make a copy
+    # takes no memory; of another type scipy's graphs make a copy
+    ones = np.broadcast_to(1.0, 3 * m)
     neighbours = csr_matrix((ones, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
     if len(breadth_first_order(neighbours, 0, return_predecessors=False)) < m:
         refusal.components(connected_components(neighbours, directed=False)[1])

@@ -74,7 +74,8 @@ class _Loops:
         self._keys, self._n = keys[there], n
         self._tail, self._head = start[there], stop[there]
         length = np.linalg.norm(v[self._tail] - v[self._head], axis=1)
-        self._length = np.rint(length * (_MEAN_EDGE / (length.mean() or 1.0))) + 1  # graphs know no length of 0
+        # graphs know no length of 0
+        self._length = np.rint(length * (_MEAN_EDGE / (length.mean() or 1.0))) + 1
         number = np.arange(len(there))
         rows, columns = np.append(self._tail, self._head), np.append(self._head, self._tail)
         entries = csr_matrix((np.append(number, number) + 1, (rows, columns)), shape=(n, n))
@@ -97,7 +98,8 @@ class _Loops:
         previous, tail, head = self._previous, self._tail, self._head
         free = np.flatnonzero((previous[tail] != head) & (previous[head] != tail))
         around = (distance[tail] + distance[head] + self._length)[free]
-        free = free[np.argsort(-around, kind="stable")]  # the tree takes those that close the longest loops
+        # the tree takes those that close the longest loops
+        free = free[np.argsort(-around, kind="stable")]
         pair = np.minimum(left, right)[free] * m + np.maximum(left, right)[free]
         _, first = np.unique(pair, return_index=True)  # two faces may share two edges
         pair, edge = pair[np.sort(first)], free[np.sort(first)]

@@ -93,7 +93,8 @@ def cap(p: FloatArray, onward: FloatArray) -> tuple[FloatArray, IntArray]:
     number = k
     radius = outer_radius = total / (2 * np.pi)
     spacing = total / k
-    while (inner := radius - 0.9 * spacing) > 0.7 * spacing:  # equilateral triangles are .87 high; room for a fan
+    # equilateral triangles are .87 high; room for a fan
+    while (inner := radius - 0.9 * spacing) > 0.7 * spacing:
         m = round(2 * np.pi * inner / spacing)
         inner_turn = (np.arange(m) + 0.5) / m
         if len(points) < _ONWARD:
@@ -128,5 +129,6 @@ def _strip(a: IntArray, ta: FloatArray, b: IntArray, tb: FloatArray) -> IntArray
     n, m = len(a), len(b)
     order = np.argsort(np.concatenate((ta[1:], ta[:1] + 1, tb[1:], tb[:1] + 1)), kind="stable")
     outer = order < n
-    i, j = (np.cumsum(passed) - passed for passed in (outer.astype(np.int64), (~outer).astype(np.int64)))  # so far
+    # so far
+    i, j = (np.cumsum(passed) - passed for passed in (outer.astype(np.int64), (~outer).astype(np.int64)))
     return np.column_stack((a[i % n], np.where(outer, a[(i + 1) % n], b[(j + 1) % m]), b[j % m]))

@@ -194,7 +194,8 @@ def vertex_normals(v: FloatArray, f: IntArray) -> FloatArray:
 
 def area_normals(v: FloatArray, f: IntArray) -> FloatArray:
     """libigl's normals at the vertices, without direction where all faces around one have no area."""
-    return np.asarray(igl.per_vertex_normals(v, f, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA))  # Definition 1
+    # Definition 1
+    return np.asarray(igl.per_vertex_normals(v, f, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA))
 
 
 def without_direction(x: FloatArray) -> NDArray[np.bool_]:

@@ -96,7 +96,8 @@ def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
         largest_angle=float(np.degrees(angles.max())),
         slivers=int((angles.min(axis=1) < np.radians(1)).sum()),
         zero_area_faces=int((areas <= _NO_AREA * areas.mean()).sum()),
-        non_delaunay_edges=int((opposite > np.pi + 1e-9).sum()),  # the sum is pi in rectangles, to rounding
+        # the sum is pi in rectangles, to rounding
+        non_delaunay_edges=int((opposite > np.pi + 1e-9).sum()),
         coincident_vertices=n - len(places),
         near_vertices=int((nearest < _NEAR * np.linalg.norm(np.ptp(p, axis=0))).sum()),
         largest_valence=int(np.bincount(ends).max()),

@@ -73,7 +73,8 @@ class FaceProblem:
                  slack: FloatArray | float = 0.0, turns: bool = True, held: BoolArray | None = None) -> None:
         self.energy, self._terms, self._slack, self._turns = energy, terms, slack, turns
         self._held = held
-        self._known: list[tuple[FloatArray, FloatArray]] = []  # the last two maps and their energies by face
+        # the last two maps and their energies by face
+        self._known: list[tuple[FloatArray, FloatArray]] = []
 
     def axes(self, x: FloatArray) -> FloatArray:
         """The two directions (2, d, n) in which each vertex moves."""

@@ -18,8 +18,10 @@ from .factor.factor import Factor
 from .factor.factorize import factorize
 from .laplacian import usable_laplacian
 
-_DEPTH = 0.6  # radians that the surface is smoothed by to distinguish outward folds from inward ones
-_NOISE = 0.16  # radians that curvature is smoothed by: below, that of a marching-cubes mesh is noise
+# radians that the surface is smoothed by to distinguish outward folds from inward ones
+_DEPTH = 0.6
+# radians that curvature is smoothed by: below, that of a marching-cubes mesh is noise
+_NOISE = 0.16
 _CONSTANT = 1e-12  # spread of values, as a share of the largest, that is rounding
 _NARROWEST = 1e-3  # widths below it are less than the edges of any mesh that fits into memory
 
@@ -65,7 +67,8 @@ class FeatureSurface:
     def curvature_and_depth(self) -> FloatArray:
         """Mean curvature and depth (n, 2), standardised: features of bodies, which depth potentials tell apart less."""
         curvature = self._bending / (2 * self.areas)
-        curvature = np.arctan(curvature / 2)[:, None]  # so that tips and creases do not outweigh the rest
+        # so that tips and creases do not outweigh the rest
+        curvature = np.arctan(curvature / 2)[:, None]
         return self.standardize(np.column_stack((self.diffuse(curvature, _NOISE, steps=1), self.depth(_DEPTH))))
 
     def depth(self, sigma: float) -> FloatArray:
@@ -125,6 +128,7 @@ def depth_potential(v: ArrayLike, f: ArrayLike, *, ell: float = 0.12, caps: Arra
 def check_varies(values: FloatArray, name: str) -> None:
     """Raise a MeshError if a column is constant: it carries no information on position."""
     halves = 0.5 * values  # the difference of two of them is a float64 number
-    constant = np.flatnonzero(~(np.ptp(halves, axis=0) > _CONSTANT * np.abs(halves).max(axis=0)))  # or 0 over 0
+    # or 0 over 0
+    constant = np.flatnonzero(~(np.ptp(halves, axis=0) > _CONSTANT * np.abs(halves).max(axis=0)))
     if len(constant):
         raise MeshError(f"{name} are constant in column {constant[0]}; give data that vary over the surface")

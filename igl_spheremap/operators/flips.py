@@ -78,7 +78,8 @@ def _angle(lengths: FloatArray, h: IntArray) -> tuple[FloatArray, FloatArray]:
 def _apex(lengths: FloatArray, h: IntArray) -> tuple[FloatArray, FloatArray]:
     """Where the opposite corner lies if a half-edge runs from the origin along the first axis and its face is above."""
     flat = lengths.ravel()
-    b, c, a = flat[h], flat[_next(h)], flat[_next(h, 2)]  # |edge|, from its end to the apex, from the apex to its start
+    # |edge|, from its end to the apex, from the apex to its start
+    b, c, a = flat[h], flat[_next(h)], flat[_next(h, 2)]
     x = (b + (a - c) * (a + c) / b) / 2
     sides = np.sort(np.stack((a, b, c)), axis=0)  # Kahan's stable area
     s, m, w = sides

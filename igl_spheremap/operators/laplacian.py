@@ -69,7 +69,8 @@ def laplacian(
 def cotangent_laplacian(mesh: Mesh) -> sp.csr_matrix:
     """L of the paper's algorithms, by libigl."""
     L = igl.cotmatrix(mesh.unit, mesh.f)  # eq. (13), of the other sign
-    return sp.csr_matrix((-L.data, L.indices, L.indptr), shape=L.shape)  # it is symmetric: its columns are its rows
+    # it is symmetric: its columns are its rows
+    return sp.csr_matrix((-L.data, L.indices, L.indptr), shape=L.shape)
 
 
 def printed_laplacian(mesh: Mesh) -> sp.csr_matrix:
@@ -172,7 +173,8 @@ def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None =
             continue
         diagonal = _diagonal(L, mesh, choice)
         kept = L.data[diagonal]
-        L.data[diagonal] += _REGULARISATION * mesh.A  # algorithm (2), in the memory of L: factors keep the pattern only
+        # algorithm (2), in the memory of L: factors keep the pattern only
+        L.data[diagonal] += _REGULARISATION * mesh.A
         try:
             factor = factorize(L, backend, reuse.factor if reuse else None)
         except FactorisationFailed:

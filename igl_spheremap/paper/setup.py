@@ -41,7 +41,8 @@ class Setup:
         metric = {"areas": None, "laplacian": step_metric(L), "vertices": Diagonal(np.ones(len(mesh.v)))}
         problem = Problem.of(mesh, HarmonicEnergy(L), metric[options.metric], options.gauge == "centred")
         if options.metric == "vertices":
-            problem = replace(problem, share=None)  # so the gradient has the Frobenius norm: no areas are used
+            # so the gradient has the Frobenius norm: no areas are used
+            problem = replace(problem, share=None)
         elif raised := int((problem.areas <= LEAST_AREA / len(mesh.v)).sum()):
             notes = (*notes, f"{raised:,} vertex areas of eq. (13) were raised to a billionth of their mean")
         if options.rules == "program":

@@ -144,7 +144,8 @@ def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:
     # Over a face the hat functions e_i e_j e_k have the integral area / 60 times 6 (all equal), 2 (two equal) or 1 (all
     # different), and e_i e_j have M_ij. So 5 B_ij is (w_i + w_j) M_ij, plus the M_ij of faces whose areas are
     # multiplied by the sums of their weights.
-    M, W = igl.massmatrix(mesh.unit, mesh.f, igl.MASSMATRIX_TYPE_FULL), sp.diags_array(weight)  # eq. (23)
+    # eq. (23)
+    M, W = igl.massmatrix(mesh.unit, mesh.f, igl.MASSMATRIX_TYPE_FULL), sp.diags_array(weight)
     sides = igl.edge_lengths(mesh.unit, mesh.f) * np.sqrt(weight[mesh.f].sum(axis=1))[:, None]
     grown = igl.massmatrix_intrinsic(sides, mesh.f, igl.MASSMATRIX_TYPE_FULL)
     return sp.csr_matrix((grown + (W @ M + M @ W)) / 5)  # eq. (26)

@@ -195,7 +195,8 @@ def _judged(found: PlaneMap) -> Run:
 def _in_units(disk: Disk, p: FloatArray) -> FloatArray:
     """A layout turned upright, with the area of the surface in its own units, if it has any."""
     q = p[disk.rim]
-    image = (q[:, 0] * np.roll(q[:, 1], -1) - q[:, 1] * np.roll(q[:, 0], -1)).sum() / 2  # inside the boundary
+    # inside the boundary
+    image = (q[:, 0] * np.roll(q[:, 1], -1) - q[:, 1] * np.roll(q[:, 0], -1)).sum() / 2
     source = surface_area(disk.unit, disk.f)
     size = np.ptp(disk.v, axis=0).max() / np.ptp(disk.unit, axis=0).max()
     return np.asarray(upright(p, disk) * (size * np.sqrt(source / image if source > 0 else 1.0)))

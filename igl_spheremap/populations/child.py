@@ -119,7 +119,8 @@ def _load(*call: object) -> None:
 
 def serve() -> None:
     """Run the calls that come by stdin, and send what they return to stdout, until stdin is closed."""
-    for number in (signal.SIGINT, signal.SIGTERM):  # a scheduler may send them to every process of a job
+    # a scheduler may send them to every process of a job
+    for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     calls, results = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what libraries print does not get among the results

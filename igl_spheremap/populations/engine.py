@@ -21,7 +21,8 @@ from .job import Job, JobT, Task, failed, run_in_child, run_job
 from .manifest import JobResult
 
 _AHEAD = 2  # jobs in flight for each worker: one that runs, and one that waits to follow it
-_ANSWER = 6.0  # seconds for a scheduler to answer: many round trips of a slow network, and a person still waits
+# seconds for a scheduler to answer: many round trips of a slow network, and a person still waits
+_ANSWER = 6.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,7 +162,8 @@ def connect(scheduler: str, seconds: float = _ANSWER) -> Any:
     distributed = import_optional("distributed", "a Dask scheduler", "batch")
     try:
         address = json.loads(Path(scheduler).read_bytes())["address"] if os.path.isfile(scheduler) else scheduler
-        asyncio.run(asyncio.wait_for(_greet(address), seconds))  # a client without a scheduler hangs when it is dropped
+        # a client without a scheduler hangs when it is dropped
+        asyncio.run(asyncio.wait_for(_greet(address), seconds))
     except Exception as error:  # what listens there may be anything
         known = str(error) and isinstance(error, OSError | ValueError)
         reason = one_line(error) if known else f"no valid answer within {seconds:g} s"

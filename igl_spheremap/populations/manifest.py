@@ -94,7 +94,8 @@ class Manifest:
         self._results: dict[str, JobResult] = {}
         self._made: dict[str, list[Fingerprints]] = {}
         with self._writing():
-            self._file = self.path.open("a+b", buffering=0)  # what is written survives this process at once
+            # what is written survives this process at once
+            self._file = self.path.open("a+b", buffering=0)
         try:
             self._check(path)
         except FileError:

@@ -85,7 +85,8 @@ def _map(v: FloatArray, f: IntArray, caps: BoolArray | None, task: SphereMapping
     """The map of a mesh; if it has the faces of the last mesh, what depends on faces alone is used again."""
     if not isinstance(task.method, Auto):
         return balanced_spherical_map(v, f, balance=task.balance, method=task.method, caps=caps)
-    mapper: SphereMapper | None = _OF_THREAD.__dict__.pop("mapper", None)  # if it fails, the next mesh gets a new one
+    # if it fails, the next mesh gets a new one
+    mapper: SphereMapper | None = _OF_THREAD.__dict__.pop("mapper", None)
     if (mapper is not None and mapper.method == task.method and np.array_equal(mapper.mesh.f, f)
             and np.array_equal(np.asarray(mapper.mesh.caps), np.asarray(caps))):
         mapper.move(v)

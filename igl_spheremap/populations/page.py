@@ -35,7 +35,8 @@ SIZE = 180  # pixels of each of the four views
 #: Right, up and towards the viewer, where hemispheres are seen from outside: FreeSurfer's x is right, y front, z up.
 LATERAL = {LEFT: np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
            RIGHT: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])}
-MOST = 2000  # pictures within a page that is one file, of some 15 kB each; in a folder they are files of their own
+# pictures within a page that is one file, of some 15 kB each; in a folder they are files of their own
+MOST = 2000
 #: What the axes of figures measure, by the ends of their names.
 _AXES = {"angle": "degrees", "area": "|ln(image area / source area)|", "edge": "|ln(image / source length)|",
          "stretch": "times shorter", "unlike": "1 - correlation of depth", "unsure": "share of the vertices"}

@@ -185,7 +185,8 @@ def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArr
     array([[0.333333, 0.333333, 0.333333]])
     """
     sides = np.stack((a - q, b - q, c - q))
-    a, b, c = np.ldexp(sides, -np.frexp(np.abs(sides).max(axis=(0, 2)))[1][:, None])  # no product underflows
+    # no product underflows
+    a, b, c = np.ldexp(sides, -np.frexp(np.abs(sides).max(axis=(0, 2)))[1][:, None])
     weights = np.stack([row_dets(q, b, c), row_dets(q, c, a), row_dets(q, a, b)], axis=1)
     weights = np.maximum(weights, 0.0)  # rounding only: the exact ones are not negative
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))

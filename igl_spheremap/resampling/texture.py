@@ -268,9 +268,11 @@ _CHARTS = {"equirectangular": _equirectangular, "octahedral": _octahedral}
 class CutMesh:
     """A mesh with the points where its edges cross some planes as further vertices."""
 
-    x: FloatArray  # the old vertices, then new ones on old edges, exactly 0 in the coordinate that cut
+    # the old vertices, then new ones on old edges, exactly 0 in the coordinate that cut
+    x: FloatArray
     f: IntArray  # each face on one side of every plane
-    weights: csr_matrix  # takes values at the old vertices to values at all vertices, along the edges
+    # takes values at the old vertices to values at all vertices, along the edges
+    weights: csr_matrix
     face: IntArray  # the old face that each face is a part of
 
 

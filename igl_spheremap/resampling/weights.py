@@ -52,7 +52,8 @@ def linear_matrix(f: IntArray, location: Location, n_vertices: int) -> csr_array
     k = len(location.face)
     start = np.arange(0, 3 * k + 1, 3)
     entries = location.weights.ravel(), f[location.face].ravel(), start
-    matrix = csr_array(entries, shape=(k, n_vertices), copy=True)  # entries are sorted in place: not the caller's
+    # entries are sorted in place: not the caller's
+    matrix = csr_array(entries, shape=(k, n_vertices), copy=True)
     matrix.eliminate_zeros()
     matrix.sort_indices()
     return matrix
@@ -95,7 +96,8 @@ def adaptive_area(source: SphereMap, target: SphereMap | tuple[FloatArray, IntAr
     areas = vertex_areas(v, there.f)
 
     both = (forward > 0).multiply(reverse > 0).sum(axis=1)
-    skipping = (both < (reverse > 0).sum(axis=1)) * 1.0  # rows of `forward` that leave out vertices of the source
+    # rows of `forward` that leave out vertices of the source
+    skipping = (both < (reverse > 0).sum(axis=1)) * 1.0
     gathered = diags_array(1 - skipping) @ forward + diags_array(skipping) @ reverse
     scattered = diags_array(_positive(areas)) @ gathered
     scattered = csr_array(scattered @ diags_array(_positive(source_areas) / scattered.sum(axis=0)))

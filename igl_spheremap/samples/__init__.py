@@ -18,7 +18,8 @@ import math
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:  # names for type checkers; at run time a module is imported when its shape is made
+# names for type checkers; at run time a module is imported when its shape is made
+if TYPE_CHECKING:
     from ..mesh.arrays import FloatArray, IntArray
     from .animals import bird as bird
     from .animals import bunny as bunny

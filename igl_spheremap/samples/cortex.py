@@ -37,7 +37,8 @@ def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[FloatArray, Int
 
     def field(p: FloatArray) -> FloatArray:
         below = lower(p)
-        open_air = np.clip((below - 0.05) / 0.2, 0.0, 1.0)  # beneath the cerebellum a sulcus would be a tunnel
+        # beneath the cerebellum a sulcus would be a tunnel
+        open_air = np.clip((below - 0.05) / 0.2, 0.0, 1.0)
         return np.minimum(_cerebrum(p, depth * open_air), below)
 
     box = np.stack([np.minimum(-1.1 * _AXES, lower.box()[0]), 1.1 * _AXES])
@@ -61,7 +62,8 @@ def _phase(p: FloatArray) -> tuple[FloatArray, FloatArray]:
     up, turn = 1.0 - (2.0 * k + 1.0) / _WAVES, np.pi * (3.0 - np.sqrt(5.0)) * k
     flat = np.sqrt(1.0 - up**2)
     wave = _WAVE_NUMBER * np.stack([flat * np.cos(turn), flat * np.sin(turn), up], axis=1)
-    angle = p @ wave.T + 2.0 * np.pi * ((k * 0.7548776662) % 1.0)  # phases spread evenly, by the plastic number
+    # phases spread evenly, by the plastic number
+    angle = p @ wave.T + 2.0 * np.pi * ((k * 0.7548776662) % 1.0)
     height = _MEANDER * np.sqrt(2.0 / _WAVES)
     gradient = [_FOLDS, 0.0, 0.0] - height * np.sin(angle) @ wave
     return _FOLDS * p[:, 0] + height * np.cos(angle).sum(axis=1), np.linalg.norm(gradient, axis=1)

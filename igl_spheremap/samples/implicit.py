@@ -22,7 +22,8 @@ class Limb:
 
     centres: FloatArray  # (k, 3)
     radii: FloatArray  # (k,)
-    squash: tuple[float, float, float] = (1.0, 1.0, 1.0)  # space is divided by these: below 1, flat along an axis
+    # space is divided by these: below 1, flat along an axis
+    squash: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Lower bound of the distance of (k, 3) points to the limb, negative inside."""
@@ -49,11 +50,13 @@ class Limb:
 
 def limb(knots: Sequence[Sequence[float]], squash: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Limb:
     """Limb along a spline through knots ``(x, y, z, radius)``."""
-    from scipy.interpolate import CubicSpline, PchipInterpolator  # takes .2 s, which only limbs need
+    # takes .2 s, which only limbs need
+    from scipy.interpolate import CubicSpline, PchipInterpolator
 
     k = np.array(knots, dtype=np.float64)
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(k[:, :3], axis=0), axis=1))])
-    s = np.linspace(0.0, length[-1], 8 * (len(k) - 1) + 1)  # eight straight pieces a knot look smooth
+    # eight straight pieces a knot look smooth
+    s = np.linspace(0.0, length[-1], 8 * (len(k) - 1) + 1)
     return Limb(CubicSpline(length, k[:, :3])(s), PchipInterpolator(length, k[:, 3])(s), squash)
 
 
@@ -110,7 +113,8 @@ def mesh_implicit(field: Field, box: FloatArray, n_vertices: int, detail: float)
     check_number(n_vertices, "n_vertices", len(v) // 3, MOST_VERTICES)  # coarser grids lose limbs
     levels = max(int(np.log2(n_vertices / len(v)) // 2), 0)
     scale = detail * np.sqrt(len(v))
-    for surplus in (1.0, 1.05, 1.1, 1.15):  # a coarse grid may join limbs; one a little finer is unlikely to
+    # a coarse grid may join limbs; one a little finer is unlikely to
+    for surplus in (1.0, 1.05, 1.1, 1.15):
         v, f = _march_to_count(field, box, surplus * n_vertices / 4**levels, scale)
         if len(v) - len(f) // 2 == 2:
             break

@@ -29,7 +29,8 @@ def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[FloatArray, IntA
         Number of turns of the helix, 0.1 to 100; each is 4.6 circumferences of the tube long.
     """
     check_number(turns, "turns", 0.1, 100)
-    check_number(n_vertices, "n_vertices", 100 + 60 * turns, MOST_VERTICES)  # 18 rings of 3 vertices a turn
+    # 18 rings of 3 vertices a turn
+    check_number(n_vertices, "n_vertices", 100 + 60 * turns, MOST_VERTICES)
     length = turns * np.hypot(2.0 * np.pi, _PITCH)
     quarter = 0.5 * np.pi * _TUBE
 

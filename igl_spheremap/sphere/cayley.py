@@ -57,7 +57,8 @@ def cayley_step(f: FloatArray, h: FloatArray, tau: float) -> FloatArray:
     t = (row_dots(f, h) / ff)[:, None] * f
     np.subtract(h, t, out=t)
     s = 0.5 * tau * np.sqrt(ff * row_dots(t, t))
-    square = 1 / (1 + s * s)  # of the cosine of half the angle; 0, as is right, where that of s overflows
+    # of the cosine of half the angle; 0, as is right, where that of s overflows
+    square = 1 / (1 + s * s)
     t *= (tau * square * ff)[:, None]
     y = (2 * square - 1)[:, None] * f  # Theorem 1
     y -= t

@@ -85,7 +85,8 @@ def _balance(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> t
         step: FloatArray = np.asarray(np.linalg.solve(hessian, mean), dtype=np.float64)
         length = float(np.linalg.norm(step))
         if length > _LONG:
-            step = step * (np.tanh(min(length, _LONGEST)) / length)  # tanh keeps it inside the unit ball
+            # tanh keeps it inside the unit ball
+            step = step * (np.tanh(min(length, _LONGEST)) / length)
         while True:
             trial = _compose(centre, step)
             if trial @ trial > _BOUNDARY:
@@ -105,7 +106,8 @@ def _compose(first: FloatArray, then: FloatArray) -> FloatArray:
     """Point that goes to the centre under ``moebius(moebius(., first), then)``."""
     # The inverse of the first map, taken at `then`: hyperbolic translation of `then` by `first`.
     dot, ff, tt = float(first @ then), float(first @ first), float(then @ then)
-    return ((1 + 2 * dot + tt) * first + (1 - ff) * then) / (1 + 2 * dot + ff * tt)  # algorithm (20)
+    # algorithm (20)
+    return ((1 + 2 * dot + tt) * first + (1 - ff) * then) / (1 + 2 * dot + ff * tt)
 
 
 def center(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> FloatArray:
@@ -133,7 +135,8 @@ def fix_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
 def turn_to_gauss_map(mesh: Mesh, x: FloatArray) -> FloatArray:
     """`x` rotated to agree best with the Gauss map, weighted by the source's area."""
     turned = np.einsum("jk,ji->ki", best_rotation(x, orientation_target(mesh), mesh.A), np.ascontiguousarray(x.T))
-    turned /= np.sqrt(row_dots(turned.T, turned.T))  # rounding in the lengths adds up over a run's steps
+    # rounding in the lengths adds up over a run's steps
+    turned /= np.sqrt(row_dots(turned.T, turned.T))
     return np.ascontiguousarray(turned.T)
 
 

@@ -25,7 +25,8 @@ def inner(a: FloatArray, b: FloatArray) -> float:
 
 def row_dots(a: FloatArray, b: FloatArray) -> FloatArray:
     """Inner product of each row of `a` with that of `b`."""
-    if a.shape[1] == 3 and a.flags.c_contiguous and b.flags.c_contiguous:  # np.einsum takes twice as long
+    # np.einsum takes twice as long
+    if a.shape[1] == 3 and a.flags.c_contiguous and b.flags.c_contiguous:
         with np.errstate(over="ignore", invalid="ignore"):
             return column_dots(a.T, b.T)
     return np.einsum("ij,ij->i", a, b)
@@ -155,7 +156,8 @@ def to_chart(x: FloatArray, pole: FloatArray) -> ComplexArray:
     e1, e2 = (np.broadcast_to(axis, x.shape) for axis in tangent_axes(pole))
     across = row_dots(d, e1) + 1j * row_dots(d, e2)
     across[far & (across == 0)] = 4 / INFINITE
-    rest = 1 - row_dots(d, d) / 4  # squared cosine of half the angle from the pole; where far, its squared sine
+    # squared cosine of half the angle from the pole; where far, its squared sine
+    rest = 1 - row_dots(d, d) / 4
     return np.asarray(np.where(far, 4 * rest, across) / np.where(far, across.conj(), rest))
 
 

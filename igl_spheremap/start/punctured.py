@@ -116,7 +116,8 @@ def dipole_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
     """
     w = np.append(0, _in_their_planes(mesh, mesh.f[[face]]))
     opposite = np.roll(w, -2) - np.roll(w, -1)
-    gradients = 1j * opposite / (w[1].real * w[2].imag)  # of the hat functions: opposite edge, turned inwards
+    # of the hat functions: opposite edge, turned inwards
+    gradients = 1j * opposite / (w[1].real * w[2].imag)
     load = np.zeros((len(mesh.v), 2))
     load[mesh.f[face]] = np.column_stack((gradients.real, -gradients.imag))
     z = operators.factor.solve(load)
@@ -135,7 +136,8 @@ def _placed_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
     loads[a] = -1
     green = operators.factor.solve(loads)  # algorithm (3)
     target = np.conj(np.ravel(_in_their_planes(mesh, mesh.f[[face]])))
-    if target[1].imag == 0:  # without area it is placed as an equilateral one: the affine correction finds its shape
+    # without area it is placed as an equilateral one: the affine correction finds its shape
+    if target[1].imag == 0:
         target = np.array([1, 0.5 - 0.75**0.5 * 1j])
     with np.errstate(all="ignore"):
         try:
@@ -165,7 +167,8 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
     corner, middle = distance[mesh.f[face]].min(), weighted_quantile(distance[sample], mesh.A[sample])
     if _INNER * corner < middle:
         return z, nu
-    within = (distance > min(_INNER * corner, np.sqrt(middle * corner))) & (distance < _OUTER * corner)  # algorithm (7)
+    # algorithm (7)
+    within = (distance > min(_INNER * corner, np.sqrt(middle * corner))) & (distance < _OUTER * corner)
     ring = mesh.f[within.take(mesh.f[:, 0])]
     ring = ring[within[ring].all(axis=1)]
     ring = ring[spread(len(ring), _SAMPLE)]

@@ -116,7 +116,8 @@ class ProgressiveMesh:
         pairs = pairs[_spread(owner[pairs], stars.valence)]
         owner = owner[pairs]
         cost = self._fan_cost(stars, owner, stars.a[pairs])
-        order = np.lexsort((adjacency.degree[stars.a[pairs]], cost, owner))  # hubs last, so chains halve evenly
+        # hubs last, so chains halve evenly
+        order = np.lexsort((adjacency.degree[stars.a[pairs]], cost, owner))
         owner, first = np.unique(owner[order], return_index=True)
         target = np.full(len(stars.vertices), -1)
         target[owner] = stars.a[pairs[order[first]]]
@@ -130,7 +131,8 @@ class ProgressiveMesh:
         inside = np.flatnonzero((fans.a != t) & (fans.b != t))
         p, a, b = self.x[t[inside]], self.x[fans.a[inside]], self.x[fans.b[inside]]
         u, w = a - p, b - p
-        size = sizes(np.abs(u) + np.abs(w))[:, None]  # without it products underflow near ends of axes
+        # without it products underflow near ends of axes
+        size = sizes(np.abs(u) + np.abs(w))[:, None]
         u, w = u / size, w / size
         det = row_dets(p, u, w)
         sides = row_dots(u, u) + row_dots(w, w) + row_dots(w - u, w - u)
@@ -179,7 +181,8 @@ def colour_classes(stars: Stars, n: int) -> list[IntArray]:
     Each star takes the first class that none of its neighbours has, after all neighbours of higher valence (Jones and
     Plassmann 1993, *A Parallel Graph Coloring Heuristic*).
     """
-    rank, colour = _ranked(stars, -stars.valence, n), np.zeros(n, dtype=np.int64)  # one bit; 0 for none yet
+    # one bit; 0 for none yet
+    rank, colour = _ranked(stars, -stars.valence, n), np.zeros(n, dtype=np.int64)
     while (first := rank[stars.vertices] < np.minimum.reduceat(rank[stars.a], stars.start)).any():
         taken = np.bitwise_or.reduceat(colour[stars.a], stars.start)[first]
         chosen = stars.vertices[first]

@@ -278,7 +278,8 @@ def _costs(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Cost
     np.maximum.at(deepest, at[own], placed.depth[limb.disc[own]])
     inner, finer_at = np.isin(limb.disc, limb.apart), np.broadcast_to(placed.finer, placed.depth.shape)
     np.maximum.at(finer, at[inner], finer_at[limb.apart])
-    angles = _bin_costs(limb, placed.f, source) / 2 + _SPARE * _equilateral_costs()  # two faces a vertex
+    # two faces a vertex
+    angles = _bin_costs(limb, placed.f, source) / 2 + _SPARE * _equilateral_costs()
     # Beyond the gain that lifts the deepest vertex to the floor costs are constant: the table ends one bin later.
     step = _STEP * limb.width
     steps = int((placed.depth.max() - np.log(_KAPPAS[-1]) - floor) / step) + len(_KAPPAS)

@@ -72,7 +72,8 @@ def progressive_embedding(x: FloatArray, f: IntArray, listener: PositionsListene
     if Certificate.of(y, f).folding_free:
         return y
     with suppress(_TooCoarse):
-        y = np.tile([0.0, 0.0, 1.0], (len(x), 1))  # bad positions must not decide what collapses where
+        # bad positions must not decide what collapses where
+        y = np.tile([0.0, 0.0, 1.0], (len(x), 1))
         return _rebuild_locally(y, f, np.ones(len(f), bool), np.ones(len(x), bool), unit_rows, listener, 0, False)
     return x
 

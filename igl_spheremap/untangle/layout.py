@@ -160,7 +160,8 @@ class Layout:
 
 def about_images(about: About, denominator: ComplexArray, determinant: complex = 0j) -> About:
     """`About` the images under a Moebius map (a z + b) / (c z + d), given logarithms of c z + d and of a d - b c."""
-    return lambda root: np.asarray(about(root) - denominator - denominator[root] + determinant)  # algorithm (25)
+    # algorithm (25)
+    return lambda root: np.asarray(about(root) - denominator - denominator[root] + determinant)
 
 
 def _summed(tree: sp.csr_matrix, key: IntArray, steps: ComplexArray, root: int) -> ComplexArray:
@@ -174,8 +175,10 @@ def _summed(tree: sp.csr_matrix, key: IntArray, steps: ComplexArray, root: int) 
     above = parent[child].astype(np.int64)
     step = steps[np.searchsorted(key, above * n + child)]
     log, left, unit = np.full(n, -np.inf + 0j), np.ones(n, dtype=bool), step.real.max()
-    largest = np.log(np.finfo(float).max) - 9  # so that sums of thousands of edges, up to exp(9), are finite
-    while left.sum() > 1 and unit > step.real.min() - largest:  # units shrink until every distance fills one
+    # so that sums of thousands of edges, up to exp(9), are finite
+    largest = np.log(np.finfo(float).max) - 9
+    # units shrink until every distance fills one
+    while left.sum() > 1 and unit > step.real.min() - largest:
         edge = np.exp(np.clip(step.real - unit, -largest, largest) + 1j * step.imag)
         z = [0j] * n
         for c, a, e in zip(child.tolist(), above.tolist(), edge.tolist(), strict=True):

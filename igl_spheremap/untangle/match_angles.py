@@ -183,7 +183,8 @@ class AngleProblem:
         movable = dilate(self.f, (z != y).any(axis=1), RELAXED_RINGS)
         around = touching(self.f, movable)
         loss = AngleLoss(self.source[:, around])
-        return relax_angles(z, self.f[around], loss, movable, sweeps=2)  # with 1 nine of 114 parts end worse
+        # with 1 nine of 114 parts end worse
+        return relax_angles(z, self.f[around], loss, movable, sweeps=2)
 
     def linearised(self, x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Angle differences (3, m), and their derivatives (angle, corner, axis, face) as corners move along axes."""
@@ -191,7 +192,8 @@ class AngleProblem:
         p = np.ascontiguousarray(x.T).take(corners, axis=1)  # coordinate, corner, face
         side = p[:, [2, 0, 1]] - p[:, [1, 2, 0]]  # opposite each corner
         along = axes.take(corners, axis=2)  # axis, coordinate, corner, face
-        if (side * side).sum(axis=0).min() < np.finfo(float).tiny ** 0.25:  # products of four sides underflow
+        # products of four sides underflow
+        if (side * side).sum(axis=0).min() < np.finfo(float).tiny ** 0.25:
             size = sizes(np.abs(side).sum(axis=1).T)
             side, along = side / size, along / size
         normal = column_crosses(side[:, 0], side[:, 1])

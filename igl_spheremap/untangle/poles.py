@@ -44,7 +44,8 @@ def at_poles(placed: Placed, floor: float) -> Placed:
     log = np.choose(nearest, [about(tip) for tip in tips])
     distance = log.real - np.log(np.abs(1 + np.abs(anchor) ** 2 + anchor.conj() * exponential(log)))
     finer = np.maximum(-distance, 0)
-    distance[tips] = [np.partition(distance[nearest == k], 1)[1] for k in range(len(tips))]  # of the nearest vertex
+    # of the nearest vertex
+    distance[tips] = [np.partition(distance[nearest == k], 1)[1] for k in range(len(tips))]
     depth = placed.depth - np.logaddexp(0, 2 * placed.log.real) + np.logaddexp(2 * N.real, 2 * D.real)
     # Coordinates are no finer below the smallest normal number, which no edge at the floor is to be below.
     depth += np.clip(distance, -normal_range(floor), 0)
@@ -71,7 +72,8 @@ def _completed(t: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]
         t, ends = np.vstack((t, -t)), np.vstack((ends, -ends))
     if len(t) == 2:
         middle, image = t.sum(axis=0), ends.sum(axis=0)
-        if np.linalg.norm(middle) < 1e-9:  # opposite tips: the middle would have lost half of its digits
+        # opposite tips: the middle would have lost half of its digits
+        if np.linalg.norm(middle) < 1e-9:
             middle = np.cross(t[0], ends[0])
             middle = middle if middle.any() else np.roll(ends[0], 1)
         if not image.any():  # opposite ends

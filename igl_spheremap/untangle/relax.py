@@ -120,7 +120,8 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
     p, a, b = (x.take(ids, axis=1) for ids in (stars.vertices, stars.a, stars.b))
     at, axes = p.take(owner, axis=1), column_axes(p)
     u, w = a - at, b - at
-    size = np.maximum.reduceat(sizes(u.T), stars.start)  # products underflow near ends of axes, in other units
+    # products underflow near ends of axes, in other units
+    size = np.maximum.reduceat(sizes(u.T), stars.start)
     unit = size.take(owner)
     u, w = u / unit, w / unit
     old, gradient, hessian = (np.add.reduceat(part, stars.start, axis=-1)

@@ -153,7 +153,8 @@ def _checked(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> tuple[FloatArray, IntA
 
 def _log_conformal_factor(v: FloatArray, f: IntArray, x: FloatArray) -> FloatArray:
     """2 u of eq. (14), the source being scaled to unit area."""
-    return _log_ratio(log_vertex_areas(x, f), log_vertex_areas(v, f) - np.log(surface_area(v, f)))  # eq. (14)
+    # eq. (14)
+    return _log_ratio(log_vertex_areas(x, f), log_vertex_areas(v, f) - np.log(surface_area(v, f)))
 
 
 def _log_ratio(image: FloatArray, source: FloatArray) -> FloatArray:

@@ -73,7 +73,8 @@ def _exact_signs(x: FloatArray) -> IntArray:
 
     Coordinates and rows are multiplied by powers of two first: close to an end of an axis two coordinates are tiny.
     """
-    exponent = np.where(x == 0, -_HUGE, np.frexp(x)[1]).reshape(-1, 3, 3)  # face, corner, coordinate
+    # face, corner, coordinate
+    exponent = np.where(x == 0, -_HUGE, np.frexp(x)[1]).reshape(-1, 3, 3)
     column = exponent.max(axis=1, keepdims=True)
     row = (exponent - column).max(axis=2, keepdims=True)
     y = np.ldexp(x, -(column + row).reshape(-1, 3))

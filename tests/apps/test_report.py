@@ -225,7 +225,8 @@ def test_a_report_that_cannot_be_written_leaves_the_one_before(tmp_path, monkeyp
     def refuse(*_, **__):
         raise DisplayError("no screen")
 
-    monkeypatch.setattr("igl_spheremap.apps.report.picture_of", refuse)  # pictures take a process of their own
+    # pictures take a process of their own
+    monkeypatch.setattr("igl_spheremap.apps.report.picture_of", refuse)
     v, f = ism.samples.make("spheroid", n_vertices=300)
     recording = ism.Recording(f)
     result = ism.spherical_conformal_map(v, f, listener=recording)

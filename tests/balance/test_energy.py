@@ -55,7 +55,8 @@ def test_hessian_is_that_of_differences_of_the_gradient_where_the_sphere_is_flat
     rng = np.random.default_rng(1)
     energy = BalancedEnergy(source, 0.4, power, np.log(1e-8) + rng.normal(size=6))
     step = rng.normal(size=(2, 7))
-    axes = np.tile(axes_at(np.array([[0, 0, 1.0]])), (1, 1, 7))  # one frame for all, as in the plane
+    # one frame for all, as in the plane
+    axes = np.tile(axes_at(np.array([[0, 0, 1.0]])), (1, 1, 7))
     h = 1e-9
     move = h * np.einsum("an,ain->ni", step, axes)
     difference = (energy.derivatives(x + move, axes)[0] - energy.derivatives(x - move, axes)[0]) / (2 * h)

@@ -38,7 +38,8 @@ def profile_map(balance):
     area = 2 * np.pi * radius * step
     u = np.cumsum(step / radius) - step / radius / 2
     u -= (u[0] + u[-1]) / 2
-    factor = 2 * np.log(1 / np.cosh(u) / radius)  # conformal: colatitude 2 atan(exp(u)), its sine 1 / cosh(u)
+    # conformal: colatitude 2 atan(exp(u)), its sine 1 / cosh(u)
+    factor = 2 * np.log(1 / np.cosh(u) / radius)
     target = (1 - balance) * factor
     target -= np.log((area * np.exp(target)).sum() / (area * np.exp(factor)).sum())
     weight = min(balance, 0.97)
@@ -83,7 +84,8 @@ def test_balance_1_puts_a_spheroid_at_its_latitudes_by_area():
     x = converged(mesh, conformal, 1.0)
     edges, _, radius, step = spheroid_profile(4000)
     height = 1 - 2 * np.append(0, np.cumsum(radius * step)) / (radius * step).sum()
-    assert np.abs(x[:, 2] - np.interp(t, edges, height)).max() < 0.01  # the floor that .03 of angles leave
+    # the floor that .03 of angles leave
+    assert np.abs(x[:, 2] - np.interp(t, edges, height)).max() < 0.01
 
 
 @pytest.mark.parametrize("balance", [0.25, 0.5, 0.75, 1.0])

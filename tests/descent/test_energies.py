@@ -21,7 +21,8 @@ CHOSEN = np.array([3, 7, 15, 22, 40, 51])
 
 def test_energy_is_that_of_libigls_laplacian():
     x = wild(X)
-    assert np.isclose(ism.harmonic_energy(V, F, x), -0.5 * np.trace(x.T @ (igl.cotmatrix(V, F) @ x)))  # eq. (6)
+    # eq. (6)
+    assert np.isclose(ism.harmonic_energy(V, F, x), -0.5 * np.trace(x.T @ (igl.cotmatrix(V, F) @ x)))
 
 
 def test_energy_does_not_see_the_sources_scale_or_place():

@@ -36,7 +36,8 @@ def test_nibabel_reads_and_writes_the_same_bytes(tmp_path):
     freesurfer = pytest.importorskip("nibabel.freesurfer")
     write_scalars(tmp_path / "lh.a.annot", {"a": KEYS}, metadata={"labels": TABLE})
     keys, colours, names = freesurfer.read_annot(tmp_path / "lh.a.annot")
-    assert np.array_equal(keys, np.where(KEYS == 0, -1, KEYS))  # it takes black for no label, whatever the table says
+    # it takes black for no label, whatever the table says
+    assert np.array_equal(keys, np.where(KEYS == 0, -1, KEYS))
     assert [name.decode() for name in names] == [label.name for label in TABLE]
     assert colours[:, :4].tolist() == [[0, 0, 0, 255], [25, 5, 255, 0], [255, 200, 3, 0]]
     freesurfer.write_annot(tmp_path / "lh.b.annot", keys, colours[:, :4], names)

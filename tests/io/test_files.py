@@ -90,7 +90,8 @@ def test_damaged_files_give_one_line(name, damage, ball, tmp_path, capfd):
     ]
     (tmp_path / name).write_bytes(broken)
     with pytest.raises(MeshError) as caught:
-        check_mesh(*read_mesh(tmp_path / name))  # half a text file may be a mesh, but not a closed one
+        # half a text file may be a mesh, but not a closed one
+        check_mesh(*read_mesh(tmp_path / name))
     assert "\n" not in str(caught.value)
     assert capfd.readouterr() == ("", "")
 

@@ -64,13 +64,15 @@ def test_a_seam_has_each_vertex_once_and_coordinates_by_corner(tmp_path):
     assert np.array_equal(again.v, v)
     assert np.array_equal(again.f, f)
     assert np.array_equal(ism.read_plane_map(tmp_path / "a.obj").plane, unit_square(flat.plane)[0])
-    theirs = trimesh.load_mesh(tmp_path / "a.obj", process=False)  # doubles vertices where coordinates differ
+    # doubles vertices where coordinates differ
+    theirs = trimesh.load_mesh(tmp_path / "a.obj", process=False)
     assert len(theirs.vertices) == len(disk.v)
     certificate = ism.certify(np.asarray(theirs.visual.uv), theirs.faces)
     assert certificate.folding_free
     with pytest.raises(ism.FileError, match="each once"):
         ism.write_plane_map(tmp_path / "lh.a.patch.flat", flat, rows=disk.vertex_source)
-    assert ism.write_plane_map(tmp_path / "b.obj", FLAT, rows=ROWS[::-1]).folding_free  # in any order
+    # in any order
+    assert ism.write_plane_map(tmp_path / "b.obj", FLAT, rows=ROWS[::-1]).folding_free
     assert np.array_equal(ism.read_mesh(tmp_path / "b.obj").v, W)
     ism.write_plane_map(tmp_path / "a.npz", flat, rows=disk.vertex_source)
     assert np.array_equal(np.load(tmp_path / "a.npz")["vertex_source"], disk.vertex_source)
@@ -98,7 +100,8 @@ def test_patches_number_the_whole_surface(tmp_path):
     patch = read_patch(tmp_path / "lh.a.patch.flat")
     assert (patch.rows == ROWS).all()
     assert patch.border.sum() == len(FLAT.rim)
-    again = ism.read_plane_map(tmp_path / "lh.a.patch.flat", surface=icosphere(3))  # what it was cut from
+    # what it was cut from
+    again = ism.read_plane_map(tmp_path / "lh.a.patch.flat", surface=icosphere(3))
     assert again.certificate.folding_free
     assert (again.faces == G).all()
     assert np.abs(again.angle_differences() - FLAT.angle_differences()).max() < 1e-3

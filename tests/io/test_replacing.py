@@ -51,7 +51,8 @@ def test_a_full_disk_leaves_nothing_behind(name, ball, tmp_path):
     """No file may grow beyond 64 bytes, as if the disk were full."""
     needs(name)
     resource = pytest.importorskip("resource", reason="no limits of resources here")
-    write_mesh(tmp_path / name, *ball)  # packages are loaded, and their caches written, before the limit
+    # packages are loaded, and their caches written, before the limit
+    write_mesh(tmp_path / name, *ball)
     before = (tmp_path / name).read_bytes()
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (64, limits[1]))

@@ -125,7 +125,8 @@ def test_the_mark_distinguishes_input_method_options_and_version(monkeypatch):
              make_mark(V, F, "lai2014", {}), make_mark(V, F, "auto", {"polish": "angles"}),
              make_mark(V, F, "auto", {"weights": np.arange(3.0)}), make_mark(V, F, "auto", {"weights": np.arange(4.0)}),
              make_mark(V, F, "auto", {"a": "x" * 60}), make_mark(V, F, "auto", {"a": "x" * 61})]
-    monkeypatch.setattr("igl_spheremap.io.written_map.__version__", "0.0.0")  # nothing else changes a version
+    # nothing else changes a version
+    monkeypatch.setattr("igl_spheremap.io.written_map.__version__", "0.0.0")
     marks.append(make_mark(V, F, "auto", {}))
     assert len(set(marks)) == len(marks)
     assert make_mark(V.astype(">f8"), F.astype(np.int32), "auto", {}) == marks[-1]

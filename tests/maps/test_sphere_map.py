@@ -105,7 +105,8 @@ def test_every_map_takes_caps(body, result):
         assert np.array_equal(each.mesh.caps, caps)
         assert len(each.angle_differences()) == m
     assert np.array_equal(made[1].sphere, result.sphere)
-    for each in (made[2], made[3], made[5]):  # minimisers of the same energy, the last digits of its minimum apart
+    # minimisers of the same energy, the last digits of its minimum apart
+    for each in (made[2], made[3], made[5]):
         assert np.abs(each.angle_differences()).mean() < np.abs(result.angle_differences()).mean() + 0.3
     area = result.rebalance(1)
     assert np.abs(area.log_area_ratios()).mean() < 0.05 < np.abs(result.log_area_ratios()).mean()

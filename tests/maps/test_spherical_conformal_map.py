@@ -62,7 +62,8 @@ def test_moving_and_scaling_the_input_turns_the_sphere_along(method):
 
 @pytest.mark.parametrize(("name", "bound"), [
     ("spheroid", 1e-8),
-    ("dino", 1e-3),  # its angles are poor: the foldings of steps are relaxed in the order of the numbers
+    # its angles are poor: the foldings of steps are relaxed in the order of the numbers
+    ("dino", 1e-3),
 ])
 def test_renumbering_the_input_renumbers_the_sphere(name, bound):
     rng, (v, f) = np.random.default_rng(1), ism.samples.make(name, n_vertices=1500)
@@ -89,7 +90,8 @@ def test_results_are_in_the_stated_gauge(method):
 def test_two_runs_agree_bit_for_bit(method):
     one, two = (ism.spherical_conformal_map(*BODIES[method], method=method) for _ in range(2))
     assert np.array_equal(one.sphere, two.sphere)
-    assert [step[:4] for step in one.history] == [step[:4] for step in two.history]  # all but residuals, some NaN
+    # all but residuals, some NaN
+    assert [step[:4] for step in one.history] == [step[:4] for step in two.history]
 
 
 def test_two_runs_agree_bit_for_bit_with_any_number_of_blas_threads():
@@ -176,7 +178,8 @@ def test_legitimate_input_is_mapped_and_certified(change, method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_faces_without_area_are_mapped_and_certified(method):
-    record = ism.Auto() if method == "auto" else ism.Lai2014(max_iterations=200)  # mollified slivers are stiff
+    # mollified slivers are stiff
+    record = ism.Auto() if method == "auto" else ism.Lai2014(max_iterations=200)
     v, f = ism.samples.make("spheroid", n_vertices=300)
     v[f[10, 1]] = v[f[10, 0]]
     v[f[200, 1]] = (v[f[200, 0]] + v[f[200, 2]]) / 2

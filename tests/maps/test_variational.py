@@ -29,10 +29,12 @@ def test_moebius_maps_are_recovered_from_landmarks():
 
 
 def test_landmarks_that_are_matched_already_leave_the_map_conformal():
-    conformal = ism.algorithm_1(V, F, start=ism.spherical_conformal_map(V, F).sphere)  # the same energy
+    # the same energy
+    conformal = ism.algorithm_1(V, F, start=ism.spherical_conformal_map(V, F).sphere)
     moved = moebius(conformal.sphere, [0.1, 0.2, 0.0])
     result = ism.landmark_map(V, F, CHOSEN, moved[CHOSEN])
-    assert np.abs(result.sphere - moved).max() < 0.03  # .019 to .024: rounding decides where the steps end
+    # .019 to .024: rounding decides where the steps end
+    assert np.abs(result.sphere - moved).max() < 0.03
     before = ism.harmonic_energy(V, F, moved)
     assert 0.998 * before < result.energy <= before
 

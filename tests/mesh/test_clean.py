@@ -222,7 +222,8 @@ def voxels(solid):
 def test_a_sheet_that_touches_itself_is_parted_where_the_body_is_empty():
     """A ring of voxels whose ends touch in an edge: a body without a handle, which needs no cut."""
     solid = np.zeros((3, 3, 1), dtype=bool)
-    solid[[0, 0, 0, 1, 2, 2, 1], [0, 1, 2, 2, 2, 1, 0], 0] = True  # (1, 0) and (2, 1) meet in an edge
+    # (1, 0) and (2, 1) meet in an edge
+    solid[[0, 0, 0, 1, 2, 2, 1], [0, 1, 2, 2, 2, 1, 0], 0] = True
     v, f = voxels(solid)
     with pytest.raises(MeshError, match=r"non-manifold edge: 1 edge .*\(repair_mesh\(v, f\) does\)"):
         check_mesh(v, f)
@@ -259,7 +260,8 @@ def test_what_cannot_be_repaired_is_named(ball):
 
 def test_weld_against_a_slow_one():
     points = np.random.default_rng(0).integers(0, 4, (300, 3)).astype(float)
-    points[points == 0] *= np.random.default_rng(1).choice([-1, 1], (points == 0).sum())  # 0 equals -0
+    # 0 equals -0
+    points[points == 0] *= np.random.default_rng(1).choice([-1, 1], (points == 0).sum())
     v, index = weld(points)
     seen: list[tuple[float, ...]] = []
     for point in map(tuple, points.tolist()):

@@ -106,7 +106,8 @@ def test_random_holes(seed):
     f = f[label == np.argmax(np.bincount(label))]
     used, f = np.unique(f, return_inverse=True)
     mesh = filled(v[used], f.reshape(-1, 3))
-    assert (mesh.vertex_source >= 0).sum() == len(used)  # on a sphere holes that touch never part a vertex
+    # on a sphere holes that touch never part a vertex
+    assert (mesh.vertex_source >= 0).sum() == len(used)
 
 
 @pytest.mark.parametrize("k", [3, 4, 5, 6, 9, 10, 11, 12, 20, 57, 400])
@@ -158,7 +159,8 @@ def test_a_soup_with_a_hole_is_welded_and_filled():
 
 def test_what_filling_does_not_mend_is_refused():
     book = np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4]])
-    strip = np.array([[i, (i + 1) % 5, (i + 2) % 5] for i in range(5)])  # five triangles that make a Moebius strip
+    # five triangles that make a Moebius strip
+    strip = np.array([[i, (i + 1) % 5, (i + 2) % 5] for i in range(5)])
     for v, f, words in (
         (V, np.vstack((F, book)), "non-manifold edge"),
         (V[:5], strip, "open surface: 5 boundary edges.*close the holes$"),

@@ -47,8 +47,10 @@ def test_the_conformal_factor_takes_libigls_barycentric_masses(calls):
 
 def test_the_projection_takes_libigls_full_mass_and_its_laplacian(calls):
     ism.weighted_eigen_projection(V, F, X)
-    assert calls == {"cotmatrix": 1, "full massmatrix": 1, "full massmatrix_intrinsic": 1,  # A and B_u
-                     "barycentric massmatrix": 3}  # of source and image for e^{2u}, and for the centre c
+    # A and B_u
+    assert calls == {"cotmatrix": 1, "full massmatrix": 1, "full massmatrix_intrinsic": 1,
+                     # of source and image for e^{2u}, and for the centre c
+                     "barycentric massmatrix": 3}
 
 
 @pytest.mark.parametrize("method", [
@@ -90,7 +92,8 @@ def test_the_weighted_mass_integrates_cubics_exactly():
     mesh = ism.check_mesh(V, F)
     rng = np.random.default_rng(0)
     w, p, q = rng.uniform(0.1, 2, (3, len(V)))
-    a, b = (6 - np.sqrt(15)) / 21, (6 + np.sqrt(15)) / 21  # the rule of seven points, exact up to degree 5
+    # the rule of seven points, exact up to degree 5
+    a, b = (6 - np.sqrt(15)) / 21, (6 + np.sqrt(15)) / 21
     rule = [((1 / 3, 1 / 3, 1 / 3), 9 / 40)]
     for s, sign in ((a, -1), (b, 1)):
         rule += [(np.roll((1 - 2 * s, s, s), k), (155 + sign * np.sqrt(15)) / 1200) for k in range(3)]

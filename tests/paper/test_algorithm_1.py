@@ -42,7 +42,8 @@ def test_iterates_stay_on_the_sphere_and_obey_the_search():
     C, Q = seen[0].energy, 1.0
     for before, after in pairwise(seen):
         assert np.abs(np.linalg.norm(after.x, axis=1) - 1).max() < 1e-12
-        assert after.energy <= C - 1e-4 * after.tau * before.residual**2 + 1e-9  # Algorithm 1, step 3
+        # Algorithm 1, step 3
+        assert after.energy <= C - 1e-4 * after.tau * before.residual**2 + 1e-9
         Q, last = 0.85 * Q + 1, Q
         C = (0.85 * last * C + after.energy) / Q
 

@@ -172,7 +172,8 @@ def test_factors_follow_from_the_two_degrees(degree):
     high = -2 * Fraction(degree + 1, degree + 3) * Fraction(-1, 2 * degree + 1)
     if degree == 2:
         Y = harmonic(2)
-        N = [[-18 * mean(times(Y, times(X[i], X[j]))) for j in range(3)] for i in range(3)]  # q = -6 Y
+        # q = -6 Y
+        N = [[-18 * mean(times(Y, times(X[i], X[j]))) for j in range(3)] for i in range(3)]
         T = [[slope(slope(Y, i), j).get((0, 0, 0), 0) for j in range(3)] for i in range(3)]
         assert [[-n / 2 for n in row] for row in N] == [[Fraction(3, 5) * t for t in row] for row in T]
         total = Fraction(3, 5) + high

@@ -50,7 +50,8 @@ def test_the_map_is_the_same_after_similarities_and_moebius_maps_of_the_source()
     disk = ism.disk_conformal_map(v, f)
     moved = ism.disk_conformal_map(2e5 * v - 7e4, f)
     assert np.abs(moved.plane - disk.plane).max() < 1e-4
-    centre = np.array([0.3, -0.2, -2.0])  # an inversion, then a mirror image: conformal, and keeps orientation
+    # an inversion, then a mirror image: conformal, and keeps orientation
+    centre = np.array([0.3, -0.2, -2.0])
     w = v - centre
     w = w / (w**2).sum(axis=1)[:, None] * [1, 1, -1]
     other = ism.disk_conformal_map(w, f).plane @ [1, 1j]

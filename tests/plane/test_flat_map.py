@@ -27,7 +27,8 @@ def test_what_unrolls_is_unrolled(name, balance):
     p, f = grid(7, 13)
     flat = ism.flatten(SHEETS[name](*p.T), f, balance=balance)
     assert flat.certificate.folding_free
-    if name != "cone":  # its triangles are no parts of one plane sheet: quadrilaterals across rulings bend
+    # its triangles are no parts of one plane sheet: quadrilaterals across rulings bend
+    if name != "cone":
         assert np.abs(flat.log_length_ratios()).max() < 1e-6
         assert np.abs(flat.angle_differences()).max() < 1e-4
     assert np.abs(flat.log_length_ratios()).mean() < 0.01

@@ -101,7 +101,8 @@ def test_files_that_changed_places_are_mapped_anew(run):
     os.rename("300.ply", "x")
     os.rename("400.ply", "300.ply")
     os.rename("x", "400.ply")
-    after = {row.source: row for row in run(["300.ply", "400.ply"])}  # what is there is ours, of another mesh
+    # what is there is ours, of another mesh
+    after = {row.source: row for row in run(["300.ply", "400.ply"])}
     assert after["300.ply"].energy == before["400.ply"]["energy"]
     assert after["400.ply"].energy == before["300.ply"]["energy"]
 
@@ -118,7 +119,8 @@ def test_results_of_other_options_or_versions_do_not_count(run, monkeypatch):
     assert run(method=ism.Lai2014())[0].status == "file"
     assert run(balance=1)[0].status == "file"
     assert run()[0].resumed
-    monkeypatch.setattr("igl_spheremap.io.written_map.__version__", "0.0.0")  # nothing else changes a version
+    # nothing else changes a version
+    monkeypatch.setattr("igl_spheremap.io.written_map.__version__", "0.0.0")
     monkeypatch.setattr("igl_spheremap.populations.mapping.SphereMapping.__repr__", lambda self: "0.0.0")
     assert run()[0].status == "file"
 

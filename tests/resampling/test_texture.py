@@ -30,7 +30,8 @@ def meshes():
     pinned = np.where(
         np.abs(pinned - [0, 0, 1]).sum(axis=1).argsort().argsort()[:, None] == 0, [0, 0, 1], pinned
     )
-    assert not (TETRAHEDRON[0] + TETRAHEDRON[3])[:2].any()  # the north pole is in the middle of an edge
+    # the north pole is in the middle of an edge
+    assert not (TETRAHEDRON[0] + TETRAHEDRON[3])[:2].any()
     return {
         "general": turned(642), "aligned": samples.sphere(642), "vertex at the pole": (pinned, f),
         "octahedron": (OCTAHEDRON, OCTAHEDRON_FACES), "tetrahedron": (TETRAHEDRON, TETRAHEDRON_FACES),
@@ -78,9 +79,11 @@ def test_the_picture_is_covered_once(name, projection):
     assert area.min() > -1e-15
     covered = {"equirectangular": {"octahedron": 1 / 2, "tetrahedron": 1 / 2}, "octahedral": {}}
     if projection == "octahedral":
-        assert area.sum() == pytest.approx(1, abs=1e-12)  # the octahedron's faces are flat: nothing is lost
+        # the octahedron's faces are flat: nothing is lost
+        assert area.sum() == pytest.approx(1, abs=1e-12)
     elif name not in covered[projection]:
-        assert area.sum() == pytest.approx(1, abs=0.06)  # triangles at a pole cover half of their rectangle
+        # triangles at a pole cover half of their rectangle
+        assert area.sum() == pytest.approx(1, abs=0.06)
 
 
 @pytest.mark.parametrize("projection", PROJECTIONS)

@@ -78,7 +78,8 @@ def test_resampled_surfaces_keep_shape_and_topology(maps):
     assert np.allclose(np.ptp(v, axis=0), extent, rtol=0.02)
     result = spherical_conformal_map(v, f)
     assert result.certificate.folding_free
-    assert np.abs(result.sphere - regular_mesh("ico:4")[0]).max() < 0.05  # a conformal image of itself
+    # a conformal image of itself
+    assert np.abs(result.sphere - regular_mesh("ico:4")[0]).max() < 0.05
 
 
 def test_resampling_on_the_other_mesh_of_the_sphere(maps):

@@ -44,7 +44,8 @@ def test_constants_and_integrals_are_kept_on_brains(brain):
         assert np.abs(kept).max() < 1e-12
         assert weights.received.min() > 0
         assert np.array_equal(transfer(brain, data, target, method="adaptive-area"), carried)
-    assert abs(weights.areas.sum() / weights.source_areas.sum() - 1) < 1e-12  # the same surface by its own areas
+    # the same surface by its own areas
+    assert abs(weights.areas.sum() / weights.source_areas.sum() - 1) < 1e-12
 
 
 def test_no_vertex_is_left_out(dino):

@@ -245,7 +245,8 @@ def test_spheres_are_nested_bit_for_bit(k):
     assert np.array_equal(y[: len(x)], x)
     ends = g[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     between = np.unique(ends[(ends[:, 0] >= len(x)) & (ends[:, 1] < len(x))], axis=0).reshape(-1, 2, 2)
-    assert np.array_equal(between[:, 0, 0], np.arange(len(x), len(y)))  # each further vertex has two coarse neighbours
+    # each further vertex has two coarse neighbours
+    assert np.array_equal(between[:, 0, 0], np.arange(len(x), len(y)))
     assert np.array_equal(between[:, 0, 0], between[:, 1, 0])
     edges = np.sort(np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]]), axis=1)
     assert {*map(tuple, between[:, :, 1])} == {*map(tuple, edges)}

@@ -28,7 +28,8 @@ def test_a_dipole_in_the_plane_is_inversion():
         fit, _, _, _ = np.linalg.lstsq(basis, z[far], rcond=None)
         errors.append(np.abs(basis @ fit - z[far]).max() / abs(fit[0]))
     assert errors[0] < 0.1
-    assert (np.array(errors[:-1]) / errors[1:] > 1.7).all()  # first order: a face holds the pole, not a point
+    # first order: a face holds the pole, not a point
+    assert (np.array(errors[:-1]) / errors[1:] > 1.7).all()
 
 
 def test_any_puncture_is_within_a_tenth_of_the_harmonic_energys_minimum_and_the_start_within_a_hundredth():

@@ -152,7 +152,8 @@ def test_tips_go_to_ends_of_axes_by_a_moebius_map(limbs):
     assert first[apart] == pytest.approx(second[apart], rel=1e-9)
     if len(roots) == 1:  # turned, no more
         assert mesh.A @ y == pytest.approx(np.zeros(3), abs=1e-6)
-    half = np.arcsin(np.linalg.norm(y[:, None] - y[tips], axis=2).min(axis=1) / 2)  # of the angle from the nearest tip
+    # of the angle from the nearest tip
+    half = np.arcsin(np.linalg.norm(y[:, None] - y[tips], axis=2).min(axis=1) / 2)
     small = (log_edges(y, mesh.f) < -2) & (half > 1e-3)
     found = -log_edges(y, mesh.f)[small] + np.log(np.minimum(1, np.tan(half[small])))
     assert np.quantile(np.abs(moved.depth[small] - found), 0.95) < 0.2  # not beside the hole
@@ -177,7 +178,8 @@ def test_a_map_with_room_for_its_limbs_is_as_shortened_in_its_chart_as_on_paper(
     x, f = icosphere(3)
     pole = np.array([[0.0, 0.0, 1.0]])
     z = to_chart(x, pole)
-    narrow = from_chart(z * np.minimum(1, np.abs(z)) ** 2, pole)  # edges as short as cubes of what they were
+    # edges as short as cubes of what they were
+    narrow = from_chart(z * np.minimum(1, np.abs(z)) ** 2, pole)
     placed = as_mapped(narrow, f, pole)
     assert placed.depth == pytest.approx(-log_edges(narrow, f))
     points, stretch = shorten_limbs(placed, corner_angles(narrow, f), placed.depth.max() - 2)

@@ -83,7 +83,8 @@ def test_single_foldings_are_repaired_where_they_are(folded, spheroid):
     mesh, operators, x = folded
     repaired = _repaired(mesh, operators, x)
     assert repaired.certificate.folding_free
-    assert [r.start for r in repaired.rounds] == ["map", "embedding"]  # it is good: steps are predicted to gain little
+    # it is good: steps are predicted to gain little
+    assert [r.start for r in repaired.rounds] == ["map", "embedding"]
     far = np.linalg.norm(x - x[mesh.f[7, 0]], axis=1) > 0.5
     assert (repair_locally(mesh, x)[far] == x[far]).all()
     assert _mean(mesh, repaired.sphere) < 1.02 * _mean(mesh, spheroid[2])
@@ -222,14 +223,16 @@ def test_a_worm_longer_than_float64_is_deep_is_whole_at_ends_of_axes(circumferen
     assert log_edges(result.sphere, f).min() < -0.9 * np.pi * circumferences
 
 
-@pytest.mark.parametrize(("circumferences", "around"), [(330, 3), (250, 6)])  # 1,980 and 1,650 nepers at least
+# 1,980 and 1,650 nepers at least
+@pytest.mark.parametrize(("circumferences", "around"), [(330, 3), (250, 6)])
 def test_limbs_beyond_the_range_of_float64_are_shortened(circumferences, around):
     v, f = worm(circumferences, around)
     result = spherical_conformal_map(v, f, method=Auto(effort=Effort(systems=0)))
     assert result.certificate.folding_free
     assert (result.gauge, result.stretch > 1) == ("poles", True)
     floor = ring_floor(v, f, np.arange(1, len(v) - 1).reshape(-1, around))
-    assert np.abs(result.angle_differences()).mean() < 1.05 * floor  # shortened on their whole length
+    # shortened on their whole length
+    assert np.abs(result.angle_differences()).mean() < 1.05 * floor
 
 
 @pytest.mark.parametrize(("step", "culprit"), [

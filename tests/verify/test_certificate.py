@@ -149,7 +149,8 @@ def test_numbers_that_float64_would_round_are_refused(dtype):
         pytest.skip("longdouble is float64 on this machine")
     x = X.astype(np.longdouble)
     exact, f = x.astype(np.float64), F
-    assert ism.certify(exact.astype(np.longdouble), f).folding_free  # the same numbers in more digits
+    # the same numbers in more digits
+    assert ism.certify(exact.astype(np.longdouble), f).folding_free
     x[7] *= 1 + np.finfo(np.longdouble).eps
     if dtype == "int64":
         x = (X * 2**60).astype(np.int64) | 1

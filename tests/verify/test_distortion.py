@@ -34,14 +34,16 @@ def test_moebius_maps_are_conformal_to_second_order():
     for level in (3, 4, 5):
         x, f = icosphere(level)
         errors.append(np.abs(ism.angle_differences(x, f, moebius(x, [0, 0, 0.4]))).mean())
-    assert np.all(np.array(errors[:-1]) / errors[1:] > 1.9)  # angles see first derivatives: first order each
+    # angles see first derivatives: first order each
+    assert np.all(np.array(errors[:-1]) / errors[1:] > 1.9)
 
 
 def test_conformal_factor_is_the_ratio_of_lumped_areas():
     ratio = igl.massmatrix(X, F, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal() / igl.massmatrix(
         V, F, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal()
     area = igl.doublearea(V, F).sum() / 2
-    assert np.allclose(ism.conformal_factor(V, F, X), ratio * area)  # eq. (14), the source having unit area
+    # eq. (14), the source having unit area
+    assert np.allclose(ism.conformal_factor(V, F, X), ratio * area)
 
 
 def test_conformal_factor_does_not_see_the_sources_scale():
@@ -68,7 +70,8 @@ def test_areas_and_edges_of_a_stretched_plane_patch_change_as_its_determinant_an
     area, edge = ism.log_area_ratios(v, F, X), ism.log_length_ratios(v, F, X)
     assert area.shape == (len(F),)
     assert edge.shape == F.shape
-    cap = np.abs(X[F][..., 2]).min(axis=1) > 0.9  # nearly across z: kept in size, but for the normalisation
+    # nearly across z: kept in size, but for the normalisation
+    cap = np.abs(X[F][..., 2]).min(axis=1) > 0.9
     side = np.abs(X[F][..., 2]).max(axis=1) < 0.2  # nearly along z: three times as large
     assert area[cap].mean() - area[side].mean() == pytest.approx(np.log(3), abs=0.25)
     for k in range(3):  # column k is the edge opposite corner k

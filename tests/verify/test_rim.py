@@ -39,7 +39,8 @@ def meets_exactly(p):
 def test_meetings_are_those_of_exact_arithmetic(seed):
     rng = np.random.default_rng(seed)
     k = int(rng.integers(4, 14))
-    coarse = rng.integers(0, 5, (k, 2)).astype(float) / 8  # many corners on edges, and edges on one line
+    # many corners on edges, and edges on one line
+    coarse = rng.integers(0, 5, (k, 2)).astype(float) / 8
     coarse = coarse[np.any(coarse != np.roll(coarse, 1, axis=0), axis=1)]
     if len(coarse) > 3:
         assert (rim_crossings(coarse, np.arange(len(coarse))) == meets_exactly(coarse)).all()

@@ -142,7 +142,8 @@ class Interrupt:
         return _SIGNALS[signal.Signals(self.asked)]
 
     def __enter__(self) -> "Interrupt":
-        if threading.current_thread() is threading.main_thread():  # elsewhere signals can't be caught
+        # elsewhere signals can't be caught
+        if threading.current_thread() is threading.main_thread():
             self._before = {number: signal.signal(number, self._ask) for number in _SIGNALS}
         return self
 

@@ -178,7 +178,8 @@ def read_any(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> 
         path = Path(folder) / f"stdin.{kind}"
         try:
             with path.open("wb") as copy:
-                shutil.copyfileobj(sys.stdin.buffer, copy)  # in pieces: readers bound memory by the size of a file
+                # in pieces: readers bound memory by the size of a file
+                shutil.copyfileobj(sys.stdin.buffer, copy)
         except OSError as error:
             raise FileError(f"can't copy stdin to {path}: {error.strerror}") from error
         try:

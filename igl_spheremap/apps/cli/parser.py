@@ -364,7 +364,8 @@ class _Parser(ArgumentParser):
         check_companions(args)
         return args
 
-    def _print_message(self, message: str, file: Any = None) -> None:  # argparse's own hides OSErrors
+    # argparse's own hides OSErrors
+    def _print_message(self, message: str, file: Any = None) -> None:
         (file or sys.stderr).write(message)
 
 

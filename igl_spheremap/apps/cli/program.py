@@ -104,7 +104,8 @@ def _guard_streams() -> None:
     """Keep files off the descriptors of closed streams, and escape what a stream's encoding lacks."""
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest free descriptor, which is this stream's
+            # takes the lowest free descriptor, which is this stream's
+            os.open(os.devnull, os.O_RDWR)
     if sys.stderr is None:  # print(file=None) would print to stdout
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):

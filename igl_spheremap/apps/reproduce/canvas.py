@@ -18,7 +18,8 @@ from .surfaces import PaperSurface
 PAGE = 7.2
 TEXT = 7  # points
 _NONE = np.empty(0, dtype=np.int64)
-_PIXELS = 1600  # of the pictures in a row together: about as many as they have in a PNG, so that no thin limb is lost
+# of the pictures in a row together: about as many as they have in a PNG, so that no thin limb is lost
+_PIXELS = 1600
 _LARGEST = 180  # degrees: no angle difference is larger
 _ASPECT = 1.25  # width over height of a picture
 _DOT = 0.02  # a map of less extent has collapsed

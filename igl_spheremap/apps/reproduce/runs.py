@@ -73,7 +73,8 @@ class Runs:
     def get(self, surface: PaperSurface, name: str) -> PaperRun:
         """The run of one of `METHODS`."""
         method = METHODS[name]
-        if self._cap is not None and isinstance(method, Lai2014 | GuYau):  # those that take thousands of iterations
+        # those that take thousands of iterations
+        if self._cap is not None and isinstance(method, Lai2014 | GuYau):
             method = replace(method, max_iterations=self._cap)
         key = json.dumps([surface.digest, method.name, asdict(method), __version__], sort_keys=True)
         path = self._folder / f"{hashlib.sha256(key.encode()).hexdigest()[:20]}.npz"

@@ -80,7 +80,8 @@ class ShownRun:
         self._messages: multiprocessing.Queue[Any] = spawn.Queue(_IN_TRANSIT)
         work = (load, solve, self._messages, self._stopped)
         self.process = spawn.Process(target=_work, args=work, daemon=True)
-        handler = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the window, which ends the process
+        # Ctrl-C is for the window, which ends the process
+        handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
         self.process.start()
         signal.signal(signal.SIGINT, handler)
         return self
@@ -105,7 +106,8 @@ class ShownRun:
         """Take over what has arrived, for this many seconds at most, and wait up to `wait` seconds for a message."""
         until = time.monotonic() + seconds
         while self.running and self.process is not None and time.monotonic() < until:
-            alive = self.process.is_alive()  # before the queue is read, so that no last word is missed
+            # before the queue is read, so that no last word is missed
+            alive = self.process.is_alive()
             try:
                 kind, content = self._messages.get(timeout=wait) if wait else self._messages.get_nowait()
             except queue.Empty:

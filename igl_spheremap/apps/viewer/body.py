@@ -42,7 +42,8 @@ class Body:
         self._farthest = x[[int(np.argmax(x @ way)) for way in sphere(_DIRECTIONS)[0]]]
         self._outside = 1 if row_dets(*(x[f[:, k]] for k in range(3))).sum() >= 0 else -1
         self.mesh = _register(name, x, f[:, :: self._outside], MATERIAL)
-        self.mesh.set_back_face_policy("cull")  # the back costs as much time as the front and is not seen
+        # the back costs as much time as the front and is not seen
+        self.mesh.set_back_face_policy("cull")
         self.mesh.set_selection_mode("vertices_only")
         self.points: dict[str, tuple[Any, float]] = {}
         self._folded: Any = None

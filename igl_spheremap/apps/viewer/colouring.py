@@ -156,7 +156,8 @@ def mercator_corners(y: FloatArray, f: IntArray, poles: FloatArray) -> FloatArra
     """
     north, south = poles
     z = to_chart(y, -south[None, :]) - to_chart(north[None, :], -south[None, :])
-    radius = np.abs(z) / 2  # cotangent of half the angle from the south, where the poles are opposite
+    # cotangent of half the angle from the south, where the poles are opposite
+    radius = np.abs(z) / 2
     proper = (radius > 0) & (radius < INFINITE / 2)  # of vertices that lie at no pole
     radius = np.clip(radius, radius[proper].min(), radius[proper].max())
     longitude = (np.angle(z) / (2 * np.pi))[f]

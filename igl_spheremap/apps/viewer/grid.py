@@ -240,7 +240,8 @@ class Grid:
         """Centre and radius of the inset of a cell, in the world: before the body, in the lower right corner."""
         left, top, w, h = self.cell(*place)
         size = _INSET * w
-        depth = 0.5 * ps.get_window_size()[1]  # the camera is 1.5 heights away, plain bodies end at half a height
+        # the camera is 1.5 heights away, plain bodies end at half a height
+        depth = 0.5 * ps.get_window_size()[1]
         return to_world(left + w - size - _GAP, top + h - size - _GAP, depth), size * UNITS_PER_PIXEL
 
     def pixels(self, frame: tuple[FloatArray, float], point: FloatArray) -> FloatArray:

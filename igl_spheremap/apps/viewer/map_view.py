@@ -127,7 +127,8 @@ class MapView(ColouredApp):
         if vertex is not None:
             self.power = magnified
         elif self.picked is not None:
-            self.power = None  # at the power of a limb's tip the rest of the sphere would be a speck
+            # at the power of a limb's tip the rest of the sphere would be a speck
+            self.power = None
         self.picked, self._facing = vertex, self.grid.turn
         self._describe()
         if magnified > 1:

@@ -75,7 +75,8 @@ def descriptions(method: Method) -> dict[str, str]:
     >>> descriptions(METHODS["lai2014"]())["delta"]
     'Factor by which a refused step is shortened.'
     """
-    text = inspect.getdoc(type(method)) or ""  # without the indent, which Python 3.13 takes away itself
+    # without the indent, which Python 3.13 takes away itself
+    text = inspect.getdoc(type(method)) or ""
     found = re.findall(r"^(\w+) : .*((?:\n {4}.*)+)", text, re.MULTILINE)
     return {name: " ".join(lines.split()) for name, lines in found}
 
@@ -238,7 +239,8 @@ class Player(App):
         spheres = self._spheres(mesh, [frames[k] for k in chosen], chosen.index(max(star - 1, 0)))
         sources = [Part(part.caption, self.source, mesh.f, part.colours, legends=() if k else part.legends)
                    for k, part in enumerate(spheres)]
-        first = replace(spheres[0], caption="the whole sphere", lens=None)  # its folds are all over it
+        # its folds are all over it
+        first = replace(spheres[0], caption="the whole sphere", lens=None)
         self.grid.show([sources, [replace(part, caption="", legends=()) for part in (first, *spheres[1:])]])
 
     def _spheres(self, mesh: Mesh, shown: Sequence[Frame], aim: int) -> list[Part]:
@@ -277,7 +279,8 @@ class Player(App):
     def _update(self) -> None:
         """Take over what the runs have done since the last time."""
         began = time.monotonic()
-        spent = began - self._updated  # as long as all else took: a run waits for a window that is behind
+        # as long as all else took: a run waits for a window that is behind
+        spent = began - self._updated
         self.run.poll(spent)
         if self._next is not None:
             self._next.poll(spent)

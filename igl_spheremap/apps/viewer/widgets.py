@@ -25,7 +25,8 @@ def box(title: str, place: tuple[float, float], size: tuple[float, float], *hint
     implot.StyleColorsLight()
     imgui.SetNextWindowPos(place)
     imgui.SetNextWindowSize(size)
-    flags = imgui.ImGuiWindowFlags_NoSavedSettings | imgui.ImGuiWindowFlags_NoFocusOnAppearing  # would close a menu
+    # would close a menu
+    flags = imgui.ImGuiWindowFlags_NoSavedSettings | imgui.ImGuiWindowFlags_NoFocusOnAppearing
     for hint in hints or ("NoDecoration",):
         flags |= getattr(imgui, f"ImGuiWindowFlags_{hint}")
     imgui.Begin(title, flags)
@@ -99,7 +100,8 @@ class Colours:
         """Choose a subject, its scale or the number of squares; whether one was chosen just now."""
         before = self.state
         self.subject = menu("colours", self.subject, SUBJECTS) or self.subject
-        if self.subject == "checkerboard":  # an even number: with an odd one two squares of a colour would meet
+        # an even number: with an odd one two squares of a colour would meet
+        if self.subject == "checkerboard":
             self.squares = 2 * round(imgui.SliderInt("squares", self.squares, 4, 96)[1] / 2)
         else:
             names = {" to ".join(ramp.ends): ramp for ramp in SCALES.get(self.subject, ())}

@@ -92,7 +92,8 @@ def open_window(size: tuple[int, int] = SIZE, offscreen: bool = False) -> None:
 
 def _start(offscreen: bool) -> None:
     name = backend(offscreen)
-    if not offscreen:  # Mesa's software OpenGL then leaves a core to what is computed beside the window
+    # Mesa's software OpenGL then leaves a core to what is computed beside the window
+    if not offscreen:
         os.environ.setdefault("LP_NUM_THREADS", str(max(0, (os.cpu_count() or 1) - 2)))
     ps.set_program_name("igl_spheremap")
     ps.set_verbosity(0)
@@ -178,7 +179,8 @@ def to_world(x: float, y: float, depth: float = 0.0) -> FloatArray:
 def aim(height: int) -> None:
     """Point the camera so that a pixel is `UNITS_PER_PIXEL` long, x to the right and y up, the origin in the middle."""
     reach = 0.5 * height * UNITS_PER_PIXEL
-    ps.set_length_scale(reach / (2 * np.tan(np.radians(_FIELD_OF_VIEW / 2))))  # as orthographic views have it
+    # as orthographic views have it
+    ps.set_length_scale(reach / (2 * np.tan(np.radians(_FIELD_OF_VIEW / 2))))
     ps.set_bounding_box((-2 * reach, -reach, -reach), (2 * reach, reach, reach))
     ps.look_at((0.0, 0.0, 3 * reach), (0.0, 0.0, 0.0))
 

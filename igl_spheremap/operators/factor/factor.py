@@ -43,7 +43,8 @@ class Factor:
     backend: str
     n: int
     apply: Solver  # takes contiguous float64 (n,) or (n, k) arrays
-    indices: np.ndarray | None = None  # columns of the matrix's entries, row by row, if `again` is there
+    # columns of the matrix's entries, row by row, if `again` is there
+    indices: np.ndarray | None = None
     #: Factorises a matrix with the same pattern in less time, in place of this factor, which raises if used again.
     again: Callable[[sp.csr_matrix], Factor] | None = None
 
@@ -171,14 +172,16 @@ class Cholmod(Analysis):
 
     def __init__(self, entries: Entries) -> None:
         import cvxopt
-        from cvxopt import amd, cholmod  # cvxopt.cholmod is set a moment after another thread has imported it
+        # cvxopt.cholmod is set a moment after another thread has imported it
+        from cvxopt import amd, cholmod
 
         self._cvxopt: Any = cvxopt
         self._cholmod: Any = cholmod
         dissect, graph = entries.n >= _CHOLMOD_DISSECTS_FROM, entries.graph
         vertices = nested_dissection(graph).order if dissect else bandwidth_order(graph)
         ordered = dissect or entries.unknowns > 1
-        if ordered and not dissect:  # minimum degree on the vertices' graph: a quarter of the entries, the same fill
+        # minimum degree on the vertices' graph: a quarter of the entries, the same fill
+        if ordered and not dissect:
             half = self._matrix(*Entries.of(graph).lower(vertices), len(vertices))
             vertices = vertices[np.asarray(amd.order(half)).ravel()]
         self._order = entries.expanded(vertices)
@@ -192,7 +195,8 @@ class Cholmod(Analysis):
     def _matrix(self, rows: np.ndarray, columns: np.ndarray, values: np.ndarray, n: int) -> Any:
         A = sp.coo_matrix((values.astype(np.float64), (rows, columns)), shape=(n, n))
         A.has_canonical_format = True  # no entry twice
-        A, matrix = A.tocsc(), self._cvxopt.matrix  # in order of columns: cvxopt takes half of the time
+        # in order of columns: cvxopt takes half of the time
+        A, matrix = A.tocsc(), self._cvxopt.matrix
         columns = np.arange(n).repeat(np.diff(A.indptr))
         return self._cvxopt.spmatrix(matrix(A.data), matrix(A.indices.astype(np.int64)), matrix(columns), (n, n))
 
@@ -226,7 +230,8 @@ class Cholmod(Analysis):
             if b.size == len(b):
                 x = matrix(b)
                 self._cholmod.solve(self._symbolic, x)
-            else:  # sparse right-hand sides go through the factor four at a time: a third of the time
+            # sparse right-hand sides go through the factor four at a time: a third of the time
+            else:
                 x = matrix(self._cholmod.spsolve(self._symbolic, self._cvxopt.sparse(matrix(np.asfortranarray(b)))))
         return np.asarray(x).reshape(b.shape)
 
@@ -260,7 +265,8 @@ class SuperLU(Analysis):
         except RuntimeError as error:
             raise FactorisationFailed(f"SuperLU: {error}") from error
         order = self._order
-        if self._entries.repeated and self._rule != "NATURAL":  # minimum degree would be searched every time
+        # minimum degree would be searched every time
+        if self._entries.repeated and self._rule != "NATURAL":
             self._order, self._rule = self._order[np.argsort(lu.perm_c)], "NATURAL"
             self._A, self._place = self._entries.full(self._order)
         return order, lu.solve
@@ -277,7 +283,8 @@ def factorised(analysis: Analysis, P: sp.csr_matrix) -> Factor:
 def _check_definite(P: sp.csr_matrix, solve: Solver) -> None:
     """SuperLU factorises indefinite matrices without an error: try the inverse on three right-hand sides."""
     i = np.arange(P.shape[0], dtype=np.float64)
-    b = np.stack([np.ones_like(i), np.cos(i), np.cos(i**2 % 1009.0)], axis=1)  # the last: all directions
+    # the last: all directions
+    b = np.stack([np.ones_like(i), np.cos(i), np.cos(i**2 % 1009.0)], axis=1)
     x = solve(b)
     backward_error = np.abs(P @ x - b).max() / (np.abs(P.data).max() * np.abs(x).max() + 1.0)
     if not ((b * x).sum(axis=0) > 0.0).all() or not backward_error < _LARGEST_BACKWARD_ERROR:

@@ -27,7 +27,8 @@ class Dissection:
     height; vertices of a leaf have 0.
     """
 
-    order: np.ndarray  # vertex that is eliminated i-th; each part's vertices follow one another, its separator last
+    # vertex that is eliminated i-th; each part's vertices follow one another, its separator last
+    order: np.ndarray
     path: np.ndarray  # leaf on whose side the i-th eliminated vertex lies
     height: np.ndarray  # height of the part that the i-th eliminated vertex separates
     depth: int  # height of the tree
@@ -74,13 +75,15 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
     (True, 4)
     """
     n = P.shape[0]
-    local = bandwidth_order(P)  # everything below gathers along edges: worth a cache-friendly numbering
+    # everything below gathers along edges: worth a cache-friendly numbering
+    local = bandwidth_order(P)
     graph = renumbered(P, local)
     graph.data = np.ones(graph.nnz)
     depth = max(1, int(np.ceil(np.log2(max(n, 2) / leaf))))
     hub = np.diff(graph.indptr) > _HUB * np.sqrt(n)
     body, x = np.flatnonzero(~hub), np.zeros((3, n))
-    x[:, body] = graph_sphere(graph[body][:, body] if hub.any() else graph).T  # hubs would draw all to one place
+    # hubs would draw all to one place
+    x[:, body] = graph_sphere(graph[body][:, body] if hub.any() else graph).T
     sample = (np.arange(_SAMPLE << depth) * n) // (_SAMPLE << depth)
     path = _follow(x, _cutting_planes(x.take(sample, axis=1), depth))
     height = _separator_heights(graph, path, depth, hub)

@@ -103,7 +103,8 @@ class Descent:
 
     def turned(self, rotation: FloatArray) -> FloatArray:
         """Rotate the source's sphere."""
-        return unfolded(self.source.map.mesh, self.source.map.sphere @ rotation.T)  # rounding may fold slivers
+        # rounding may fold slivers
+        return unfolded(self.source.map.mesh, self.source.map.sphere @ rotation.T)
 
     def coarsest(self) -> tuple[Level, Level]:
         """Return both surfaces at the first resolution."""

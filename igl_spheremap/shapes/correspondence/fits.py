@@ -30,7 +30,8 @@ def fit_moebius(
     The features (n, k) have unit variance, the weights sum 1. A step that folds a face is shortened: the map moves
     vertices, not edges, and slivers can flip.
     """
-    from scipy.optimize import least_squares  # takes .2 s, which registrations by rotation don't need
+    # takes .2 s, which registrations by rotation don't need
+    from scipy.optimize import least_squares
 
     root = np.sqrt(weights)[:, None]
     last: tuple[FloatArray, FloatArray, FloatArray]

@@ -55,7 +55,8 @@ def _flow(level: Level, y: FloatArray, goals: FloatArray) -> FloatArray:
     held = np.zeros(len(y), dtype=bool)
     held[at] = True
     relaxed = FaceProblem(energy, held=held)
-    free = FaceProblem(energy, slack=3 * energy.area)  # steps strain more than they do once they are relaxed
+    # steps strain more than they do once they are relaxed
+    free = FaceProblem(energy, slack=3 * energy.area)
     longest = _LONGEST
     for _ in range(_STEPS):
         if longest < _SHORTEST or (y[at] == goals).all():

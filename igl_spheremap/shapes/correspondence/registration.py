@@ -28,7 +28,8 @@ from .features import FeaturePair
 from .levels import Level
 from .result import OfMap
 
-_WIDEST = 0.7  # tells how bodies face each other: of a cortex a next rotation correlates by half of the best one
+# tells how bodies face each other: of a cortex a next rotation correlates by half of the best one
+_WIDEST = 0.7
 #: Points of each level, the share of the surfaces' metrics there, and what features are smoothed by.
 _CHAIN = ((642, 0.5, (_WIDEST,)), (2562, 0.9, (_WIDEST, 0.35)), (2562, 0.9, (0.35, 0.12)),
           (10242, 0.9, (0.35, 0.12, 0.05)))
@@ -36,9 +37,11 @@ _CHAIN = ((642, 0.5, (_WIDEST,)), (2562, 0.9, (_WIDEST, 0.35)), (2562, 0.9, (0.3
 WIDTHS = tuple(dict.fromkeys(width for _, _, each in _CHAIN for width in each))
 #: Radians that surfaces are smoothed by before strain is measured: depths of folds differ between bodies.
 _SMOOTHING = 0.15
-_TURNS = 12  # rotations of a body whose limbs can be told apart by their places only: more than an octopus has arms
+# rotations of a body whose limbs can be told apart by their places only: more than an octopus has arms
+_TURNS = 12
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is tried, and reported
-_GUARD = 0.2  # weight of the strain of the source's sphere beside that from surface to surface (benchmarks/tried.md)
+# weight of the strain of the source's sphere beside that from surface to surface (benchmarks/tried.md)
+_GUARD = 0.2
 _STEPS = 15  # of Newton's method on each level
 _SOFTEST = 1e-6  # of strains that keep faces from degenerating
 _LOSS = 0.01  # of correlation in a stage is reported; less than that is due to smoothing

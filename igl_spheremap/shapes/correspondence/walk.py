@@ -58,7 +58,8 @@ class Triangulation:
         centre, target = self.x[vertex][ray], towards[ray]
         right = determinant_signs(centre, self.x[self.end[h]], target)
         left = determinant_signs(centre, self.x[self.apex(h)], target)
-        holds = (right >= 0) & (left < 0)  # one of the wedges, each with its right side and without its left one
+        # one of the wedges, each with its right side and without its left one
+        holds = (right >= 0) & (left < 0)
         return h[holds], right[holds] == 0
 
 

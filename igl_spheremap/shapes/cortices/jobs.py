@@ -109,7 +109,8 @@ def hemisphere_jobs(
     if set("{}") & set(out.replace("{folder}", "").replace("{subject}", "")):
         raise ValueError(f"out {out}: only {{folder}} and {{subject}} can stand in it")
     asked = SIDES.get(hemisphere or "")
-    template, fit = cache(_template), cache(_fit)  # of many subjects each file is looked for and read once
+    # of many subjects each file is looked for and read once
+    template, fit = cache(_template), cache(_fit)
     jobs = []
     for source in [os.fspath(each) for each in sources]:
         known = asked or structure_of(source).get("structure") or _structure_within(source)

@@ -70,7 +70,8 @@ def label_margin(
     nearest, total = cKDTree(source.sphere), 1 + sum(_RINGS)
     votes, within = [own], 1
     for count in _RINGS:
-        radius = width * np.sqrt(-2 * np.log1p(-(within + count / 2) / total))  # half of the ring's share lies within
+        # half of the ring's share lies within
+        radius = width * np.sqrt(-2 * np.log1p(-(within + count / 2) / total))
         within += count
         for angle in 2 * np.pi * np.arange(count) / count:
             step = radius * (np.cos(angle) * axes[0] + np.sin(angle) * axes[1])

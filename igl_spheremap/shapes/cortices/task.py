@@ -35,7 +35,8 @@ from .writer import Writer, thickness_of
 _ERROR = 1.9 / 1.18 / 74
 #: The mask of the cortex, as a table of labels.
 _CORTEX = (Label(0, "???", (0.0, 0.0, 0.0, 0.0)), Label(1, "cortex", (0.9, 0.7, 0.6, 1.0)))
-_UNSURE = 0.5  # a margin below it: less than three quarters of what lies within the error has the label
+# a margin below it: less than three quarters of what lies within the error has the label
+_UNSURE = 0.5
 
 
 
@@ -83,13 +84,15 @@ class SphereRegistration(Task[HemisphereJob]):
         self._refuse(job, mark)
         own = balanced_spherical_map(v, given.f, balance=ON_SPHERE)
         found = [register(own, template, reflect=self.reflect) for template in templates]
-        spheres = [reflected(each.map) if self.reflect else each.map for each in found]  # they fit the surface as it is
+        # they fit the surface as it is
+        spheres = [reflected(each.map) if self.reflect else each.map for each in found]
         taken = [label_margin(templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR)
                  for atlas, values, _ in atlases]
         foldings = moved = 0
         for names in job.names:
             writer = Writer(self.place(job.folder), names, given, mark)
-            writer.sphere(names.of("sphere"), own.sphere)  # the first, since its mark tells whose the others are
+            # the first, since its mark tells whose the others are
+            writer.sphere(names.of("sphere"), own.sphere)
             for files, sphere in zip(job.templates, spheres, strict=True):
                 writer.sphere(names.of("registered", files.space), sphere.sphere)
             writer.features(own, given.v)

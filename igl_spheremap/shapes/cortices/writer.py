@@ -27,7 +27,8 @@ class Writer:
     def __init__(self, folder: str, names: Names, given: LoadedMesh, mark: str) -> None:
         self._folder, self._names, self._f, self._given = folder, names, given.f, given.metadata
         self._metadata = {"structure": names.hemisphere.structure, "mark": mark}
-        self._turn = -1.0 if names.convention == "hcp" else 1.0  # HCP's sulc and curvature are high on gyri
+        # HCP's sulc and curvature are high on gyri
+        self._turn = -1.0 if names.convention == "hcp" else 1.0
         self.foldings = self.moved = 0
 
     def sphere(self, name: str, x: FloatArray) -> None:
@@ -47,7 +48,8 @@ class Writer:
         unit = np.sqrt(surface_area(own.vertices, own.faces) / (4 * np.pi))
         sulc, curv = (-self._turn * depth_potential(own.vertices, own.faces, ell=ell) for ell in (SULC, _CURV))
         self.scalars(self._names.of("sulc"), "sulc", unit * sulc)
-        self.scalars(self._names.of("curv"), "curv", curv / (2 * _CURV**2 * unit))  # the potential is 2 H ell^2
+        # the potential is 2 H ell^2
+        self.scalars(self._names.of("curv"), "curv", curv / (2 * _CURV**2 * unit))
         self.scalars(self._names.of("area"), "area", vertex_areas(v, own.faces))
 
     def scalars(self, name: str, quantity: str, values: FloatArray) -> None:

@@ -20,8 +20,10 @@ _MIRRORED = 2 / 3
 #: to 40 members with log-normal figures one has such a member; 30 do if the figures differ by 30 percent.
 _BEYOND = 4.0
 _USUAL = 0.15  # deviation at least: that of planted groups' distances
-_MOVED = 0.03  # share of the radius: more than points spread in planted groups, which end with 0 to .027
-_KINDS = 0.98  # share of a mode's variance that lies between two kinds: of 1,000 groups of one kind 3 have it
+# share of the radius: more than points spread in planted groups, which end with 0 to .027
+_MOVED = 0.03
+# share of a mode's variance that lies between two kinds: of 1,000 groups of one kind 3 have it
+_KINDS = 0.98
 _FEWEST = 3  # members of a kind
 
 

@@ -158,7 +158,8 @@ def file_names(names: Sequence[str]) -> list[str]:
 
 def distinct(stems: Sequence[str]) -> list[str]:
     """Names that differ even on disks that ignore case: equal ones are numbered."""
-    several, taken = Counter(stem.lower() for stem in stems), set[str]()  # of which a disk may make no difference
+    # of which a disk may make no difference
+    several, taken = Counter(stem.lower() for stem in stems), set[str]()
     found = []
     for stem in stems:
         name, k = stem, 0

@@ -22,7 +22,8 @@ from ...untangle.local_repair import unfolded
 from .procrustes import generalised_procrustes, placed
 from .turns import NO_RESTARTS, Restarts, Turns
 
-_ROUNDS = 10  # at most: 3 to 5 are usual, each of which moves the mean by a quarter of what the one before did
+# at most: 3 to 5 are usual, each of which moves the mean by a quarter of what the one before did
+_ROUNDS = 10
 _PATIENCE = 5  # rounds after which other rotations are tried, also if the mean does not settle
 _LOOKS = 3  # at most; after the first one most groups have nobody who lies wrong
 
@@ -87,7 +88,8 @@ def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x
     and mirror images of members are tried that may fit as well, until none of them fits better. If the mean is round
     about an axis, it says by which turn about that each member comes nearest.
     """
-    finest = 1 - float(row_lengths(x[f].mean(axis=1)).min())  # how far the mesh's faces are from the sphere
+    # how far the mesh's faces are from the sphere
+    finest = 1 - float(row_lengths(x[f].mean(axis=1)).min())
     before, target = first, certified(check_mesh(first, f), x)
     turns, axis = Turns(x), None
     restarts = nothing = [NO_RESTARTS] * len(members)

@@ -26,7 +26,8 @@ from .laying import laid
 from .placing import at_points, carried, mapped, own_areas
 from .turns import NO_RESTARTS, Restarts, Rows
 
-_DEGREE = 8  # of the harmonics whose powers tell which member is nearest to the mean: limbs and lobes, no details
+# of the harmonics whose powers tell which member is nearest to the mean: limbs and lobes, no details
+_DEGREE = 8
 
 
 @dataclass(frozen=True)

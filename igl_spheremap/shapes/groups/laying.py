@@ -15,7 +15,8 @@ from ..correspondence.registration import Laying, Turn, reflected
 from ..harmonics.rotation import rotation_angle
 from .turns import NO_RESTARTS, Restarts, Rows, Turns
 
-_TRY = 1.5  # times the distance of the nearest rotation: of an octopus with its arms exchanged the right one has 1.05
+# times the distance of the nearest rotation: of an octopus with its arms exchanged the right one has 1.05
+_TRY = 1.5
 _TRIED = 4  # of them at most: arms of an octopus are exchanged with the next ones
 
 

@@ -12,7 +12,8 @@ from ...mesh.arrays import FloatArray
 _RANK = 1e-12  # share of the largest variance that is rounding
 _FOLDS = 10  # of cross-validation above _EACH members, which are left out one by one below
 _EACH = 100
-_SAMPLES = 1000  # random shapes of which specificity is the mean: its standard error is 3 percent of their deviation
+# random shapes of which specificity is the mean: its standard error is 3 percent of their deviation
+_SAMPLES = 1000
 
 
 class Modes(NamedTuple):
@@ -91,7 +92,8 @@ def model_figures(away: FloatArray, weights: FloatArray, count: int) -> ModelFig
     variances, scores = _principal(away, weights, len(away))
     share = np.cumsum(variances) / variances.sum()
     folds = np.arange(len(scores)) % (_FOLDS if len(scores) > _EACH else len(scores))
-    count = min(count, len(variances), int(np.count_nonzero(folds)) - 1)  # modes of those outside of a fold
+    # modes of those outside of a fold
+    count = min(count, len(variances), int(np.count_nonzero(folds)) - 1)
     squares = np.zeros((count, len(scores)))
     for fold in range(folds.max() + 1):
         out = folds == fold

@@ -33,9 +33,12 @@ _FIGURES = {"correlation": "correlation of depth with the mean's", "size": "size
             "distance": "distance from the mean (rms)"}
 _REACH = 2.0  # standard deviations that pictures of a mode go to either side
 _SHOWN = 3  # modes with pictures
-_SIZE = 200  # pixels of each of the two views of a member: both fill a card on a screen of high resolution
-_FAR = 3.0  # colours end at this many root mean square distances of the members: few points of one lie farther
-_PALE = 0.25  # share of colour that is left where chance explains an effect: enough to see the surface's shape
+# pixels of each of the two views of a member: both fill a card on a screen of high resolution
+_SIZE = 200
+# colours end at this many root mean square distances of the members: few points of one lie farther
+_FAR = 3.0
+# share of colour that is left where chance explains an effect: enough to see the surface's shape
+_PALE = 0.25
 #: Where a group's page has its tests, which are made later.
 _TESTS, _END = '<section id="tests">', "</section>"
 _FILM = 320  # pixels of a side of a film, which shows two bodies side by side

@@ -17,7 +17,8 @@ from .group import Group
 #: Chance to find a difference anywhere on the surface where there is none.
 LEVEL = 0.05
 _BLOCK = 64  # permutations of one product of matrices
-_RANK = 1e-9  # length of a column of unit length that is left beside others, from which on it is not in their span
+# length of a column of unit length that is left beside others, from which on it is not in their span
+_RANK = 1e-9
 _CONSTANT = 1e-12  # spread of a column, as a share of the largest value, that is rounding
 _TIE = 1e-9  # statistics that differ by a smaller share are equal up to rounding
 #: Members for each independent covariate: with so many chance found something in at most 7 of 100 experiments, however

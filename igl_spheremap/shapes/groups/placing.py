@@ -25,7 +25,8 @@ from ...untangle.local_repair import unfolded
 #: What members of groups are given as.
 Source = str | os.PathLike[str] | SphereMap | MeshLike
 
-_LARGEST = 2.0**160  # 1e48: products of six coordinates, or of their reciprocals, are float64 numbers
+# 1e48: products of six coordinates, or of their reciprocals, are float64 numbers
+_LARGEST = 2.0**160
 
 
 def names_of(sources: Sequence[Source]) -> list[str]:

@@ -160,7 +160,8 @@ def series(
         place.registered("tried", [last], paths[:1], restarts)
         frames[0].sphere = place.place("work", "chain", "0.npz")
         save_arrays(frames[0].sphere, {"sphere": mesh[0]})
-        for k, (before, frame) in enumerate(pairwise(frames)):  # to the first sphere, through that of the one before
+        # to the first sphere, through that of the one before
+        for k, (before, frame) in enumerate(pairwise(frames)):
             onto = carried(certified(coarse[k + 1].mesh, _sphere(frame)), coarse[k], _sphere(before))
             frame.sphere = place.place("work", "chain", f"{k + 1}.npz")
             save_arrays(frame.sphere, {"sphere": onto.sphere})

@@ -27,7 +27,8 @@ _BAND = 9  # degrees are below it: those of an octopus' eight arms, and larger p
 _APART = np.cos(np.radians(25.0))  # between turns that are two: more than a step of the grid
 _ROUGHLY = 2.0  # times the distance that is wanted, at most, at the nearest turn of the grid
 _STEPS = 3  # of a turn of the grid to the nearest one; each leaves the square of what is left
-_ABOUT = np.radians(np.arange(0, 360, 10))  # turns about an axis: harmonics of the last degree repeat after 45 degrees
+# turns about an axis: harmonics of the last degree repeat after 45 degrees
+_ABOUT = np.radians(np.arange(0, 360, 10))
 _ROUNDS = 5  # of turns to the mean and means; the last ones are within the step of the turns
 _SMALL = 0.01  # radians of a turn that stands for a derivative: its square is what that is off by
 

@@ -26,8 +26,10 @@ def legendre(degree: int, z: FloatArray, s: FloatArray) -> Iterator[FloatArray]:
     By differences D of degrees and by 1 - |z|, not by z, which near a pole loses half the digits (docs/shapes.md).
     """
     below_one = s * s / (1 + np.abs(z))
-    signs = np.stack((np.ones(len(z)), np.where(z < 0, -1.0, 1.0)))  # P_lm(-z) = (-1)^(l + m) P_lm(z)
-    top = np.full(len(z), np.sqrt(0.25 / np.pi))  # P_ll; s^l underflows where it is below any rounding
+    # P_lm(-z) = (-1)^(l + m) P_lm(z)
+    signs = np.stack((np.ones(len(z)), np.where(z < 0, -1.0, 1.0)))
+    # P_ll; s^l underflows where it is below any rounding
+    top = np.full(len(z), np.sqrt(0.25 / np.pi))
     P = D = np.empty((0, len(z)))
     for ell in range(degree + 1):
         if ell:
@@ -37,7 +39,8 @@ def legendre(degree: int, z: FloatArray, s: FloatArray) -> Iterator[FloatArray]:
         last, step = P, D
         P, D = np.empty((2, ell + 1, len(z)))
         share = r / (ell - m)
-        D[:ell] = share * (ell + m - 1) * step - share * (2 * ell - 1) * (below_one * last)  # shapes (3)
+        # shapes (3)
+        D[:ell] = share * (ell + m - 1) * step - share * (2 * ell - 1) * (below_one * last)
         P[:ell] = r * last + D[:ell]
         P[ell] = D[ell] = top
         yield P * signs[(ell + np.arange(ell + 1)) % 2]
@@ -56,13 +59,15 @@ def rows_of(ell: int) -> slice:
 def terms(c: FloatArray, x: FloatArray) -> Iterator[FloatArray]:
     """Yield the part of each degree at unit rows: Y_l0 = P_l0, Y_lm = sqrt2 P_lm cos(m phi), Y_l,-m with sin(m phi)."""
     s = np.hypot(x[:, 0], x[:, 1])
-    wide = np.where(s < np.finfo(float).tiny, 2.0**60, 1.0)  # a division by subnormal numbers overflows
+    # a division by subnormal numbers overflows
+    wide = np.where(s < np.finfo(float).tiny, 2.0**60, 1.0)
     turn = np.where(s > 0, wide * x[:, 0] + 1j * (wide * x[:, 1]), 1)
     turn = np.broadcast_to(turn / np.abs(turn), (degree_of(c), len(x)))
     waves = np.sqrt(2) * np.cumprod(turn, axis=0)  # exp(i m phi), m = 1, 2, ...
     for ell, P in enumerate(legendre(degree_of(c), x[:, 2], s)):
         here, Y = c[rows_of(ell)], P[1:] * waves[:ell]
-        yield np.outer(P[0], here[ell]) + Y.real.T @ here[ell + 1 :] + Y.imag.T @ here[:ell][::-1]  # shapes (1)
+        # shapes (1)
+        yield np.outer(P[0], here[ell]) + Y.real.T @ here[ell + 1 :] + Y.imag.T @ here[:ell][::-1]
 
 
 def blocks(n: int) -> Iterator[slice]:
@@ -89,7 +94,8 @@ def gauss_rows(n: int) -> tuple[FloatArray, FloatArray]:
 
     Newton's method on the colatitude keeps near the poles the digits that it loses on z: two of them at 200 rows.
     """
-    theta = np.pi * (np.arange(n) + 0.75) / (n + 0.5)  # off by O(n^-2) of their distance: Newton doubles the digits
+    # off by O(n^-2) of their distance: Newton doubles the digits
+    theta = np.pi * (np.arange(n) + 0.75) / (n + 0.5)
     for _ in range(4):
         z = np.cos(theta)
         last, P = np.ones(n), z
@@ -119,7 +125,8 @@ def analysis(values: FloatArray, z: FloatArray, w: FloatArray, degree: int) -> F
     Columns must be more than twice the degree.
     """
     n, k = values.shape[1:]
-    F = np.fft.rfft(values, axis=1)[:, : degree + 1].transpose(1, 0, 2) * (2 * np.pi / n * w[:, None])  # m, z, k
+    # m, z, k
+    F = np.fft.rfft(values, axis=1)[:, : degree + 1].transpose(1, 0, 2) * (2 * np.pi / n * w[:, None])
     F[1:] *= np.sqrt(2)
     waves = np.concatenate((F.real, -F.imag), axis=2)
     c = np.empty(((degree + 1) ** 2, k))

@@ -151,8 +151,10 @@ def _coordinates(kind: str, rows: int, columns: int) -> tuple[FloatArray, FloatA
 def _cells(kind: str, rows: int, columns: int, x: FloatArray) -> tuple[IntArray, FloatArray]:
     """The four grid points around each point, (k, 4) by their places in the flattened grid, and bilinear weights."""
     theta, phi = _coordinates(kind, rows, columns)
-    theta = np.concatenate(([-theta[0]], theta, [2 * np.pi - theta[-1]]))  # and a row beyond each pole
-    x, y, z = np.ascontiguousarray(x.T)  # numpy 1.26's arctan2 of columns depends on where they lie in memory
+    # and a row beyond each pole
+    theta = np.concatenate(([-theta[0]], theta, [2 * np.pi - theta[-1]]))
+    # numpy 1.26's arctan2 of columns depends on where they lie in memory
+    x, y, z = np.ascontiguousarray(x.T)
     here = np.arctan2(np.hypot(x, y), z)
     i = np.clip(np.searchsorted(theta, here, side="right") - 1, 0, rows)
     step = theta[i + 1] - theta[i]

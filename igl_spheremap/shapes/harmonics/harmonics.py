@@ -400,7 +400,8 @@ def _notes(source: SphereMap, degree: int) -> tuple[str, ...]:
         notes.append(f"degree {degree} has {(degree + 1) ** 2} coefficients, but the mesh {n} vertices, which carry "
                      f"degree {math.isqrt(n) - 1}: higher degrees describe flat faces")
     areas = face_areas(source.mesh.unit, source.faces[source.mesh.surface])
-    crowding = float(np.nansum(areas * np.exp(-source.log_area_ratios())) / areas.sum())  # nan: a face of area 0
+    # nan: a face of area 0
+    crowding = float(np.nansum(areas * np.exp(-source.log_area_ratios())) / areas.sum())
     if degree and crowding > _CROWDED:
         notes.append("the map leaves parts of the surface so little room that an area-preserving one needs less than "
                      f"half of degree {degree}: expand one of balance 1")

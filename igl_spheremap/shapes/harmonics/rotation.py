@@ -18,7 +18,8 @@ _STEPS = 20  # of Newton's method at most; from a peak of the grid it takes 3 to
 _LONGEST = 0.1  # radians of a step: the grid is that fine, and Newton's model holds that far
 _SHORTEST = 1e-8  # radians of the last step: the error that is left is its square
 _FLIPS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # of axes, of determinant 1
-_FLATTEST = 1e-3  # share of the largest curvature that each axis has at least, so that flat ones take no huge step
+# share of the largest curvature that each axis has at least, so that flat ones take no huge step
+_FLATTEST = 1e-3
 
 
 class RotationCandidate(NamedTuple):
@@ -89,7 +90,8 @@ def rotate_complex(rows: ComplexArray, R: FloatArray, U: FloatArray) -> ComplexA
     turn = -1j * np.arange(-ell, ell + 1)[:, None]
     phase = spin_phase(ell)[:, None]
     rows = np.swapaxes(U, -1, -2) @ (phase.conj() * np.exp(gamma * turn) * rows)
-    return np.asarray(np.exp(alpha * turn) * phase * (U @ (np.exp(beta * turn) * rows)))  # shapes (5)
+    # shapes (5)
+    return np.asarray(np.exp(alpha * turn) * phase * (U @ (np.exp(beta * turn) * rows)))
 
 
 def rotate(c: FloatArray, R: FloatArray) -> FloatArray:
@@ -194,7 +196,8 @@ def _refine(f: ComplexArray, g: ComplexArray, R: FloatArray) -> RotationCandidat
         gradient = np.einsum("lmk,ilmk->i", f.conj(), right).imag
         hessian = -np.einsum("ilmk,jlmk->ij", left, right).real
         curvature, axes = np.linalg.eigh(-(hessian + hessian.T) / 2)
-        curvature = np.maximum(np.abs(curvature), _FLATTEST * np.abs(curvature).max())  # uphill along every axis
+        # uphill along every axis
+        curvature = np.maximum(np.abs(curvature), _FLATTEST * np.abs(curvature).max())
         step = axes @ ((axes.T @ gradient) / curvature)
         length = float(np.linalg.norm(step))
         R = Rotation.from_rotvec(step * min(1.0, _LONGEST / max(length, float(np.finfo(float).tiny)))).as_matrix() @ R
@@ -205,7 +208,8 @@ def _refine(f: ComplexArray, g: ComplexArray, R: FloatArray) -> RotationCandidat
 
 def first_order_frames(c: FloatArray) -> tuple[FloatArray, list[tuple[FloatArray, FloatArray]]]:
     """Half axes along x (middle), y (shortest), z (longest), and pairs of rotations of surface and sphere."""
-    M = np.sqrt(0.75 / np.pi) * c[[3, 1, 2]].T  # the point x of the sphere goes to M x: rows are m = -1, 0, 1 (y, z, x)
+    # the point x of the sphere goes to M x: rows are m = -1, 0, 1 (y, z, x)
+    M = np.sqrt(0.75 / np.pi) * c[[3, 1, 2]].T
     U, sizes, Vt = np.linalg.svd(M)
     order = [1, 2, 0]
     surface, sphere = U.T[order], Vt[order]

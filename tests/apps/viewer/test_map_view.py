@@ -59,7 +59,8 @@ def test_fitting_moves_no_shape(dino):
 def test_ramps_give_their_stops_and_clamp_what_is_beyond():
     ramp = palette.diverging("u", 2.0)
     assert ramp.colours(np.array([-2.0, 2.0])) == pytest.approx(ramp.stops[[0, -1]])
-    for each in (ramp, palette.diverging("u", 1e-3)):  # overflow is a warning, which no picture has cause for
+    # overflow is a warning, which no picture has cause for
+    for each in (ramp, palette.diverging("u", 1e-3)):
         with np.errstate(all="raise"):
             assert each.colours(np.array([-np.inf, np.inf])) == pytest.approx(each.stops[[0, -1]])
     level = palette.sequential("size", 0, 1).colours(np.linspace(0, 1, 50)) @ [0.2126, 0.7152, 0.0722]

@@ -144,7 +144,8 @@ time.sleep(60)
 
     def is_alive():
         state = run(["ps", "-o", "stat=", "-p", str(process)]).stdout.strip()
-        return bool(state) and not state.startswith("Z")  # a process that ended may wait to be reaped
+        # a process that ended may wait to be reaped
+        return bool(state) and not state.startswith("Z")
 
     until = time.monotonic() + 30
     while is_alive() and time.monotonic() < until:

@@ -81,7 +81,8 @@ figures['files'] = sorted(os.listdir())
     run = ShownRun.of(recording, result)
     start = figures["dragged"]
     assert figures["pressed"] < start
-    assert 0.2 < start / len(run.foldings) < 0.6  # the numbers of the axis lie to the left of the curve
+    # the numbers of the axis lie to the left of the curve
+    assert 0.2 < start / len(run.foldings) < 0.6
     after = run.change(start, 1)
     before = run.change(after, -1)
     again = run.change(before + 1, 1) or before + 1

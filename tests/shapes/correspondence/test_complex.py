@@ -59,7 +59,8 @@ def test_a_side_whose_ends_have_a_third_common_neighbour_stays():
     (beyond,) = {*complex.beside(b, c)} - {0}
     complex.put(complex.divided(0, vertex, number))
     complex.put(complex.divided(beyond, vertex + 1, number + 2))
-    assert complex.collapsed(b, c) is None  # the ends have both new vertices and two others in common
+    # the ends have both new vertices and two others in common
+    assert complex.collapsed(b, c) is None
     assert complex.collapsed(vertex, a) is not None
 
 

@@ -116,7 +116,8 @@ def test_a_curve_goes_to_a_curve_point_by_point_at_the_same_lengths(pair):
     on_b = true_goals(pair, ism.Location(*(part[curve] for part in corners(a))))
     first = [7], ism.Location(on_b.face[:1], on_b.weights[:1])
     onto = ism.shapes.match(a, b, landmarks=first, curves=[(curve, on_b)])
-    assert np.array_equal(np.sort(onto.landmarks), np.sort(curve))  # the first one, which was given twice, once
+    # the first one, which was given twice, once
+    assert np.array_equal(np.sort(onto.landmarks), np.sort(curve))
     assert onto.landmark_errors.max() < 1e-12
     assert onto.map.certificate.folding_free
     off = np.linalg.norm(onto.positions[onto.landmarks] - places(b, on_b), axis=1)
@@ -138,7 +139,8 @@ def test_a_curve_of_points_in_faces_goes_to_fewer_points(pair):
     whole = np.linalg.norm(q - p) + np.linalg.norm(r - q)
     found = onto.positions[onto.landmarks]
     assert np.allclose(found[[0, -1]], [p, r], atol=1e-12)
-    middle = p + shares[2] * whole * (q - p) / np.linalg.norm(q - p)  # the place at its share of the chords
+    # the place at its share of the chords
+    middle = p + shares[2] * whole * (q - p) / np.linalg.norm(q - p)
     assert np.linalg.norm(found[2] - middle) < 0.2 * np.linalg.norm(q - p)
 
 

@@ -128,7 +128,8 @@ def test_edges_of_one_great_circle_that_overlap_in_part_cross_at_one_point(sizes
     check_tiles(overlay(a, b), a, b)
 
 
-@pytest.mark.parametrize(("name", "tolerance"), [("pear", 1e-12), ("dumbbell", 1e-11)])  # a neck is small on the sphere
+# a neck is small on the sphere
+@pytest.mark.parametrize(("name", "tolerance"), [("pear", 1e-12), ("dumbbell", 1e-11)])
 @pytest.mark.parametrize("noise", [0.0, 1e-16, 1e-15, 3e-15, 1e-14, 1e-13, 1e-9, 1e-4])
 def test_a_map_that_is_nearly_the_other_one_gives_positive_faces(noise: float, name: str, tolerance: float) -> None:
     """Turned there and back, and shaken: rounding, and far above it."""

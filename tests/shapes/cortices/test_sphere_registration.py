@@ -94,7 +94,8 @@ def test_data_are_those_of_the_surfaces(made):
     own, registered = (vertex_areas(read_sphere(folder / f"lh.{name}").v, f) for name in ("sphere", "mine.sphere.reg"))
     assert np.allclose(data["mine.distortion"], np.log2(registered / own), atol=1e-3)
     height = np.linalg.norm(white, axis=1)
-    assert np.corrcoef(data["curv"], height)[0, 1] < -0.5  # FreeSurfer's are high in valleys, HCP's on ridges
+    # FreeSurfer's are high in valleys, HCP's on ridges
+    assert np.corrcoef(data["curv"], height)[0, 1] < -0.5
     for convention, freesurfer in (("sulc", "sulc"), ("curvature", "curv")):
         theirs = next(iter(read_scalars(folder / f"sub-07.L.{convention}.native.shape.gii").values()))
         assert np.allclose(theirs, -data[freesurfer], rtol=1e-5, atol=1e-7)
@@ -315,7 +316,8 @@ def prepared(tmp_path_factory):
     files = write_template(desk).partition("=")[2]
     x, _ = sphere(642)
     table = (Label(0, "Medial_wall", (1.0, 0.0, 0.0, 1.0)), Label(1, "cortex", (0.0, 0.0, 1.0, 1.0)))
-    values = np.where(x[:, 1] > -0.6, 1.0, np.where(x[:, 0] > 0, 0.0, -1.0))  # -1: no label, as in FreeSurfer's own
+    # -1: no label, as in FreeSurfer's own
+    values = np.where(x[:, 1] > -0.6, 1.0, np.where(x[:, 0] > 0, 0.0, -1.0))
     write_scalars(desk / "lh.aparc.annot", {"aparc": values}, metadata={"labels": table})
     y, f = turned(500)
     for kind, factor in (("white", 1.0), ("pial", THICK)):

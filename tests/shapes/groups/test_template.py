@@ -63,7 +63,8 @@ def test_what_was_done_is_not_done_again_and_lost_files_come_back(maps, here, tm
     lines = manifest.read_bytes().splitlines(keepends=True)
     written = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file() and path != manifest}
     half = len(lines) // 2
-    manifest.write_bytes(b"".join(lines[:half]) + lines[half][:20])  # as a client leaves it that is killed
+    # as a client leaves it that is killed
+    manifest.write_bytes(b"".join(lines[:half]) + lines[half][:20])
     next(path for path in written if path.parent.name == "members").unlink()
     again = ism.shapes.template(maps[:3], target="ico:1", engine=here, out=tmp_path)
     assert same(again, before)
@@ -121,7 +122,8 @@ def test_units_whose_areas_are_no_float64_numbers_are_refused(maps, three, here,
 def test_mirrored_bodies_have_a_mirrored_template(three, maps, here):
     mirrored = ism.shapes.template([reflected(each) for each in maps[:3]], target="ico:2", engine=here)
     assert three.place(reflected(mirrored.map)).member.distance < 0.02 * radius(three)
-    sizes = np.abs(mirrored.scores), np.abs(three.scores)  # either sign fits a mode of which few members are
+    # either sign fits a mode of which few members are
+    sizes = np.abs(mirrored.scores), np.abs(three.scores)
     assert np.abs(sizes[0] - sizes[1]).max() < 0.1 * sizes[1][:, 0].std()
 
 

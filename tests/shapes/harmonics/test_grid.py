@@ -42,7 +42,8 @@ def test_back_from_the_grid_at_second_order_over_seam_and_poles(kind):
     errors = []
     for rows in (30, 60, 120):
         x, f = ism.samples.sphere(12)
-        fine = ism.shapes.to_grid(ism.sphere_map(x, f, x), x, kind=kind, rows=rows)  # only for its points
+        # only for its points
+        fine = ism.shapes.to_grid(ism.sphere_map(x, f, x), x, kind=kind, rows=rows)
         places = unit_rows(fine.reshape(-1, 3)).reshape(fine.shape)
         errors.append(np.abs(ism.shapes.from_grid(np.exp(places[..., 0] - places[..., 2]), where, kind=kind)
                              - np.exp(where[:, 0] - where[:, 2])).max())

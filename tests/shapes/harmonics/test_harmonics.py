@@ -42,7 +42,8 @@ def test_coefficients_of_a_band_limited_shape_converge_at_second_order():
         known[[3, 1, 2], [0, 1, 2]] = 5, 3, 8
         known[4:] = 0.3 * np.random.default_rng(1).normal(size=(12, 3))
         errors.append(np.abs(c - known).max())
-        assert np.abs(fine[:16] - c).max() < 2e-3  # a coefficient does not depend on the degree that was asked for
+        # a coefficient does not depend on the degree that was asked for
+        assert np.abs(fine[:16] - c).max() < 2e-3
     assert (np.log2(np.array(errors[:-1]) / errors[1:]) > 1.8).all()
 
 
@@ -140,7 +141,8 @@ def test_degrees_that_a_mesh_or_a_map_does_not_carry_are_named():
 def theirs(basis, ell, m, x):
     """The basis functions (cosine, sine) of a program, from its source, by scipy's, which have the phase (-1)^m."""
     theta, phi = np.arccos(x[:, 2]), np.arctan2(x[:, 1], x[:, 0])
-    if basis == "aics-shparam":  # pyshtools' SHExpandDH of a grid that begins at -x: mean square 1, no phase
+    # pyshtools' SHExpandDH of a grid that begins at -x: mean square 1, no phase
+    if basis == "aics-shparam":
         Y = (-1) ** m * scipy.special.sph_harm_y(ell, m, theta, phi + np.pi) * np.sqrt(4 * np.pi)
         return Y * np.sqrt(1 + (m > 0))
     if basis == "ktch":  # _real_sph_harm_y

@@ -32,7 +32,8 @@ def run_batch(args: Namespace) -> Exit:
     igl-spheremap batch cells.obj --parts --out cells/{stem}.ply
     igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786 --timeout 600
     """
-    sources, method = list_sources(args), chosen_method(args, polish=None)  # all members are treated alike
+    # all members are treated alike
+    sources, method = list_sources(args), chosen_method(args, polish=None)
     if args.parts:
         sources = [part for source in sources for part in parts_of(source)]
     with usage("--"):
@@ -60,7 +61,8 @@ def run_files(args: Namespace, name: str, jobs: Sequence[JobT], task: Task[JobT]
             interrupt(row)
 
         rows = run_many(jobs, task, manifest, engine, listen)
-    if args.summary is not None:  # before the page, whose pictures take longer and can be interrupted
+    # before the page, whose pictures take longer and can be interrupted
+    if args.summary is not None:
         write_table(args.summary, rows)
     page = None
     if args.report is not None:

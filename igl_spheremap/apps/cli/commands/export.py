@@ -165,7 +165,8 @@ def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
         rows = source.rows if len(v) < len(p) else np.arange(len(p))
         atlas = plane_atlas(uv, source.f, rows, len(v))
         image = _image(args, replace(source, v=v, f=f), atlas)
-    own = "y" if args.texture == "carried" else guess_up(source.name)  # a plane image stands as it is drawn
+    # a plane image stands as it is drawn
+    own = "y" if args.texture == "carried" else guess_up(source.name)
     write_textured(args.target, v, f, atlas, image, force=args.force, metadata={"up": args.up or own, "extras": known})
     found = Findings(source=source.name, sphere=args.sphere, target=args.target, show=args.show, texture=args.texture)
     found.add("written", f"{args.target}: {args.texture or 'checkerboard'}, {len(atlas.uv)} texture coordinates, "

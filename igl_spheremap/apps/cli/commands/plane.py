@@ -105,7 +105,8 @@ def _load(args: Namespace) -> InputMesh:
     if not (args.repair or args.patch or options):
         return InputMesh(args.source, v, f, rows=rows)
     with naming(args.source), usage("--"):
-        disk = repair_disk(v, f, **options)  # the faces of a patch may touch at vertices, or leave some apart
+        # the faces of a patch may touch at vertices, or leave some apart
+        disk = repair_disk(v, f, **options)
     if disk.actions:
         args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(disk.actions)}")
     rows = np.where(disk.vertex_source < 0, -1, rows[disk.vertex_source])

@@ -78,7 +78,8 @@ def _make(args: Namespace) -> Exit:
     args.progress.begin("writing")
     write_group(out, group, force=True)
     write_group_page(out / _PAGE, group, shlex.join(("igl-spheremap", *args.words)))
-    shutil.rmtree(out / "work" / "rounds", ignore_errors=True)  # the maps stay, for another group of these surfaces
+    # the maps stay, for another group of these surfaces
+    shutil.rmtree(out / "work" / "rounds", ignore_errors=True)
     _describe(args, group)
     return failed
 

@@ -143,7 +143,8 @@ def test_a_second_run_is_refused_until_the_first_one_ends_however_it_ends(desk, 
     code = "import igl_spheremap as ism; ism.map_many(['300.ply'], '{stem}.obj', listener=lambda row: input())"
     first = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE)
     manifest = Path("maps.manifest.jsonl")
-    while not (manifest.exists() and '"row"' in manifest.read_text()):  # the result is recorded, not only written
+    # the result is recorded, not only written
+    while not (manifest.exists() and '"row"' in manifest.read_text()):
         assert first.poll() is None
         time.sleep(0.02)
     try:

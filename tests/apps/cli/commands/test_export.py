@@ -185,7 +185,8 @@ def test_an_obj_keeps_the_vertices_of_the_mesh(files, tmp_path):
     away = np.abs(x[f][..., 2]).max(axis=1) < 0.98  # from the poles
     assert np.allclose(turns[away][..., 0], np.rint(turns[away][..., 0]), atol=1e-12)
     assert np.allclose(turns[..., 1], 0, atol=1e-9)
-    assert np.ptp(rows["vt"][faces[..., 1]][away][..., 0], axis=1).max() < 0.5  # no face runs around the picture
+    # no face runs around the picture
+    assert np.ptp(rows["vt"][faces[..., 1]][away][..., 0], axis=1).max() < 0.5
     assert len(rows["vt"]) > len(v)  # vertices beside the date line have two places in the picture
 
 

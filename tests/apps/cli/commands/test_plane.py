@@ -79,7 +79,8 @@ def test_a_closed_mesh_is_refused_in_one_line(tmp_path, capsys):
 
 def test_other_maps_of_a_face_fail(face, tmp_path):
     ism.write_mesh(tmp_path / "folded.ply", W * [1, 1, 0], G[:, ::-1])
-    assert main(["check", face, str(tmp_path / "folded.ply"), "-q"]) == Exit.OK  # seen from above it is one
+    # seen from above it is one
+    assert main(["check", face, str(tmp_path / "folded.ply"), "-q"]) == Exit.OK
     ism.write_mesh(tmp_path / "mirrored.ply", W * [-1, 1, 0], G)
     assert main(["check", face, str(tmp_path / "mirrored.ply"), "-q"]) == Exit.UNCERTIFIED
     assert main(["check", face, face, "-q"]) == Exit.NO_MESH

@@ -110,7 +110,8 @@ def test_a_table_of_variables_is_tested(group, tmp_path, capsys):
     assert float(row["smallest_p"]) == found.p.min()
     with np.load(group / "test_age.npz") as arrays:
         assert (arrays["statistic"] == found.statistic).all()
-    assert "no p is below" in said  # 3 members have 6 orders, of which that from last to first has the same F
+    # 3 members have 6 orders, of which that from last to first has the same F
+    assert "no p is below" in said
     for _ in range(2):  # the second replaces the first
         page = (group / "index.html").read_text()
         assert page.count("<h3>age</h3>") == page.count("A unit of age more") == 1

@@ -64,7 +64,8 @@ def test_labels_stay_labels_on_another_map(desk):
     assert name == "part"
     assert len(carried) == len(other.sphere)
     assert set(carried) == {0.0, 1.0}
-    assert ((other.vertices[:, 2] > 0) == carried).mean() > 0.97  # the maps share the frame of their gauge
+    # the maps share the frame of their gauge
+    assert ((other.vertices[:, 2] > 0) == carried).mean() > 0.97
 
 
 @pytest.mark.parametrize(
@@ -95,7 +96,8 @@ def test_the_matrix_is_written_as_nitransforms_keeps_it(desk):
     height = desk.vertices[:, 2]
     assert np.allclose(height @ matrix, read_scalars("out.npz")["height"], atol=1e-12)
     again = ism.transfer(desk, height, "ico:2", method="adaptive-area")
-    assert np.allclose(height @ matrix, again, atol=1e-12)  # the file holds the sphere at three times its size
+    # the file holds the sphere at three times its size
+    assert np.allclose(height @ matrix, again, atol=1e-12)
     figures = json.loads(Path("out.json").read_text())["integrals"]["height"]
     assert abs(figures["received"] - figures["source"]) < 1e-12
     words[5] = "data.npz:part"
