@@ -11,8 +11,17 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 #: What is not a benchmark: shared code, and a program for another Python.
-SHARED = {"__init__", "__main__", "common", "cortex_data", "judge_meshes", "judge_programs", "judge_published", "pages",
-          "unwrap3d_flow"}
+SHARED = {
+    "__init__",
+    "__main__",
+    "common",
+    "cortex_data",
+    "judge_meshes",
+    "judge_programs",
+    "judge_published",
+    "pages",
+    "unwrap3d_flow",
+}
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "IGL_NUM_THREADS")
 
 
@@ -31,7 +40,9 @@ def main(words):
         words = words[2:]
     if words[:1] == ["--list"]:
         for name in names():
-            print(f"{name:24} {ast.get_docstring(ast.parse((HERE / f'{name}.py').read_text())).splitlines()[0]}")
+            print(
+                f"{name:24} {ast.get_docstring(ast.parse((HERE / f'{name}.py').read_text())).splitlines()[0]}"
+            )
     elif not words or words[0] not in names():
         sys.exit(f"{__doc__}\nThe names are {', '.join(names())}.")
     else:

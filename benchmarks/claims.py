@@ -84,7 +84,9 @@ def by_flat_metric(surface: PaperSurface, face: int) -> PaperRun:
     return PaperRun(result, time.process_time() - began, x[None], x[None])
 
 
-def attempt(way: Callable[[PaperSurface, int], PaperRun], surface: PaperSurface, face: int) -> PaperRun | None:
+def attempt(
+    way: Callable[[PaperSurface, int], PaperRun], surface: PaperSurface, face: int
+) -> PaperRun | None:
     """A run, or None if there is no map."""
     try:
         return way(surface, face)
@@ -95,8 +97,15 @@ def attempt(way: Callable[[PaperSurface, int], PaperRun], surface: PaperSurface,
 def compared(surface: PaperSurface, name: str, one: PaperRun) -> list[str]:
     """What is said of a map."""
     size = np.abs(one.result.angle_differences())
-    return [surface.name, name, f"{one.result.energy:.5f}", f"{size.mean():.2f}", f"{np.percentile(size, 99):.1f}",
-            f"{one.result.certificate.foldings:,}", f"{one.seconds:.2g}"]
+    return [
+        surface.name,
+        name,
+        f"{one.result.energy:.5f}",
+        f"{size.mean():.2f}",
+        f"{np.percentile(size, 99):.1f}",
+        f"{one.result.certificate.foldings:,}",
+        f"{one.seconds:.2g}",
+    ]
 
 
 def eigenfunctions(meshes: Path | None) -> Rows:
@@ -106,12 +115,24 @@ def eigenfunctions(meshes: Path | None) -> Rows:
     for name, v, f in bodies(meshes):
         mesh, x = check_mesh(v, f), ism.spherical_conformal_map(v, f).sphere
         A = stiffness(mesh)
-        rows.append([name, f"{len(v):,}", *(star(mesh, A, x, weight) for weight in (np.ones(len(x)), None)),
-                     f"{foldings(mesh, x):,}"])
+        rows.append(
+            [
+                name,
+                f"{len(v):,}",
+                *(star(mesh, A, x, weight) for weight in (np.ones(len(x)), None)),
+                f"{foldings(mesh, x):,}",
+            ]
+        )
         yield rows[-1]
     folded = [sum(row[k] != "0" for row in rows) for k in (2, 3, 4)]
     half = sum(row[2].endswith("(0.5)") for row in rows)
-    yield f"some of {len(rows)}", "", f"{folded[0]}, {half} of them over half of the area", folded[1], folded[2]
+    yield (
+        f"some of {len(rows)}",
+        "",
+        f"{folded[0]}, {half} of them over half of the area",
+        folded[1],
+        folded[2],
+    )
 
 
 def bodies(meshes: Path | None) -> Iterator[tuple[str, FloatArray, Any]]:
@@ -171,7 +192,9 @@ def in_a_row(mesh: Mesh, x: FloatArray, corrected: bool = False) -> Iterator[Pro
         # Degree 2: the tangent parts of T x, T symmetric without trace, whose square integrates to 4 pi |T|^2 / 5.
         T = 5 / (4 * np.pi) * ((moment + moment.T) / 2 - np.trace(moment) / 3 * np.eye(3))
         gradient = tangent(x, x @ T)
-        squares = [float(areas @ row_dots(part, part)) for part in (change, gradient, change - gradient)]
+        squares = [
+            float(areas @ row_dots(part, part)) for part in (change, gradient, change - gradient)
+        ]
         size = sqrt(squares[0] / areas.sum())
         if corrected and k and size < NEAR:
             star = problem.centred(unit_rows(x + 3 / 4 * (change - gradient) + 25 / 4 * gradient))
@@ -184,14 +207,26 @@ def predict(step: Projected) -> int:
 
     A projection changes an error e into f e, so its change is (1 - f) e, and f / (1 - f) of the change is left.
     """
-    left = (step.degree_2 * DEGREE_2 / (1 - DEGREE_2), DEGREE_2), (step.others * OTHERS / (1 + OTHERS), OTHERS)
+    left = (
+        (step.degree_2 * DEGREE_2 / (1 - DEGREE_2), DEGREE_2),
+        (step.others * OTHERS / (1 + OTHERS), OTHERS),
+    )
     return max(0, *(ceil(log(CLOSE / max(error, CLOSE)) / log(factor)) for error, factor in left))
 
 
 def projections(meshes: Path | None) -> Rows:
     """How many projections in a row are needed, predicted by the theorem of docs/projection.md and counted."""
-    yield ("surface", "start", "folded faces", "nearly conformal after", "predicted", "counted", "corrected",
-           "folded faces left: counted, corrected", "mean angle: counted, corrected")
+    yield (
+        "surface",
+        "start",
+        "folded faces",
+        "nearly conformal after",
+        "predicted",
+        "counted",
+        "corrected",
+        "folded faces left: counted, corrected",
+        "mean angle: counted, corrected",
+    )
     for surface in surfaces(TABLE_3, meshes):
         mesh = check_mesh(surface.v, surface.f)
         first = run(surface, METHODS["Algorithm 1"]).ends[0]
@@ -204,7 +239,10 @@ def counts(mesh: Mesh, x: FloatArray) -> list[str]:
     ways = [list(islice(in_a_row(mesh, x, corrected), LIMIT)) for corrected in (False, True)]
     limit, areas = ways[0][-1].x, vertex_areas(ways[0][-1].x, mesh.f)
     near = next((k for k, step in enumerate(ways[0]) if step.change < NEAR), None)
-    close = [next((k for k, step in enumerate(way) if distance(step.x, limit, areas) < CLOSE), -1) for way in ways]
+    close = [
+        next((k for k, step in enumerate(way) if distance(step.x, limit, areas) < CLOSE), -1)
+        for way in ways
+    ]
     ends = [way[k].x for way, k in zip(ways, close, strict=True)]
     return [
         f"{foldings(mesh, x)}",
@@ -236,7 +274,10 @@ def boosts(meshes: Path | None) -> Rows:
     for surface in surfaces(TABLE_1, meshes):
         x = ism.spherical_conformal_map(surface.v, surface.f).sphere
         energy = HarmonicEnergy.of(check_mesh(surface.v, surface.f))
-        yield surface.name, *(f"{energy.evaluate(moebius(x, np.array([c, 0, 0])))[0]:.4f}" for c in CENTRES)
+        yield (
+            surface.name,
+            *(f"{energy.evaluate(moebius(x, np.array([c, 0, 0])))[0]:.4f}" for c in CENTRES),
+        )
 
 
 COPIES = 3  # renumbered ones of each surface
@@ -248,10 +289,17 @@ def rounding(meshes: Path | None) -> Rows:
     for rows, algorithm in ((TABLE_2, "Algorithm 1"), (TABLE_3, "Algorithm 2")):
         for surface in surfaces(rows, meshes):
             for name in (WAYS[way].format(algorithm) for way in SETTINGS):
-                made = [run(renumbered(surface, seed), METHODS[name]).result for seed in range(COPIES + 1)]
-                yield (surface.name, name, bounds([one.iterations for one in made], ","),
-                       bounds([one.certificate.foldings for one in made], ","),
-                       bounds([float(np.abs(one.angle_differences()).mean()) for one in made], ".2f"))
+                made = [
+                    run(renumbered(surface, seed), METHODS[name]).result
+                    for seed in range(COPIES + 1)
+                ]
+                yield (
+                    surface.name,
+                    name,
+                    bounds([one.iterations for one in made], ","),
+                    bounds([one.certificate.foldings for one in made], ","),
+                    bounds([float(np.abs(one.angle_differences()).mean()) for one in made], ".2f"),
+                )
 
 
 def renumbered(surface: PaperSurface, seed: int) -> PaperSurface:
@@ -260,7 +308,9 @@ def renumbered(surface: PaperSurface, seed: int) -> PaperSurface:
         return surface
     rng = np.random.default_rng(seed)
     order = rng.permutation(len(surface.v))
-    return replace(surface, v=surface.v[order], f=np.argsort(order)[surface.f[rng.permutation(len(surface.f))]])
+    return replace(
+        surface, v=surface.v[order], f=np.argsort(order)[surface.f[rng.permutation(len(surface.f))]]
+    )
 
 
 def bounds(values: Sequence[float], form: str) -> str:
@@ -278,14 +328,28 @@ def speeds(meshes: Path | None) -> Rows:
 
     Their own stopping rules end them at different places: only this compares work for work.
     """
-    yield "surface", "algorithm", "iterations", "Gu-Yau's iterations", "ratio", "ratio of CPU seconds"
+    yield (
+        "surface",
+        "algorithm",
+        "iterations",
+        "Gu-Yau's iterations",
+        "ratio",
+        "ratio of CPU seconds",
+    )
     for surface in surfaces(TABLE_2, meshes):
         *theirs, _ = course(surface.v, surface.f, METHODS["Gu-Yau"])
         # Those that minimise the same energy: other weights have another minimum.
         for name in (name for name in METHODS if name.startswith("Algorithm 1 as")):
             *ours, _ = course(surface.v, surface.f, METHODS[name])
             (a, s), (b, t) = to_common_energy(ours, theirs)
-            yield surface.name, name, f"{a:,}", f"{b:,}", f"{b / max(a, 1):.1f}", f"{t / max(s, 1e-3):.1f}"
+            yield (
+                surface.name,
+                name,
+                f"{a:,}",
+                f"{b:,}",
+                f"{b / max(a, 1):.1f}",
+                f"{t / max(s, 1e-3):.1f}",
+            )
 
 
 def to_common_energy(*courses: Sequence[FloatArray]) -> list[tuple[int, float]]:
@@ -306,29 +370,55 @@ TO_THE_FLOOR = ("Hippocampus 2", "Maxplanck", "Brain")
 
 def gradient(meshes: Path | None) -> Any:
     """The norm of the gradient A F by iteration of Algorithm 1, until rounding ends its fall."""
-    figure, ((ax,),) = page_figure(1, 1, "Algorithm 1 without a stopping rule: gradient by iteration", 3.5)
+    figure, ((ax,),) = page_figure(
+        1, 1, "Algorithm 1 without a stopping rule: gradient by iteration", 3.5
+    )
     curves = []
     for colour, name in zip(LINES, TO_THE_FLOOR, strict=False):
         surface = load_surface(name, meshes)
         method = replace(METHODS["Algorithm 1"], gradient_tolerance=0.0, plateau=0.0)
-        norms = np.array([step.residual for step in run(surface, method).result.history if step.stage == "harmonic"])
+        norms = np.array(
+            [
+                step.residual
+                for step in run(surface, method).result.history
+                if step.stage == "harmonic"
+            ]
+        )
         ax.loglog(1 + np.arange(len(norms)), norms, color=colour, alpha=0.25, linewidth=0.5)
-        curves += ax.loglog(1 + np.arange(len(norms)), np.minimum.accumulate(norms), color=colour,
-                            label=f"{named(surface)},\nleast {norms.min():.1e}")
+        curves += ax.loglog(
+            1 + np.arange(len(norms)),
+            np.minimum.accumulate(norms),
+            color=colour,
+            label=f"{named(surface)},\nleast {norms.min():.1e}",
+        )
     ax.axhline(ism.Lai2014().gradient_tolerance, color=GUIDE, linestyle=":")
-    ax.annotate("tolerance of this package", (1, ism.Lai2014().gradient_tolerance), (0, 3), textcoords="offset points",
-                fontsize=TEXT)
+    ax.annotate(
+        "tolerance of this package",
+        (1, ism.Lai2014().gradient_tolerance),
+        (0, 3),
+        textcoords="offset points",
+        fontsize=TEXT,
+    )
     ax.set_xlabel("iteration + 1", fontsize=TEXT)
     ax.set_ylabel("L2 norm of A F (bold: the least so far)", fontsize=TEXT)
     ax.tick_params(labelsize=TEXT)
     curves.sort(key=lambda curve: -curve.get_ydata()[-1])  # in the order in which they end
-    ax.legend(handles=curves, fontsize=TEXT, loc="lower left", bbox_to_anchor=(1, 0), frameon=False, labelspacing=1.2)
+    ax.legend(
+        handles=curves,
+        fontsize=TEXT,
+        loc="lower left",
+        bbox_to_anchor=(1, 0),
+        frameon=False,
+        labelspacing=1.2,
+    )
     return figure
 
 
 def eq24(meshes: Path | None) -> Any:
     """u of eq. (14), u that solves eq. (24) with its right-hand side, and the difference of the two."""
-    figure, axes = page_figure(3, len(TABLE_1), "Eq. (24): u of the map by (14), u that solves (24), difference", 2.5)
+    figure, axes = page_figure(
+        3, len(TABLE_1), "Eq. (24): u of the map by (14), u that solves (24), difference", 2.5
+    )
     ramp, fine = FACTORS[1], replace(FACTORS[0], label="difference of u")
     for column, surface in zip(axes.T, surfaces(TABLE_1, meshes), strict=True):
         mesh = check_mesh(surface.v, surface.f)
@@ -338,8 +428,13 @@ def eq24(meshes: Path | None) -> Any:
         shown = relative_u(surface, x)
         show_function(column[0], surface, shown, ramp, title=f"{named(surface)}\nu of (14)")
         show_function(column[1], surface, shown - error, ramp, title="u that solves (24)")
-        show_function(column[2], surface, error, fine,
-                      title=f"difference: mean size {mesh.A @ np.abs(error):.2g}")
+        show_function(
+            column[2],
+            surface,
+            error,
+            fine,
+            title=f"difference: mean size {mesh.A @ np.abs(error):.2g}",
+        )
     return figure
 
 
@@ -358,7 +453,8 @@ def surfaces(rows: Sequence[Any], meshes: Path | None) -> list[PaperSurface]:
 
 
 TABLES: dict[str, Callable[[Path | None], Rows]] = {
-    one.__name__: one for one in (boosts, eigenfunctions, planes, projections, rounding, speeds)}
+    one.__name__: one for one in (boosts, eigenfunctions, planes, projections, rounding, speeds)
+}
 PICTURES: dict[str, Callable[[Path | None], Any]] = {one.__name__: one for one in (gradient, eq24)}
 
 

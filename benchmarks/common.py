@@ -28,13 +28,17 @@ IMAGES = DOCS / "images"
 
 def parser(doc: str) -> argparse.ArgumentParser:
     """A command line whose help is a module's docstring."""
-    return argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    return argparse.ArgumentParser(
+        description=doc, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
 
 
 def load(source: str, level: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """A file, or "sample:SPEC", loop-subdivided this many times."""
     sample = source.startswith("sample:")
-    v, f = ism.samples.from_spec(source.removeprefix("sample:")) if sample else ism.read_mesh(source)
+    v, f = (
+        ism.samples.from_spec(source.removeprefix("sample:")) if sample else ism.read_mesh(source)
+    )
     for _ in range(level):
         v, f = igl.loop(v, f)
     return v, f
@@ -43,7 +47,9 @@ def load(source: str, level: int = 0) -> tuple[np.ndarray, np.ndarray]:
 def fsaverage5() -> Path | None:
     """The folder of fsaverage5 in nilearn, if that is installed."""
     spec = importlib.util.find_spec("nilearn")
-    return Path(spec.submodule_search_locations[0], "datasets", "data", "fsaverage5") if spec else None  # type: ignore
+    return (
+        Path(spec.submodule_search_locations[0], "datasets", "data", "fsaverage5") if spec else None
+    )  # type: ignore
 
 
 def timed(call: Callable[[], Any]) -> tuple[Any, float]:
@@ -75,7 +81,11 @@ def quality(v: np.ndarray, f: np.ndarray, x: np.ndarray) -> dict[str, Any]:
     if not np.isfinite(x).all():
         return {"failure": "positions that are not finite"}
     size = np.abs(ism.angle_differences(v, f, x))
-    return {"foldings": ism.certify(x, f).foldings, "mean": float(size.mean()), "p99": float(np.percentile(size, 99))}
+    return {
+        "foldings": ism.certify(x, f).foldings,
+        "mean": float(size.mean()),
+        "p99": float(np.percentile(size, 99)),
+    }
 
 
 def in_process(*words: object, package: Path = ROOT, seconds: int | None = None) -> dict[str, Any]:
@@ -85,7 +95,9 @@ def in_process(*words: object, package: Path = ROOT, seconds: int | None = None)
     """
     command = [sys.executable, "-m", "benchmarks", "--package", str(package), *map(str, words)]
     try:
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, **time_limit(seconds))
+        done = subprocess.run(
+            command, cwd=ROOT, capture_output=True, text=True, check=False, **time_limit(seconds)
+        )
     except subprocess.TimeoutExpired:
         return {"failure": f"not done after {seconds} s"}
     if failure := fault(done, f"not done after {seconds} s"):
@@ -103,8 +115,14 @@ def fault(done: subprocess.CompletedProcess[str], late: str = "not done in time"
 
 def beside(command: list[object], seconds: int | None = None) -> None:
     """Run another program to its end; a RuntimeError if it fails."""
-    done = subprocess.run([*map(str, command)], capture_output=True, text=True, errors="replace", check=False,
-                          timeout=seconds)
+    done = subprocess.run(
+        [*map(str, command)],
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+        timeout=seconds,
+    )
     if failure := fault(done):
         raise RuntimeError(failure)
 
@@ -126,17 +144,23 @@ def limit_time(seconds: int) -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (most, resource.getrlimit(resource.RLIMIT_CPU)[1]))
 
 
-def octave(folder: str, code: str, seconds: int | None = None, **arrays: np.ndarray) -> tuple[np.ndarray, float]:
+def octave(
+    folder: str, code: str, seconds: int | None = None, **arrays: np.ndarray
+) -> tuple[np.ndarray, float]:
     """What MATLAB code makes of arrays in Octave, and its CPU seconds; an environment variable names its folder."""
     if folder not in os.environ or shutil.which("octave-cli") is None:
-        raise ImportError(f"Octave is not installed, or {folder} does not name the folder of its code")
+        raise ImportError(
+            f"Octave is not installed, or {folder} does not name the folder of its code"
+        )
     from scipy.io import loadmat, savemat
 
     with tempfile.TemporaryDirectory() as place:
         source, target = Path(place) / "in.mat", Path(place) / "out.mat"
         savemat(source, arrays)
-        script = (f"load('{source}'); began = cputime(); x = {code}; seconds = cputime() - began; "
-                  f"save('-v7', '{target}', 'x', 'seconds');")
+        script = (
+            f"load('{source}'); began = cputime(); x = {code}; seconds = cputime() - began; "
+            f"save('-v7', '{target}', 'x', 'seconds');"
+        )
         beside(["octave-cli", "--path", os.environ[folder], "--eval", script], seconds)
         found = loadmat(target)
         return found["x"], float(found["seconds"].item())

@@ -24,12 +24,16 @@ from .common import IMAGES, load, parser, pyplot
 #: What is run: label and method.
 RUNS = {
     "Gu and Yau's descent, Gauss map": ism.GuYau(tutte=False, plateau=0.0, max_iterations=4000),
-    "Algorithm 1, Gauss map": ism.Lai2014(rounds=0, plateau=0.0, gradient_tolerance=1e-6, max_iterations=4000),
+    "Algorithm 1, Gauss map": ism.Lai2014(
+        rounds=0, plateau=0.0, gradient_tolerance=1e-6, max_iterations=4000
+    ),
     "fast method, punctured start": ism.Auto(tolerance=1e-10),
 }
 
 
-def course(v: np.ndarray, f: np.ndarray, method: Method) -> tuple[np.ndarray, np.ndarray, ism.SphereMap]:
+def course(
+    v: np.ndarray, f: np.ndarray, method: Method
+) -> tuple[np.ndarray, np.ndarray, ism.SphereMap]:
     """CPU seconds and energy at every iterate, and the result."""
     seen: list[tuple[float, float]] = []
     began = time.process_time()
@@ -61,12 +65,16 @@ def main(argv: list[str]) -> None:
     for label, (seconds, energies, result) in courses.items():
         limit = fast[1][-1] if label == descent else energies.min()
         gap = np.maximum((energies - limit) / error, 1e-12)
-        print(f"{label}: {len(energies) - 1} iterations, {seconds[-1]:.2f} s, energy {energies[-1]:.9f}, "
-              f"{result.certificate.foldings} foldings; gap below 1, 0.01, 0.001 after "
-              + ", ".join(reached(gap, seconds, level) for level in (1, 1e-2, 1e-3)))
+        print(
+            f"{label}: {len(energies) - 1} iterations, {seconds[-1]:.2f} s, energy {energies[-1]:.9f}, "
+            f"{result.certificate.foldings} foldings; gap below 1, 0.01, 0.001 after "
+            + ", ".join(reached(gap, seconds, level) for level in (1, 1e-2, 1e-3))
+        )
         axes[0].loglog(np.arange(len(gap)) + 1, gap, ".-", label=label, markersize=4, linewidth=1)
         axes[1].loglog(seconds, gap, ".-", label=label, markersize=4, linewidth=1)
-    axes[0].set(xlabel="iterations + 1", ylabel="energy gap / discretisation error", ylim=(1e-6, None))
+    axes[0].set(
+        xlabel="iterations + 1", ylabel="energy gap / discretisation error", ylim=(1e-6, None)
+    )
     axes[1].set(xlabel="CPU seconds from arrays on")
     axes[0].legend(fontsize=8)
     for panel in axes:

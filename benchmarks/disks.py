@@ -42,9 +42,12 @@ from .common import fsaverage5, parser, timed
 Mesh = tuple[np.ndarray, np.ndarray]
 _SHARES = (0.15, 0.5, 0.9)
 #: Surfaces of revolution, cut this many degrees from the pole.
-_EXACT = {"spherical cap, 75 degrees": (SurfaceOfRevolution(), 75), "half spheroid 1 : 1 : 2":
-          (SurfaceOfRevolution(2.0), 90), "half pear": (SurfaceOfRevolution(1.4, (1.0, -0.4, 0.1, 0.2)), 90),
-          "cup, 150 degrees": (SurfaceOfRevolution(), 150)}
+_EXACT = {
+    "spherical cap, 75 degrees": (SurfaceOfRevolution(), 75),
+    "half spheroid 1 : 1 : 2": (SurfaceOfRevolution(2.0), 90),
+    "half pear": (SurfaceOfRevolution(1.4, (1.0, -0.4, 0.1, 0.2)), 90),
+    "cup, 150 degrees": (SurfaceOfRevolution(), 150),
+}
 _RINGS = (10, 20, 40, 80, 160)
 _STEPS = 20  # of SLIM
 
@@ -55,14 +58,23 @@ def disks(corpus: Path, only: str) -> Iterator[tuple[str, Mesh]]:
         yield from _cortex()
     for path in sorted((corpus / "open").glob("g0_b1_*.npz")):
         yield path.stem, _compact(*ism.read_mesh(_as_archive(path)))
-    files = [path for folder in ("public", "hard", "pairs") for path in sorted((corpus / folder).glob("*.*"))]
+    files = [
+        path
+        for folder in ("public", "hard", "pairs")
+        for path in sorted((corpus / folder).glob("*.*"))
+    ]
     closed = {path.stem: path for path in files if path.suffix in (".obj", ".npz")}
-    meshes = [(name, f"sample:{name}:n_vertices=2000") for name in ism.samples.names()] + list(closed.items())
+    meshes = [(name, f"sample:{name}:n_vertices=2000") for name in ism.samples.names()] + list(
+        closed.items()
+    )
     random = np.random.default_rng(0)
     for name, source in meshes:
         try:
-            v, f = (ism.samples.from_spec(source.removeprefix("sample:")) if str(source).startswith("sample:")
-                    else ism.read_mesh(_as_archive(Path(source))))
+            v, f = (
+                ism.samples.from_spec(source.removeprefix("sample:"))
+                if str(source).startswith("sample:")
+                else ism.read_mesh(_as_archive(Path(source)))
+            )
             ism.check_mesh(v, f)
         except ValueError:
             continue
@@ -139,7 +151,10 @@ def _slim(v: np.ndarray, f: np.ndarray) -> np.ndarray:
     if not ism.certify(start, f).folding_free:
         raise ValueError("its start, the harmonic map, folds")
     arrays = [np.asfortranarray(each) for each in (v, f.astype(np.int32), start)]
-    energy, free = igl.MappingEnergyType.SYMMETRIC_DIRICHLET, (np.empty(0, np.int32), np.empty((0, 2), order="F"))
+    energy, free = (
+        igl.MappingEnergyType.SYMMETRIC_DIRICHLET,
+        (np.empty(0, np.int32), np.empty((0, 2), order="F")),
+    )
     data = igl.slim_precompute(*arrays, energy, *free, 0.0)
     return np.asarray(igl.slim_solve(data, _STEPS))[:, :2]
 
@@ -149,11 +164,22 @@ def figures(v: np.ndarray, f: np.ndarray, p: np.ndarray) -> dict[str, float]:
     mesh = ism.check_disk(v, f)
     image = np.column_stack((p, np.zeros(len(p))))
     certificate = ism.certify(p, f)
-    sizes = [np.abs(part) for part in (ism.angle_differences(v, f, image), ism.log_area_ratios(v, f, image),
-                                       ism.log_length_ratios(v, f, image))]
+    sizes = [
+        np.abs(part)
+        for part in (
+            ism.angle_differences(v, f, image),
+            ism.log_area_ratios(v, f, image),
+            ism.log_length_ratios(v, f, image),
+        )
+    ]
     angle, area, edge = (float(size[np.isfinite(size)].mean()) for size in sizes)
-    return {"folds": certificate.foldings, "crossings": int(rim_crossings(p, mesh.rim).sum()), "angle": angle,
-            "area": area, "edge": edge}
+    return {
+        "folds": certificate.foldings,
+        "crossings": int(rim_crossings(p, mesh.rim).sum()),
+        "angle": angle,
+        "area": area,
+        "edge": edge,
+    }
 
 
 def slid_over_doubled(disk: Disk) -> tuple[float, float] | None:
@@ -165,7 +191,9 @@ def slid_over_doubled(disk: Disk) -> tuple[float, float] | None:
     if not ism.certify(doubled, disk.f).folding_free:
         return None
     slid, _ = slid_map(disk, History(None))
-    return mean_angle_difference(disk, in_space(doubled)), mean_angle_difference(disk, in_space(slid))
+    return mean_angle_difference(disk, in_space(doubled)), mean_angle_difference(
+        disk, in_space(slid)
+    )
 
 
 def given(args: Namespace) -> Iterator[tuple[str, Disk]]:
@@ -192,23 +220,36 @@ def programs(args: Namespace) -> None:
             rows[method].append(row)
             if args.jsonl:
                 with args.jsonl.open("a") as file:
-                    print(json.dumps({"disk": name, "vertices": len(v), "method": method} | row), file=file)
-    print("| method | disks | failed | with folds | with overlaps | angle | area | length | CPU s |")
+                    print(
+                        json.dumps({"disk": name, "vertices": len(v), "method": method} | row),
+                        file=file,
+                    )
+    print(
+        "| method | disks | failed | with folds | with overlaps | angle | area | length | CPU s |"
+    )
     print("|---|---:|---:|---:|---:|---:|---:|---:|---:|")
     for method, found in rows.items():
         if done := [row for row in found if "failure" not in row]:
-            angle, area, edge, cpu = (np.nanmedian([row[key] for row in done])
-                                      for key in ("angle", "area", "edge", "cpu"))
-            print(f"| {method} | {len(found)} | {len(found) - len(done)} | {sum(row['folds'] > 0 for row in done)} | "
-                  f"{sum(row['crossings'] > 0 for row in done)} | {angle:.3g} | {area:.3g} | {edge:.3g} | {cpu:.2g} |")
+            angle, area, edge, cpu = (
+                np.nanmedian([row[key] for row in done]) for key in ("angle", "area", "edge", "cpu")
+            )
+            print(
+                f"| {method} | {len(found)} | {len(found) - len(done)} | {sum(row['folds'] > 0 for row in done)} | "
+                f"{sum(row['crossings'] > 0 for row in done)} | {angle:.3g} | {area:.3g} | {edge:.3g} | {cpu:.2g} |"
+            )
 
 
 def exact(_: Namespace) -> None:
     """Root mean square errors by doubling, and of the map that sliding starts from."""
     sizes = " | ".join(f"{1 + 3 * n * (n + 1):,}" for n in _RINGS)
-    print(f"| rms error | {sizes} vertices | mean order | CPU s of the last |\n|---|" + "---:|" * (len(_RINGS) + 2))
-    for by, make in (("doubling", lambda disk: ism.disk_conformal_map(disk.v, disk.f).plane),
-                     ("harmonic measure, before sliding", _unslid)):
+    print(
+        f"| rms error | {sizes} vertices | mean order | CPU s of the last |\n|---|"
+        + "---:|" * (len(_RINGS) + 2)
+    )
+    for by, make in (
+        ("doubling", lambda disk: ism.disk_conformal_map(disk.v, disk.f).plane),
+        ("harmonic measure, before sliding", _unslid),
+    ):
         for name, (surface, degrees) in _EXACT.items():
             errors = []
             for rings in _RINGS:
@@ -245,9 +286,14 @@ def sliding(args: Namespace) -> None:
         found = slid_over_doubled(disk)
         if found and found[0] > 0:
             ratios.append(found[1] / found[0])
-            print(f"{name}, {len(disk.v)} vertices: {found[0]:.2f} degrees, times {ratios[-1]:.2f}", file=sys.stderr)
+            print(
+                f"{name}, {len(disk.v)} vertices: {found[0]:.2f} degrees, times {ratios[-1]:.2f}",
+                file=sys.stderr,
+            )
     print("| disks | median | mean | beyond 1.3 |\n|---|---|---|---|")
-    print(f"| {len(ratios)} | {np.median(ratios):.3f} | {np.mean(ratios):.3f} | {np.sum(np.array(ratios) > 1.3)} |")
+    print(
+        f"| {len(ratios)} | {np.median(ratios):.3f} | {np.mean(ratios):.3f} | {np.sum(np.array(ratios) > 1.3)} |"
+    )
 
 
 def fan(n: int) -> Mesh:
@@ -264,7 +310,12 @@ def strip(n: int) -> Mesh:
     x, i = np.arange(half_n) / 10, np.arange(half_n - 1)
     side = np.column_stack((x, 0 * x, 0.01 * rng.normal(size=half_n)))
     v = np.vstack((side, side + [0, 1, 0] + 0.01 * rng.normal(size=side.shape)))
-    return v, np.vstack((np.column_stack((i, i + 1, i + half_n)), np.column_stack((i + 1, i + half_n + 1, i + half_n))))
+    return v, np.vstack(
+        (
+            np.column_stack((i, i + 1, i + half_n)),
+            np.column_stack((i + 1, i + half_n + 1, i + half_n)),
+        )
+    )
 
 
 def star(n: int) -> Mesh:
@@ -288,8 +339,10 @@ def long(args: Namespace) -> None:
     ism.flatten(*half_spheroid(500))
     for n in args.sizes:
         for name, call in calls.items():
-            found = [timed(lambda call=call, make=make, n=n: call(*make(n)))
-                     for make in (half_spheroid, fan, strip, star)]
+            found = [
+                timed(lambda call=call, make=make, n=n: call(*make(n)))
+                for make in (half_spheroid, fan, strip, star)
+            ]
             certified = "all" if all(result.certificate for result, _ in found) else "not all"
             first, *others = [seconds for _, seconds in found]
             cells = " | ".join(f"{seconds:.2g}, {seconds / first:.2g} times" for seconds in others)

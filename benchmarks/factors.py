@@ -35,9 +35,14 @@ def main(argv: list[str]) -> None:
     names = [Path(mesh).stem.removeprefix("sample:") for mesh in options.meshes]
     print("| backend | " + " | ".join(names) + " |\n|---" + "|---" * len(names) + "|")
     for backend in available_backends():
-        found = [in_process("factors", mesh, "--levels", options.levels, "--backend", backend)
-                 for mesh in options.meshes]
-        cells = [one.get("failure") or "{factor:.3f} / {solve:.3f}, {memory:.0f}".format(**one) for one in found]
+        found = [
+            in_process("factors", mesh, "--levels", options.levels, "--backend", backend)
+            for mesh in options.meshes
+        ]
+        cells = [
+            one.get("failure") or "{factor:.3f} / {solve:.3f}, {memory:.0f}".format(**one)
+            for one in found
+        ]
         print(f"| {backend} | " + " | ".join(cells) + " |", flush=True)
 
 

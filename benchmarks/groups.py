@@ -67,7 +67,9 @@ def found(scores, amounts):
     """Correlation of each amount with what is linear in three scores."""
     rows = np.column_stack((scores[:, :3], np.ones(len(scores))))
     fits = rows @ np.linalg.lstsq(rows, amounts, rcond=None)[0]
-    return [float(np.corrcoef(fit, amount)[0, 1]) for fit, amount in zip(fits.T, amounts.T, strict=True)]
+    return [
+        float(np.corrcoef(fit, amount)[0, 1]) for fit, amount in zip(fits.T, amounts.T, strict=True)
+    ]
 
 
 def harmonics(maps, x):
@@ -83,10 +85,19 @@ def harmonics(maps, x):
 def report(name, away, weights, amounts, radius):
     model = model_figures(away, weights, 5)
     scores = principal_modes(away, weights, 3).scores
-    print(f"| {name} | {' / '.join(f'{r:.4f}' for r in found(scores, amounts))} | "
-          + " | ".join(" ".join(f"{100 * value / unit:.2f}" for value in values)
-                       for values, unit in ((model.compactness, 1), (model.generalisation, radius),
-                                            (model.specificity, radius))) + " |", flush=True)
+    print(
+        f"| {name} | {' / '.join(f'{r:.4f}' for r in found(scores, amounts))} | "
+        + " | ".join(
+            " ".join(f"{100 * value / unit:.2f}" for value in values)
+            for values, unit in (
+                (model.compactness, 1),
+                (model.generalisation, radius),
+                (model.specificity, radius),
+            )
+        )
+        + " |",
+        flush=True,
+    )
 
 
 def share_found(group, field, draws):
@@ -95,13 +106,22 @@ def share_found(group, field, draws):
     for draw in range(draws):
         half = np.random.default_rng(draw).permutation(len(group.members)) < len(group.members) // 2
         shapes = group.shapes + half[:, None, None] * field
-        found += ism.shapes.permutation_test(group, half, data=shapes, permutations=199, seed=draw + 1).p.min() <= 0.05
+        found += (
+            ism.shapes.permutation_test(
+                group, half, data=shapes, permutations=199, seed=draw + 1
+            ).p.min()
+            <= 0.05
+        )
     return found / draws
 
 
 #: Left and right surfaces of one mesh, in the wheels.
-CORTICES = ("S1200.[LR].midthickness_MSMAll.32k_fs_LR.surf.gii", "conte69_32k_[lr]h.gii",
-            "templates_surfaces_32k/[lr]h.central.*.gii", "[lr]h.midthickness.fsLR.gii")
+CORTICES = (
+    "S1200.[LR].midthickness_MSMAll.32k_fs_LR.surf.gii",
+    "conte69_32k_[lr]h.gii",
+    "templates_surfaces_32k/[lr]h.central.*.gii",
+    "[lr]h.midthickness.fsLR.gii",
+)
 
 
 def cortices(folder):
@@ -115,12 +135,18 @@ def cortices(folder):
         maps.append(ism.balanced_spherical_map(v, f, balance=0.85))
     group = ism.shapes.template(maps, target="ico:5", modes=5, balance=0.85)
     radius = np.sqrt(group.areas.sum() / (4 * np.pi))
-    print(f"{group}; area of the members {group.areas.sum():.0f} mm2, of the mean "
-          f"{surface_area(group.vertices, group.faces):.0f}")
+    print(
+        f"{group}; area of the members {group.areas.sum():.0f} mm2, of the mean "
+        f"{surface_area(group.vertices, group.faces):.0f}"
+    )
     print("median distance of vertex i from vertex i, mm")
     for path, one in zip(paths, group.members, strict=True):
-        chords = [np.linalg.norm(one.map.sphere - other.map.sphere, axis=1) for other in group.members]
-        print(path.name, *(f"{2 * radius * np.median(np.arcsin(chord / 2)):.2f}" for chord in chords))
+        chords = [
+            np.linalg.norm(one.map.sphere - other.map.sphere, axis=1) for other in group.members
+        ]
+        print(
+            path.name, *(f"{2 * radius * np.median(np.arcsin(chord / 2)):.2f}" for chord in chords)
+        )
 
 
 def bodies(count, vertices):
@@ -136,8 +162,10 @@ def bodies(count, vertices):
 
 def sizes(counts, vertices, to):
     """What groups of files cost by the command, page and film included."""
-    print("| members | rounds | s a member | all, CPU minutes | a worker's memory, MB | the largest process's, MB "
-          "| manifest, MB | page, MB |\n|---|---|---|---|---|---|---|---|")
+    print(
+        "| members | rounds | s a member | all, CPU minutes | a worker's memory, MB | the largest process's, MB "
+        "| manifest, MB | page, MB |\n|---|---|---|---|---|---|---|---|"
+    )
     sources = bodies(max(counts), vertices)[2]
     for count in sorted(counts):  # the largest process of all runs so far is known
         with TemporaryDirectory() as name:
@@ -146,31 +174,49 @@ def sizes(counts, vertices, to):
                 ism.write_mesh(folder / f"{k:05}.ply", *source)
             out = folder / "group"
             words = "template", folder / "*.ply", "--out", out, "--to", to, "--quiet"
-            subprocess.run([sys.executable, "-m", "igl_spheremap", *words], check=True, stdout=subprocess.DEVNULL)
+            subprocess.run(
+                [sys.executable, "-m", "igl_spheremap", *words],
+                check=True,
+                stdout=subprocess.DEVNULL,
+            )
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
             seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
             with (out / "manifest.jsonl").open() as lines:
                 memory = max(json.loads(line)["row"]["memory"] for line in lines if '"row"' in line)
-            manifest, page = ((out / each).stat().st_size / 1e6 for each in ("manifest.jsonl", "index.html"))
+            manifest, page = (
+                (out / each).stat().st_size / 1e6 for each in ("manifest.jsonl", "index.html")
+            )
             rounds = len(ism.shapes.read_group(out).changes)
-            print(f"| {count} | {rounds} | {seconds / count:.2f} | {seconds / 60:.2f} | "
-                  f"{memory:.0f} | {after.ru_maxrss / 1024:.0f} | {manifest:.2f} | {page:.2f} |", flush=True)
+            print(
+                f"| {count} | {rounds} | {seconds / count:.2f} | {seconds / 60:.2f} | "
+                f"{memory:.0f} | {after.ru_maxrss / 1024:.0f} | {manifest:.2f} | {page:.2f} |",
+                flush=True,
+            )
 
 
 def weights(some, count, vertices, to):
     """How far the mean moves where a member gets no weight, or twice its own."""
     sources = bodies(count, vertices)[2]
     turn = Rotation.random(random_state=0).as_matrix()
-    maps, turned = ([ism.balanced_spherical_map(v @ R, f, balance=1) for v, f in sources] for R in (np.eye(3), turn))
+    maps, turned = (
+        [ism.balanced_spherical_map(v @ R, f, balance=1) for v, f in sources]
+        for R in (np.eye(3), turn)
+    )
     group = ism.shapes.template(maps, target=to)
     radius = radius_of(group)
-    print(f"rounds moved the mean by {', '.join(f'{100 * change:.3f}' for change in group.changes)} percent")
-    print("| member | change | its weight times its distance | mean moved, as a surface | at corresponding points |\n"
-          "|---|---|---|---|---|")
+    print(
+        f"rounds moved the mean by {', '.join(f'{100 * change:.3f}' for change in group.changes)} percent"
+    )
+    print(
+        "| member | change | its weight times its distance | mean moved, as a surface | at corresponding points |\n"
+        "|---|---|---|---|---|"
+    )
     rows = [("all", "turned: what cannot be told apart", turned, 0.0)]
     for k, member in enumerate(group.members[:some]):
-        rows += [(k, "left out", maps[:k] + maps[k + 1 :], member.distance / (count - 1)),
-                 (k, "twice", [*maps, maps[k]], member.distance / (count + 1))]
+        rows += [
+            (k, "left out", maps[:k] + maps[k + 1 :], member.distance / (count - 1)),
+            (k, "twice", [*maps, maps[k]], member.distance / (count + 1)),
+        ]
     for name, change, others, bound in rows:
         off, near = apart(group, ism.shapes.template(others, target=to).map)
         figures = (f"{100 * value / radius:.2f}" for value in (bound, near, off))
@@ -192,8 +238,10 @@ def moved(p, kind, t):
 
 def films(count, vertices, to):
     """How far points that are followed slide along a planted body, by where they lie in the body at rest."""
-    print("| the body | error at a quarter, half, the end | drift "
-          "| share of the error that all frames have in common |\n|---|---|---|---|")
+    print(
+        "| the body | error at a quarter, half, the end | drift "
+        "| share of the error that all frames have in common |\n|---|---|---|---|"
+    )
     for kind in ("stays", "bends", "twists", "grows", "all"):
         rng, meshes, places = np.random.default_rng(0), [], []
         for k in range(count):
@@ -201,15 +249,23 @@ def films(count, vertices, to):
             places.append(body(x))
             meshes.append((moved(places[-1], kind, k / (count - 1)), f))
         with ThreadPoolExecutor(1) as here:
-            found = ism.shapes.series(meshes, features=places, target=to, engine=ism.Engine(executor=here))
+            found = ism.shapes.series(
+                meshes, features=places, target=to, engine=ism.Engine(executor=here)
+            )
         rest = found.features
         radius = np.sqrt(((rest[0] - rest[0].mean(axis=0)) ** 2).sum(axis=1).mean())
-        off = [np.sqrt(((rest[k] - rest[0]) ** 2).sum(axis=1).mean()) for k in (count // 4, count // 2, count - 1)]
+        off = [
+            np.sqrt(((rest[k] - rest[0]) ** 2).sum(axis=1).mean())
+            for k in (count // 4, count // 2, count - 1)
+        ]
         # that add up to the error where they are chance
         steps = (np.diff(rest, axis=0) ** 2).sum(axis=2).mean(axis=1)
         common = max(0.0, 1 - steps.sum() / off[-1] ** 2)
-        print(f"| {kind} | {', '.join(f'{100 * each / radius:.1f}' for each in off)} | "
-              f"{100 * np.sqrt((found.drift**2).mean()) / radius:.1f} | {common:.2f} |", flush=True)
+        print(
+            f"| {kind} | {', '.join(f'{100 * each / radius:.1f}' for each in off)} | "
+            f"{100 * np.sqrt((found.drift**2).mean()) / radius:.1f} | {common:.2f} |",
+            flush=True,
+        )
 
 
 def limbs(directions, lengths, sharpness, flat, count):
@@ -238,10 +294,16 @@ def misses(seeds, vertices, to):
     """How many members of groups lie wrong, and how many of those the group names."""
     names = "bunny", "bird", "dino", "octopus"
     sources = {name: ism.samples.make(name, n_vertices=vertices) for name in names}
-    sources["starfish"] = limbs(fan([0, 72, 144, 216, 288]), [1.2, 1.0, 1.1, 0.9, 1.05], 8, 0.6, vertices)
-    sources["hand"] = limbs(fan([20, 60, 90, 120, 150, 270]), [0.9, 1.1, 1.25, 1.1, 0.9, 0.5], 14, 0.5, vertices)
-    print("| body | members | largest miss | miss by more than 0.1 | of these doubted | others doubted "
-          "| groups whose mean still moves |\n|---|---|---|---|---|---|---|")
+    sources["starfish"] = limbs(
+        fan([0, 72, 144, 216, 288]), [1.2, 1.0, 1.1, 0.9, 1.05], 8, 0.6, vertices
+    )
+    sources["hand"] = limbs(
+        fan([20, 60, 90, 120, 150, 270]), [0.9, 1.1, 1.25, 1.1, 0.9, 0.5], 14, 0.5, vertices
+    )
+    print(
+        "| body | members | largest miss | miss by more than 0.1 | of these doubted | others doubted "
+        "| groups whose mean still moves |\n|---|---|---|---|---|---|---|"
+    )
     for name, (v, f) in sources.items():
         off, doubted, moving = [], [], 0
         for seed in range(seeds):
@@ -253,14 +315,23 @@ def misses(seeds, vertices, to):
             with ThreadPoolExecutor(1) as here:
                 group = ism.shapes.template(meshes, target=to, engine=ism.Engine(executor=here))
             p = (v - v.mean(axis=0)) / np.sqrt(((v - v.mean(axis=0)) ** 2).sum(axis=1).mean())
-            places = np.array([ism.transfer(member.map, p[order], group.sphere)
-                               for member, order in zip(group.members, orders, strict=True)])
-            off += np.median(np.linalg.norm(places - np.median(places, axis=0), axis=2), axis=1).tolist()
+            places = np.array(
+                [
+                    ism.transfer(member.map, p[order], group.sphere)
+                    for member, order in zip(group.members, orders, strict=True)
+                ]
+            )
+            off += np.median(
+                np.linalg.norm(places - np.median(places, axis=0), axis=2), axis=1
+            ).tolist()
             doubted += [bool(member.doubts) for member in group.members]
             moving += any("still moved" in note for note in group.notes)
         wrong = np.array(off) > 0.1
-        print(f"| {name} | {len(off)} | {max(off):.3f} | {wrong.sum()} | {(wrong & doubted).sum()} | "
-              f"{(~wrong & doubted).sum()} | {moving} |", flush=True)
+        print(
+            f"| {name} | {len(off)} | {max(off):.3f} | {wrong.sum()} | {(wrong & doubted).sum()} | "
+            f"{(~wrong & doubted).sum()} | {moving} |",
+            flush=True,
+        )
 
 
 def radius_of(group):
@@ -303,26 +374,47 @@ def main(words):
         weights(args.weights, args.members, args.vertices, args.to)
         return
     planted, amounts, sources = bodies(args.members, args.vertices)
-    maps, mapping = timed(lambda: [ism.balanced_spherical_map(*each, balance=1) for each in sources])
+    maps, mapping = timed(
+        lambda: [ism.balanced_spherical_map(*each, balance=1) for each in sources]
+    )
     with ThreadPoolExecutor(1) as here:
-        group, seconds = timed(lambda: ism.shapes.template(maps, target=args.to, engine=ism.Engine(executor=here)))
-    print(f"{group}\nmean moved by {', '.join(f'{100 * change:.2f}' for change in group.changes)} percent; left out: "
-          f"{dict(group.left_out) or 'none'}\nseconds a member: {mapping / args.members:.2f} for its map, "
-          f"{seconds / args.members:.2f} for the rest")
+        group, seconds = timed(
+            lambda: ism.shapes.template(maps, target=args.to, engine=ism.Engine(executor=here))
+        )
+    print(
+        f"{group}\nmean moved by {', '.join(f'{100 * change:.2f}' for change in group.changes)} percent; left out: "
+        f"{dict(group.left_out) or 'none'}\nseconds a member: {mapping / args.members:.2f} for its map, "
+        f"{seconds / args.members:.2f} for the rest"
+    )
     x, f = ism.samples.sphere(10242)
-    truth = group.place(ism.balanced_spherical_map(planted.points(x, amounts.mean(axis=0)), f, balance=1))
+    truth = group.place(
+        ism.balanced_spherical_map(planted.points(x, amounts.mean(axis=0)), f, balance=1)
+    )
     radius = radius_of(group)
-    near = np.sqrt(igl.point_mesh_squared_distance(group.vertices, truth.shape, group.faces)[0].mean())
-    print(f"mean from the planted one: {100 * truth.member.distance / radius:.2f} at corresponding points, "
-          f"{100 * near / radius:.2f} at nearest ones")
-    print("| correspondence | correlation | compactness | generalisation | specificity |\n|---|---|---|---|---|")
+    near = np.sqrt(
+        igl.point_mesh_squared_distance(group.vertices, truth.shape, group.faces)[0].mean()
+    )
+    print(
+        f"mean from the planted one: {100 * truth.member.distance / radius:.2f} at corresponding points, "
+        f"{100 * near / radius:.2f} at nearest ones"
+    )
+    print(
+        "| correspondence | correlation | compactness | generalisation | specificity |\n|---|---|---|---|---|"
+    )
     report("template", group.shapes - group.vertices, group.areas, amounts, radius)
     rows = harmonics(maps, group.sphere)
     report("SPHARM", rows, np.ones(len(group.sphere)), amounts, radius)
     if args.draws:
-        print(f"differences found where there are none: {share_found(group, 0, args.draws):.3f} of {args.draws}")
+        print(
+            f"differences found where there are none: {share_found(group, 0, args.draws):.3f} of {args.draws}"
+        )
         rows = np.column_stack((np.ones(len(amounts)), amounts))
-        field = np.linalg.lstsq(rows, group.shapes.reshape(len(rows), -1), rcond=None)[0][2].reshape(-1, 3)
+        field = np.linalg.lstsq(rows, group.shapes.reshape(len(rows), -1), rcond=None)[0][
+            2
+        ].reshape(-1, 3)
         for size in (0.5, 1.0, 1.5):
-            print(f"found where the second amount differs by {size} standard deviations: "
-                  f"{share_found(group, size * amounts[:, 1].std() * field, args.draws // 5):.2f}", flush=True)
+            print(
+                f"found where the second amount differs by {size} standard deviations: "
+                f"{share_found(group, size * amounts[:, 1].std() * field, args.draws // 5):.2f}",
+                flush=True,
+            )

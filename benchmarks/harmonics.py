@@ -26,8 +26,17 @@ from igl_spheremap.shapes.harmonics.basis import synthesis
 
 from .common import parser
 
-HEADER = ("body", "vertices", "hidden", "FlowShape: folds", "FlowShape", "aics-shparam", "ktch on our sphere",
-          "here, conformal", "here, balance 1")
+HEADER = (
+    "body",
+    "vertices",
+    "hidden",
+    "FlowShape: folds",
+    "FlowShape",
+    "aics-shparam",
+    "ktch on our sphere",
+    "here, conformal",
+    "here, balance 1",
+)
 #: Radius of a carbon with its hydrogens, and the spacing of the grid of marching cubes, in angstroms.
 RADIUS, SPACING = 2.0, 0.4
 #: Voxels along the longest side of an image.
@@ -39,8 +48,18 @@ def elsewhere(variable: str, name: str, **data: object) -> dict[str, np.ndarray]
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / "in.npz", Path(folder) / "out.npz"
         np.savez(source, **data)
-        subprocess.run([os.environ[variable], Path(__file__).with_name("harmonics_programs.py"), name, source, target],
-                       check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        subprocess.run(
+            [
+                os.environ[variable],
+                Path(__file__).with_name("harmonics_programs.py"),
+                name,
+                source,
+                target,
+            ],
+            check=True,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         with np.load(target) as found:
             return dict(found)
 
@@ -48,12 +67,19 @@ def elsewhere(variable: str, name: str, **data: object) -> dict[str, np.ndarray]
 def chain(count: int, turn: float, rise: float, radius: float) -> np.ndarray:
     """Atoms on a helix: `turn` degrees and `rise` from one to the next."""
     angle = np.radians(turn) * np.arange(count)
-    return np.column_stack((radius * np.cos(angle), radius * np.sin(angle), rise * np.arange(count)))
+    return np.column_stack(
+        (radius * np.cos(angle), radius * np.sin(angle), rise * np.arange(count))
+    )
 
 
 #: An arch of 14 atoms, a helix of two turns, and a rod with a hook.
-MOLECULES = {"arch of 14 atoms": chain(14, 18.0, 0.0, 5.0), "helix of 24 atoms": chain(24, 30.0, 0.55, 4.0),
-             "hook of 16 atoms": np.vstack((chain(10, 0.0, 1.5, 3.0)[::-1] - [0, 0, 1.5], chain(6, 32.0, 0.3, 3.0)))}
+MOLECULES = {
+    "arch of 14 atoms": chain(14, 18.0, 0.0, 5.0),
+    "helix of 24 atoms": chain(24, 30.0, 0.55, 4.0),
+    "hook of 16 atoms": np.vstack(
+        (chain(10, 0.0, 1.5, 3.0)[::-1] - [0, 0, 1.5], chain(6, 32.0, 0.3, 3.0))
+    ),
+}
 
 
 def union_of_balls(centres: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -72,7 +98,9 @@ def bodies(cells: Path | None):
         yield name, ism.repair_mesh(*union_of_balls(centres))
     if cells:
         v, f = ism.read_mesh(cells)
-        joined = csr_matrix((np.ones(f.size), (f.ravel(), np.roll(f, -1, 1).ravel())), shape=(len(v),) * 2)
+        joined = csr_matrix(
+            (np.ones(f.size), (f.ravel(), np.roll(f, -1, 1).ravel())), shape=(len(v),) * 2
+        )
         label = connected_components(joined, directed=False)[1]
         for k in range(label.max() + 1):
             yield f"cell {k + 1}", ism.repair_mesh(v, f[label[f[:, 0]] == k])
@@ -80,8 +108,14 @@ def bodies(cells: Path | None):
 
 def hidden(v: np.ndarray, f: np.ndarray) -> float:
     """Share of the area that faces the centroid of the surface."""
-    normals, area, middle = igl.per_face_normals(v, f, np.zeros(3)), igl.doublearea(v, f), v[f].mean(axis=1)
-    return float(area[((middle - area @ middle / area.sum()) * normals).sum(axis=1) < 0].sum() / area.sum())
+    normals, area, middle = (
+        igl.per_face_normals(v, f, np.zeros(3)),
+        igl.doublearea(v, f),
+        v[f].mean(axis=1),
+    )
+    return float(
+        area[((middle - area @ middle / area.sum()) * normals).sum(axis=1) < 0].sum() / area.sum()
+    )
 
 
 def error(v: np.ndarray, f: np.ndarray, w: np.ndarray, g: np.ndarray) -> float:
@@ -113,7 +147,9 @@ def row(name: str, mesh: object, degree: int) -> list[str]:
     star = elsewhere("AICS_PYTHON", "aics", image=image, degree=degree)
     maps = ism.spherical_conformal_map(mesh), ism.balanced_spherical_map(mesh, balance=1)
     target = ism.samples.sphere(10_242)
-    ours = [ism.shapes.spherical_harmonics(result, degree=degree).surface(target) for result in maps]
+    ours = [
+        ism.shapes.spherical_harmonics(result, degree=degree).surface(target) for result in maps
+    ]
     x, y, z = maps[1].sphere.T
     places = np.column_stack((np.arccos(np.clip(z, -1, 1)), np.arctan2(y, x) % (2 * np.pi)))
     analysis = SphericalHarmonicAnalysis(n_harmonics=degree, registration=None)
@@ -121,9 +157,16 @@ def row(name: str, mesh: object, degree: int) -> list[str]:
     fitted = synthesis(flat.reshape(3, -1).T, target[0]), target[1]
     # a mirror image does not fold
     folds = min(ism.certify(sign * flow["x"], f).foldings for sign in (1, -1))
-    return [name, f"{len(v):,}", f"{hidden(v, f):.0%}", f"{folds:,}",
-            *(f"{error(v, f, *body):.2f}" for body in ((flow["v"], flow["f"]), (low + size * star["v"], star["f"]),
-                                                       fitted, *ours))]
+    return [
+        name,
+        f"{len(v):,}",
+        f"{hidden(v, f):.0%}",
+        f"{folds:,}",
+        *(
+            f"{error(v, f, *body):.2f}"
+            for body in ((flow["v"], flow["f"]), (low + size * star["v"], star["f"]), fitted, *ours)
+        ),
+    ]
 
 
 def main(argv: list[str]) -> None:

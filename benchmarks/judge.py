@@ -51,15 +51,36 @@ RESULTS = Path(__file__).with_name("results") / "judge.tsv"
 TIMES = "times.tsv"
 KINDS = {"sphere": "Spheres", "disk": "Disks", "map": "Maps between surfaces"}
 #: Columns of the table, each number a mean over faces, corners or edges.
-COLUMNS = ("program", "mesh", "kind", "vertices", "verdict", "folds", "degree", "crossings", "angle", "angle_p99",
-           "area", "edge", "seconds", "note")
-MEASURES = {"angle": "angle, degrees", "angle_p99": "angle, 99 %", "area": "log area", "edge": "log edge",
-            "seconds": "CPU s"}
+COLUMNS = (
+    "program",
+    "mesh",
+    "kind",
+    "vertices",
+    "verdict",
+    "folds",
+    "degree",
+    "crossings",
+    "angle",
+    "angle_p99",
+    "area",
+    "edge",
+    "seconds",
+    "note",
+)
+MEASURES = {
+    "angle": "angle, degrees",
+    "angle_p99": "angle, 99 %",
+    "area": "log area",
+    "edge": "log edge",
+    "seconds": "CPU s",
+}
 #: What the page begins with.
-NOTES = ("Folds, degrees and crossings are exact. Figures are means over a mesh, of sizes: differences of angles in "
-         "degrees, natural logarithms of ratios of areas and of lengths of edges, each surface having area 1; then "
-         "their median and largest over meshes. A mesh without a map counts as worse than any in a median. Seconds are "
-         "as reported.")
+NOTES = (
+    "Folds, degrees and crossings are exact. Figures are means over a mesh, of sizes: differences of angles in "
+    "degrees, natural logarithms of ratios of areas and of lengths of edges, each surface having area 1; then "
+    "their median and largest over meshes. A mesh without a map counts as worse than any in a median. Seconds are "
+    "as reported."
+)
 #: Files of positions without faces.
 _PLAIN = (".npy", ".csv", ".tsv", ".txt", ".1d")
 #: A note names radii that differ by more than this share, and distances from a target above this share of its diagonal.
@@ -103,8 +124,15 @@ def read_tasks(folder: Path) -> list[Task]:
     files = {path.name: path for path in sorted(folder.iterdir()) if path.suffix != ".tsv"}
     ends = {name: path for name, path in files.items() if ".target." in name}
     targets = {name.partition(".")[0]: tuple(ism.read_mesh(path)) for name, path in ends.items()}
-    return [Task(path.name.partition(".")[0], *ism.read_mesh(path), targets.get(path.name.partition(".")[0]))
-            for name, path in files.items() if name not in ends]
+    return [
+        Task(
+            path.name.partition(".")[0],
+            *ism.read_mesh(path),
+            targets.get(path.name.partition(".")[0]),
+        )
+        for name, path in files.items()
+        if name not in ends
+    ]
 
 
 def judge(folder: Path, tasks: list[Task], program: str) -> list[dict]:
@@ -114,19 +142,33 @@ def judge(folder: Path, tasks: list[Task], program: str) -> list[dict]:
         if path.is_file() and path.name != TIMES:
             files.setdefault(path.name.partition(".")[0], []).append(path)
     times, notes = read_times(folder / TIMES)
-    kinds = {task.kind for task in tasks if task.name in files or task.name in times or task.name in notes}
+    kinds = {
+        task.kind
+        for task in tasks
+        if task.name in files or task.name in times or task.name in notes
+    }
     rows = []
     for task in (task for task in tasks if task.kind in kinds):
         found = files.get(task.name, [])
         try:
             if len(found) != 1:
-                raise Unfit("several files" if found else "missing", ", ".join(path.name for path in found))
+                raise Unfit(
+                    "several files" if found else "missing", ", ".join(path.name for path in found)
+                )
             figures = figures_of(task, read_positions(task, found[0]))
         except Unfit as error:
             figures = dict(zip(("verdict", "note"), error.args, strict=True))
         figures["note"] = "; ".join(filter(None, (figures.get("note"), notes.get(task.name))))
-        rows.append({"program": program, "mesh": task.name, "kind": task.kind, "vertices": len(task.v),
-                     "seconds": times.get(task.name)} | figures)
+        rows.append(
+            {
+                "program": program,
+                "mesh": task.name,
+                "kind": task.kind,
+                "vertices": len(task.v),
+                "seconds": times.get(task.name),
+            }
+            | figures
+        )
     return rows
 
 
@@ -155,7 +197,9 @@ def read_positions(task: Task, path: Path) -> np.ndarray:
         else:
             x, faces = read_sphere(path) if task.kind == "sphere" else ism.read_mesh(path)
     except Exception as error:  # whatever a file holds is a row
-        raise Unfit("unreadable", str(error).replace(f"{path}: ", "").replace(str(path), path.name)) from error
+        raise Unfit(
+            "unreadable", str(error).replace(f"{path}: ", "").replace(str(path), path.name)
+        ) from error
     columns = 2 if task.kind == "disk" else 3
     if x.shape[1:] != (columns,):
         raise Unfit("unreadable", f"{x.shape[1]} columns, not {columns}")
@@ -163,7 +207,9 @@ def read_positions(task: Task, path: Path) -> np.ndarray:
         raise Unfit("another mesh", f"{len(x)} vertices, the mesh has {len(task.v)}")
     if faces is not None and len(faces) != len(task.f):
         raise Unfit("another mesh", f"{len(faces)} faces, the mesh has {len(task.f)}")
-    if faces is not None and not np.array_equal(*(np.unique(np.sort(f, axis=1), axis=0) for f in (faces, task.f))):
+    if faces is not None and not np.array_equal(
+        *(np.unique(np.sort(f, axis=1), axis=0) for f in (faces, task.f))
+    ):
         raise Unfit("another mesh", "as many faces, but others: the vertices have another order")
     bad = np.flatnonzero(~np.isfinite(x).all(axis=1))
     if len(bad):
@@ -183,16 +229,29 @@ def figures_of(task: Task, x: np.ndarray) -> dict:
         own, mirror = (Certificate.of(p, task.f) for p in (on, on * [-1, 1, 1]))
     reflected = mirror.foldings < own.foldings
     upright = mirror if reflected else own
-    wrong = ("folded" if upright.foldings else "crossing" if len(upright.crossings)
-             else "" if upright.degree == 1 else "covered")
+    wrong = (
+        "folded"
+        if upright.foldings
+        else "crossing"
+        if len(upright.crossings)
+        else ""
+        if upright.degree == 1
+        else "covered"
+    )
     if wrong == "covered":
         note = f"{note}{'; ' * bool(note)}the sphere is covered {own.degree} times: is its centre the origin?"
     angle = angle_figures(ism.angle_differences(task.v, task.f, image))
-    return {"verdict": f"mirrored{', ' * bool(wrong)}{wrong}" if reflected else wrong or "certified",
-            "folds": upright.foldings, "degree": own.degree, "crossings": len(upright.crossings),
-            "angle": angle["mean"],
-            "angle_p99": angle["p99"], "area": log_figures(ism.log_area_ratios(task.v, task.f, image))["mean"],
-            "edge": log_figures(ism.log_length_ratios(task.v, task.f, image))["mean"], "note": note}
+    return {
+        "verdict": f"mirrored{', ' * bool(wrong)}{wrong}" if reflected else wrong or "certified",
+        "folds": upright.foldings,
+        "degree": own.degree,
+        "crossings": len(upright.crossings),
+        "angle": angle["mean"],
+        "angle_p99": angle["p99"],
+        "area": log_figures(ism.log_area_ratios(task.v, task.f, image))["mean"],
+        "edge": log_figures(ism.log_length_ratios(task.v, task.f, image))["mean"],
+        "note": note,
+    }
 
 
 def on_sphere(task: Task, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, str]:
@@ -218,12 +277,29 @@ def run(folder: Path, meshes: Path, only: list[str], seconds: int) -> None:
     tasks = read_tasks(meshes)
     for program in dict.fromkeys(name for programs in PROGRAMS.values() for name in programs):
         place = folder.resolve() / program
-        command = [sys.executable, "-m", "benchmarks", "judge", "--trials", program, meshes.resolve(), place, seconds]
+        command = [
+            sys.executable,
+            "-m",
+            "benchmarks",
+            "judge",
+            "--trials",
+            program,
+            meshes.resolve(),
+            place,
+            seconds,
+        ]
         while (not only or program in only) and pending(program, tasks, place):
-            done = subprocess.run([*map(str, command)], cwd=ROOT, stdout=subprocess.DEVNULL, check=False, text=True)
+            done = subprocess.run(
+                [*map(str, command)], cwd=ROOT, stdout=subprocess.DEVNULL, check=False, text=True
+            )
             if not done.returncode:
                 break  # all are done, or it is not installed
-            add_time(place, pending(program, tasks, place)[0], "", fault(done, f"not done after {seconds} s"))
+            add_time(
+                place,
+                pending(program, tasks, place)[0],
+                "",
+                fault(done, f"not done after {seconds} s"),
+            )
 
 
 def pending(program: str, tasks: list[Task], place: Path) -> list[Task]:
@@ -231,7 +307,9 @@ def pending(program: str, tasks: list[Task], place: Path) -> list[Task]:
     from .judge_programs import PROGRAMS
 
     times, notes = read_times(place / TIMES)
-    return [task for task in tasks if program in PROGRAMS[task.kind] and task.name not in times | notes]
+    return [
+        task for task in tasks if program in PROGRAMS[task.kind] and task.name not in times | notes
+    ]
 
 
 def add_time(place: Path, task: Task, seconds: object, text: str) -> None:
@@ -257,7 +335,12 @@ def trials(program: str, meshes: Path, place: Path, seconds: int) -> None:
             found, taken = timed(partial(call, task.v, task.f, *(task.target or ())))
             x, taken = found if isinstance(found, tuple) else (found, taken)
             place.mkdir(parents=True, exist_ok=True)
-            ism.write_mesh(place / f"{task.name}.ply", in_space(x) if x.shape[1] == 2 else x, task.f, force=True)
+            ism.write_mesh(
+                place / f"{task.name}.ply",
+                in_space(x) if x.shape[1] == 2 else x,
+                task.f,
+                force=True,
+            )
         except ImportError as error:
             print(f"{program}: {error}", file=sys.stderr)
             return
@@ -271,7 +354,9 @@ def numbers(rows: list[dict], measure: str) -> tuple[float, float]:
     """Median and largest of a measure; a mesh without a figure counts as worse than any in the median."""
     values = [float(row[measure]) if row.get(measure) not in (None, "") else np.inf for row in rows]
     values = [value if np.isfinite(value) else np.inf for value in values]
-    return float(np.median(values)), max((value for value in values if np.isfinite(value)), default=np.inf)
+    return float(np.median(values)), max(
+        (value for value in values if np.isfinite(value)), default=np.inf
+    )
 
 
 def text(value: float) -> str:
@@ -281,8 +366,13 @@ def text(value: float) -> str:
 
 def by_program(rows: list[dict]) -> dict[str, list[dict]]:
     """Rows of each program, those with the most certified maps first, and of these those with the least angles."""
-    found = {name: [row for row in rows if row["program"] == name] for name in sorted({row["program"] for row in rows})}
-    return dict(sorted(found.items(), key=lambda item: (-certified(item[1]), numbers(item[1], "angle"))))
+    found = {
+        name: [row for row in rows if row["program"] == name]
+        for name in sorted({row["program"] for row in rows})
+    }
+    return dict(
+        sorted(found.items(), key=lambda item: (-certified(item[1]), numbers(item[1], "angle")))
+    )
 
 
 def certified(rows: list[dict]) -> int:
@@ -295,8 +385,15 @@ def summary(rows: list[dict]) -> list[list[str]]:
     lines = [["program", "certified", "folded faces", "no map", *MEASURES.values()]]
     for program, some in by_program(rows).items():
         made = [row for row in some if row.get("angle") not in (None, "")]
-        lines.append([program, f"{certified(some)} of {len(some)}", str(sum(int(row["folds"]) for row in made)),
-                      str(len(some) - len(made)), *("; ".join(map(text, numbers(some, each))) for each in MEASURES)])
+        lines.append(
+            [
+                program,
+                f"{certified(some)} of {len(some)}",
+                str(sum(int(row["folds"]) for row in made)),
+                str(len(some) - len(made)),
+                *("; ".join(map(text, numbers(some, each))) for each in MEASURES),
+            ]
+        )
     return lines
 
 
@@ -306,7 +403,12 @@ def by_class(rows: list[dict], groups: dict[str, str], measure: str) -> list[lis
     lines = [["median; worst", *classes]]
     for program, found in by_program(rows).items():
         some = [[row for row in found if groups[row["mesh"]] == each] for each in classes]
-        lines.append([program, *("; ".join(map(text, numbers(each, measure))) if each else "" for each in some)])
+        lines.append(
+            [
+                program,
+                *("; ".join(map(text, numbers(each, measure))) if each else "" for each in some),
+            ]
+        )
     return lines
 
 
@@ -317,7 +419,9 @@ def best(rows: list[dict]) -> list[list[str]]:
         some = [row for row in rows if row["mesh"] == mesh and row["verdict"] == "certified"]
         cells = []
         for each in MEASURES:
-            value, program = min(((numbers([row], each)[0], row["program"]) for row in some), default=(np.inf, ""))
+            value, program = min(
+                ((numbers([row], each)[0], row["program"]) for row in some), default=(np.inf, "")
+            )
             cells.append(f"{text(value)} {program}")
         lines.append([mesh, *cells])
     return lines
@@ -332,8 +436,12 @@ def write_page(path: Path, rows: list[dict]) -> None:
             parts += [f"<h2>{title}</h2>", _html(summary(some))]
             for measure, name in MEASURES.items():
                 parts += [f"<h3>{escape(name)}</h3>", _html(by_class(some, groups, measure))]
-            parts += ["<h3>The best of each mesh</h3>", _html(best(some)), "<h3>All</h3>",
-                      _html([COLUMNS, *([shown(row.get(each)) for each in COLUMNS] for row in some)])]
+            parts += [
+                "<h3>The best of each mesh</h3>",
+                _html(best(some)),
+                "<h3>All</h3>",
+                _html([COLUMNS, *([shown(row.get(each)) for each in COLUMNS] for row in some)]),
+            ]
     path.write_text(markup.page("Maps of meshes, judged", "\n".join(parts)), encoding="utf-8")
 
 
@@ -359,8 +467,12 @@ def write_table(path: Path, rows: list[dict]) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, delimiter="\t", lineterminator="\n")
         writer.writerow(COLUMNS)
-        writer.writerows([shown(row.get(each)) for each in COLUMNS]
-                         for row in sorted(rows, key=lambda row: (row["program"], list(KINDS).index(row["kind"]))))
+        writer.writerows(
+            [shown(row.get(each)) for each in COLUMNS]
+            for row in sorted(
+                rows, key=lambda row: (row["program"], list(KINDS).index(row["kind"]))
+            )
+        )
 
 
 def main(argv: list[str]) -> None:
@@ -370,23 +482,51 @@ def main(argv: list[str]) -> None:
         return trials(program, Path(meshes), Path(place), int(seconds))
     words = parser(__doc__)
     words.add_argument("folders", nargs="*", type=Path, metavar="FOLDER")
-    words.add_argument("--meshes", type=Path, metavar="DIR",
-                       help="what is mapped; without FOLDER the 50 meshes are written there if it does not exist")
-    words.add_argument("--program", metavar="NAME", help="name of the program of one FOLDER; that of the folder")
-    words.add_argument("--run", type=Path, metavar="FOLDER",
-                       help="run the programs that are installed here, each with a folder there")
+    words.add_argument(
+        "--meshes",
+        type=Path,
+        metavar="DIR",
+        help="what is mapped; without FOLDER the 50 meshes are written there if it does not exist",
+    )
+    words.add_argument(
+        "--program", metavar="NAME", help="name of the program of one FOLDER; that of the folder"
+    )
+    words.add_argument(
+        "--run",
+        type=Path,
+        metavar="FOLDER",
+        help="run the programs that are installed here, each with a folder there",
+    )
     words.add_argument("--only", nargs="+", default=[], metavar="NAME", help="programs to run")
-    words.add_argument("--cap", type=int, default=60, help="CPU seconds that a program may take for a mesh (60)")
+    words.add_argument(
+        "--cap", type=int, default=60, help="CPU seconds that a program may take for a mesh (60)"
+    )
     words.add_argument("--kind", choices=KINDS, help="what to print")
-    words.add_argument("--table", type=Path, default=RESULTS, help="rows that are known (benchmarks/results/judge.tsv)")
-    words.add_argument("--page", type=Path, default=Path("judge.html"), help="the page that is written (judge.html)")
-    words.add_argument("--published", type=Path, metavar="FOLDER", help="where published files are kept")
-    words.add_argument("--clones", type=Path, metavar="DIR", help="of repositories, as OWNER+NAME/repo")
+    words.add_argument(
+        "--table",
+        type=Path,
+        default=RESULTS,
+        help="rows that are known (benchmarks/results/judge.tsv)",
+    )
+    words.add_argument(
+        "--page",
+        type=Path,
+        default=Path("judge.html"),
+        help="the page that is written (judge.html)",
+    )
+    words.add_argument(
+        "--published", type=Path, metavar="FOLDER", help="where published files are kept"
+    )
+    words.add_argument(
+        "--clones", type=Path, metavar="DIR", help="of repositories, as OWNER+NAME/repo"
+    )
     args = words.parse_args(argv)
     warnings.simplefilter("ignore")  # of other programs
     if args.published is not None:
         found = judge_published(args.published, args.clones)
-        with args.table.with_name("judge_published.csv").open("w", newline="", encoding="utf-8") as file:
+        with args.table.with_name("judge_published.csv").open(
+            "w", newline="", encoding="utf-8"
+        ) as file:
             writer = csv.DictWriter(file, PUBLISHED_COLUMNS, restval="", lineterminator="\n")
             writer.writeheader()
             writer.writerows(found)
@@ -409,13 +549,21 @@ def main(argv: list[str]) -> None:
     rows = read_table(args.table)
     if folders:
         tasks = read_tasks(meshes)
-        judged = [row for program, folder in folders.items() for row in judge(folder, tasks, program)]
-        for name in {args.program or path.resolve().name for path in args.folders} - {row["program"] for row in judged}:
-            words.error(f"{folders[name]} has no file that is named after a mesh of {meshes}, such as "
-                        f"{tasks[0].name}.ply")
+        judged = [
+            row for program, folder in folders.items() for row in judge(folder, tasks, program)
+        ]
+        for name in {args.program or path.resolve().name for path in args.folders} - {
+            row["program"] for row in judged
+        }:
+            words.error(
+                f"{folders[name]} has no file that is named after a mesh of {meshes}, such as "
+                f"{tasks[0].name}.ply"
+            )
         rows = [row for row in rows if row["program"] not in folders] + judged
         write_table(args.table, rows)
-        rows = [row for row in read_table(args.table) if row["mesh"] in {task.name for task in tasks}]
+        rows = [
+            row for row in read_table(args.table) if row["mesh"] in {task.name for task in tasks}
+        ]
         write_page(args.page, rows)
     for kind in KINDS if args.kind is None else [args.kind]:
         print_table(summary([row for row in rows if row["kind"] == kind]))

@@ -84,16 +84,28 @@ PROGRAMS = {
         "LaPy, no refusals": partial(lapy, guarded=False),
         "mean curvature flow": mean_curvature_flow,
         "Choi, Lam, Lui": by_octave("SDEM_FOLDER", "spherical_conformal_map(v, f)"),
-        "SDEM": by_octave("SDEM_FOLDER",
-                          "SDEM(v, f, face_area(f, v), spherical_conformal_map(v, f), 0.1, 1e-3, 200)"),
+        "SDEM": by_octave(
+            "SDEM_FOLDER",
+            "SDEM(v, f, face_area(f, v), spherical_conformal_map(v, f), 0.1, 1e-3, 200)",
+        ),
         "CEM": by_octave("SEM_FOLDER", "Sphere.CEM(f, v)"),
         "SEM": by_octave("SEM_FOLDER", "Sphere.SEM(f, v)"),
         "cat-surf": partial(cat_surf, relax=False),
         "cat-surf, relaxed": partial(cat_surf, relax=True),
     },
-    "disk": {f"igl_spheremap, {name}" if hasattr(ism, name.partition(",")[0]) else name: call for name, call in
-             ((name.replace("`", ""), call) for name, call in disks.methods().items() if call != disks.freesurfer)},
-    "map": {"igl_spheremap, match": matched, "nearest points": nearest_points, "functional maps": functional},
+    "disk": {
+        f"igl_spheremap, {name}" if hasattr(ism, name.partition(",")[0]) else name: call
+        for name, call in (
+            (name.replace("`", ""), call)
+            for name, call in disks.methods().items()
+            if call != disks.freesurfer
+        )
+    },
+    "map": {
+        "igl_spheremap, match": matched,
+        "nearest points": nearest_points,
+        "functional maps": functional,
+    },
 }
 
 

@@ -26,9 +26,28 @@ from igl_spheremap.io.written_map import certify_radius
 from .gather import download
 
 MANIFEST = Path(__file__).with_name("published.csv")
-COLUMNS = ("from", "file", "source", "vertices", "radius", "verdict", "folded faces", "degree", "angle, degrees")
+COLUMNS = (
+    "from",
+    "file",
+    "source",
+    "vertices",
+    "radius",
+    "verdict",
+    "folded faces",
+    "degree",
+    "angle, degrees",
+)
 #: Columns of the page, a line for all files of one origin and verdict.
-SHOWN = ("from", "files", "vertices", "radius", "verdict", "folded faces", "degree", "angle, degrees")
+SHOWN = (
+    "from",
+    "files",
+    "vertices",
+    "radius",
+    "verdict",
+    "folded faces",
+    "degree",
+    "angle, degrees",
+)
 
 
 @dataclass(frozen=True)
@@ -53,9 +72,15 @@ class Published:
             if not wheel.exists():
                 download(self.source, folder)
             place.write_bytes(zipfile.ZipFile(wheel).read(path))
-        elif clones is not None and (clone := clones / self.source.replace("/", "+") / "repo").is_dir():
-            found = subprocess.run(["git", f"--git-dir={clone}", "show", f"{self.commit}:{path}"], check=True,
-                                   capture_output=True)
+        elif (
+            clones is not None
+            and (clone := clones / self.source.replace("/", "+") / "repo").is_dir()
+        ):
+            found = subprocess.run(
+                ["git", f"--git-dir={clone}", "show", f"{self.commit}:{path}"],
+                check=True,
+                capture_output=True,
+            )
             place.write_bytes(found.stdout)
         else:
             address = f"https://raw.githubusercontent.com/{self.source}/{self.commit}/{path}"
@@ -65,15 +90,25 @@ class Published:
 
     def judged(self, folder: Path, clones: Path | None) -> dict[str, str]:
         """A row of the table; where there is nothing to judge its verdict says why."""
-        row = {"from": self.whose, "file": PurePosixPath(self.path).name,
-               "source": f"{self.source} {self.commit[:8]} {self.path}".replace("  ", " ")}
+        row = {
+            "from": self.whose,
+            "file": PurePosixPath(self.path).name,
+            "source": f"{self.source} {self.commit[:8]} {self.path}".replace("  ", " "),
+        }
         path = Path(self.path)
         try:
             path = self.fetch(self.path, folder, clones)
-            surface = ism.read_mesh(self.fetch(self.surface, folder, clones)) if self.surface else None
+            surface = (
+                ism.read_mesh(self.fetch(self.surface, folder, clones)) if self.surface else None
+            )
             return row | (_sphere if self.kind == "sphere" else _plane)(path, surface)
         except (ism.MeshError, ism.FileError) as error:
-            return row | {"verdict": one_line(error).replace(f"{path}", path.name).split("; ")[0].split(", e.g.")[0]}
+            return row | {
+                "verdict": one_line(error)
+                .replace(f"{path}", path.name)
+                .split("; ")[0]
+                .split(", e.g.")[0]
+            }
         # no network, no clone, another wheel
         except (OSError, KeyError, subprocess.SubprocessError) as error:
             return row | {"verdict": f"not to be had: {one_line(error)[:80]}"}
@@ -86,8 +121,13 @@ def _sphere(path: Path, surface: ism.LoadedMesh | None) -> dict[str, str]:
     if len(check.off_sphere):
         radii = np.linalg.norm(x, axis=1)
         words += f", once scaled to the sphere: radii vary by {np.ptp(radii) / check.radius:.0e}"
-    return _cells(len(x), f"{check.radius:.6g}", words, check, None if surface is None else
-                  ism.angle_differences(surface.v, f, x))
+    return _cells(
+        len(x),
+        f"{check.radius:.6g}",
+        words,
+        check,
+        None if surface is None else ism.angle_differences(surface.v, f, x),
+    )
 
 
 def _plane(path: Path, surface: ism.LoadedMesh | None) -> dict[str, str]:
@@ -104,8 +144,14 @@ def _verdict(check: ism.Certificate) -> str:
 def _cells(
     n: int, radius: str, verdict: str, check: ism.Certificate, angles: np.ndarray | None
 ) -> dict[str, str]:
-    return {"vertices": str(n), "radius": radius, "verdict": verdict, "folded faces": str(check.foldings),
-            "degree": str(check.degree), "angle, degrees": "" if angles is None else f"{np.abs(angles).mean():.3g}"}
+    return {
+        "vertices": str(n),
+        "radius": radius,
+        "verdict": verdict,
+        "folded faces": str(check.foldings),
+        "degree": str(check.degree),
+        "angle, degrees": "" if angles is None else f"{np.abs(angles).mean():.3g}",
+    }
 
 
 def judge_published(folder: Path, clones: Path | None) -> list[dict[str, str]]:
@@ -121,13 +167,16 @@ def by_verdict(rows: list[dict[str, str]]) -> list[list[str]]:
     for (whose, verdict), some in groupby(sorted(rows, key=_origin), key=_origin):
         found = list(some)
         vertices, radius, folded, degree, angles = (
-            _span([row.get(name, "") for row in found]) for name in SHOWN[2:] if name != "verdict")
+            _span([row.get(name, "") for row in found]) for name in SHOWN[2:] if name != "verdict"
+        )
         lines.append([whose, str(len(found)), vertices, radius, verdict, folded, degree, angles])
     return lines
 
 
 def _origin(row: dict[str, str]) -> tuple[str, str]:
-    return f"{row['from']}{', plane' * (row.get('radius') == 'plane')}", row["verdict"].partition(": radii")[0]
+    return f"{row['from']}{', plane' * (row.get('radius') == 'plane')}", row["verdict"].partition(
+        ": radii"
+    )[0]
 
 
 def _span(cells: list[str]) -> str:

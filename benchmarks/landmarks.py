@@ -30,7 +30,9 @@ PLACES = {
 
 def hemispheres():
     """Vertices and faces of the left hemisphere, and of the right one mirrored."""
-    left, right = (ism.read_mesh(fsaverage5() / f"pial_{side}.gii.gz") for side in ("left", "right"))
+    left, right = (
+        ism.read_mesh(fsaverage5() / f"pial_{side}.gii.gz") for side in ("left", "right")
+    )
     return (left.v, left.f), (right.v * [-1, 1, 1], right.f[:, ::-1])
 
 
@@ -42,23 +44,40 @@ def nearest(v, places):
 def main(argv: list[str]) -> None:
     """Print the table."""
     arguments = parser(__doc__)
-    arguments.add_argument("--weight", type=float, default=100.0, help="of squared chords (default 100)")
-    arguments.add_argument("--others", type=int, default=100, help="landmarks beside the ten named (default 100)")
+    arguments.add_argument(
+        "--weight", type=float, default=100.0, help="of squared chords (default 100)"
+    )
+    arguments.add_argument(
+        "--others", type=int, default=100, help="landmarks beside the ten named (default 100)"
+    )
     args = arguments.parse_args(argv)
     (v, f), (w, g) = hemispheres()
-    places = np.vstack((list(PLACES.values()), v[np.linspace(0, len(v) - 1, args.others).astype(int)]))
+    places = np.vstack(
+        (list(PLACES.values()), v[np.linspace(0, len(v) - 1, args.others).astype(int)])
+    )
     targets = ism.spherical_conformal_map(w, g).sphere[nearest(w, places)]
     landmarks = nearest(v, places)
-    print("| map of the left hemisphere | miss: mean, largest | foldings | mean angle difference | energy |")
+    print(
+        "| map of the left hemisphere | miss: mean, largest | foldings | mean angle difference | energy |"
+    )
     print("|---|---|---|---|---|")
     for name, weight, injective in (
         ("conformal, best Moebius map", 0.0, True),
         ("with landmarks, may fold", args.weight, False),
         ("with landmarks, may not fold", args.weight, True),
     ):
-        result = ism.landmark_map(v, f, landmarks, targets, landmark_weights=weight, may_fold=not injective,
-                                  max_iterations=500 if weight else 0)
+        result = ism.landmark_map(
+            v,
+            f,
+            landmarks,
+            targets,
+            landmark_weights=weight,
+            may_fold=not injective,
+            max_iterations=500 if weight else 0,
+        )
         chord = np.linalg.norm(result.sphere[landmarks] - targets, axis=1)
         miss = np.degrees(2 * np.arcsin(chord / 2))
-        print(f"| {name} | {miss.mean():.2f}, {miss.max():.2f} | {result.certificate.foldings} | "
-              f"{np.abs(result.angle_differences()).mean():.2f} | {result.energy:.3f} |")
+        print(
+            f"| {name} | {miss.mean():.2f}, {miss.max():.2f} | {result.certificate.foldings} | "
+            f"{np.abs(result.angle_differences()).mean():.2f} | {result.energy:.3f} |"
+        )

@@ -35,7 +35,10 @@ def stand_in(folder: Path, wheels: Path) -> None:
     for body in ("S1200", "Conte69", "fsaverage+1"):
         for side in "LR":
             cortex = anew(*data.surface(body, side))
-            own, path = cortex.label(data.labels(side)), folder / body / _FILE.format(f"{side.lower()}h")
+            own, path = (
+                cortex.label(data.labels(side)),
+                folder / body / _FILE.format(f"{side.lower()}h"),
+            )
             write_labels(path, cortex.v, cortex.f, np.where(own > 0, own, -1))
 
 
@@ -43,7 +46,9 @@ def write_labels(path: Path, v, f, labels) -> None:
     """A surface with labels as the Mindboggle project writes them."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w") as file:
-        file.write(f"# vtk DataFile Version 3.0\nlabels\nASCII\nDATASET POLYDATA\nPOINTS {len(v)} float\n")
+        file.write(
+            f"# vtk DataFile Version 3.0\nlabels\nASCII\nDATASET POLYDATA\nPOINTS {len(v)} float\n"
+        )
         np.savetxt(file, v, "%.9g")
         file.write(f"POLYGONS {len(f)} {f.size + len(f)}\n")
         np.savetxt(file, np.column_stack((np.full(len(f), 3), f)), "%d")
@@ -57,8 +62,10 @@ def mapped(path: Path, balance: float):
     mesh = ism.repair_mesh(*ism.read_mesh(path), keep_largest=True)
     labels = next(iter(read_scalars(path).values())).astype(int)
     if len(labels) != len(mesh.v):
-        raise SystemExit(f"{path}: {len(labels)} labels, but {len(mesh.v)} vertices are left of a surface that is not "
-                         "closed and connected")
+        raise SystemExit(
+            f"{path}: {len(labels)} labels, but {len(mesh.v)} vertices are left of a surface that is not "
+            "closed and connected"
+        )
     return *timed(lambda: ism.balanced_spherical_map(mesh.v, mesh.f, balance=balance)), labels
 
 
@@ -67,8 +74,12 @@ def overlap(areas, drawn, carried):
     inside = drawn >= 0
     areas, drawn, carried = areas[inside], drawn[inside], carried[inside]
     same = areas * (drawn == carried)
-    dice = [2 * same[drawn == label].sum() / (areas[drawn == label].sum() + areas[carried == label].sum())
-            for label in np.unique(drawn)]
+    dice = [
+        2
+        * same[drawn == label].sum()
+        / (areas[drawn == label].sum() + areas[carried == label].sum())
+        for label in np.unique(drawn)
+    ]
     return same.sum() / areas.sum(), np.mean(dice)
 
 
@@ -89,15 +100,22 @@ def main(words):
         for side in ("lh", "rh"):
             paths = sorted(args.folder.rglob(_FILE.format(side)))
             if len(paths) < 2:
-                raise SystemExit(f"{args.folder}: {len(paths)} of {_FILE.format(side)}, give two subjects or more")
+                raise SystemExit(
+                    f"{args.folder}: {len(paths)} of {_FILE.format(side)}, give two subjects or more"
+                )
             for k, path in enumerate(paths):
                 for other in (paths * 2)[k + 1 : k + 1 + min(args.pairs, len(paths) - 1)]:
                     row = compared(path, other, args.balance)
                     names = side, path.parent.name, other.parent.name
                     writer.writerow((*names, *(f"{value:.4g}" for value in row)))
                     file.flush()
-                    print(*names, ", ".join(f"{key} {value:.3g}" for key, value in zip(_FIGURES, row, strict=True)),
-                          flush=True)
+                    print(
+                        *names,
+                        ", ".join(
+                            f"{key} {value:.3g}" for key, value in zip(_FIGURES, row, strict=True)
+                        ),
+                        flush=True,
+                    )
 
 
 def compared(path, other, balance):
@@ -106,6 +124,8 @@ def compared(path, other, balance):
     found, seconds = timed(lambda: ism.shapes.register(a, b))
     turned = ism.shapes.register(a, b, stages=["rotation"])
     areas = vertex_areas(a.vertices, a.faces)
-    registered, rotated = (overlap(areas, drawn, ism.transfer(b, labels, each.map, labels=True))
-                           for each in (found, turned))
+    registered, rotated = (
+        overlap(areas, drawn, ism.transfer(b, labels, each.map, labels=True))
+        for each in (found, turned)
+    )
     return *registered, *rotated, found.map.certificate.foldings, began + seconds

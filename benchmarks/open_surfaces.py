@@ -36,14 +36,18 @@ def pairs(f):
 def largest(f):
     """The faces of the largest component."""
     i, j = pairs(f)
-    label = connected_components(coo_matrix((np.ones(len(i)), (i, j)), shape=(len(f), len(f))), directed=False)[1]
+    label = connected_components(
+        coo_matrix((np.ones(len(i)), (i, j)), shape=(len(f), len(f))), directed=False
+    )[1]
     return label == np.argmax(np.bincount(label))
 
 
 def without_disc(v, f, share, rng):
     """Rows of the faces that a geodesic disc about a random vertex leaves."""
     length = np.linalg.norm(v[f] - v[np.roll(f, -1, axis=1)], axis=2).ravel()
-    graph = coo_matrix((length, (f.ravel(), np.roll(f, -1, axis=1).ravel())), shape=(len(v), len(v))).tocsr()
+    graph = coo_matrix(
+        (length, (f.ravel(), np.roll(f, -1, axis=1).ravel())), shape=(len(v), len(v))
+    ).tocsr()
     distance = dijkstra(graph, indices=int(rng.integers(len(v))))[f].max(axis=1)
     order, areas = np.argsort(distance, kind="stable"), face_areas(v, f)
     kept = np.sort(order[np.cumsum(areas[order]) > share * areas.sum()])
@@ -77,12 +81,16 @@ def holes(sources, seeds):
                 found = size.mean(), size[near_rim(f, rows)].mean(), bool(result.certificate)
                 excess.setdefault(share, []).append(found)
                 print(source, len(v), share, *found, file=sys.stderr, flush=True)
-    print("| hole, % of the area | discs | certified | surface: mean, worst | three rings at the rim: mean, worst |")
+    print(
+        "| hole, % of the area | discs | certified | surface: mean, worst | three rings at the rim: mean, worst |"
+    )
     print("|---|---|---|---|---|")
     for share, found in excess.items():
         mean, worst = np.mean(found, axis=0), np.max(found, axis=0)
-        print(f"| {100 * share:g} | {len(found)} | {sum(one[2] for one in found)} | {mean[0]:.2f}, {worst[0]:.2f} | "
-              f"{mean[1]:.2f}, {worst[1]:.2f} |")
+        print(
+            f"| {100 * share:g} | {len(found)} | {sum(one[2] for one in found)} | {mean[0]:.2f}, {worst[0]:.2f} | "
+            f"{mean[1]:.2f}, {worst[1]:.2f} |"
+        )
 
 
 def isosurface(field, points, resolution):
@@ -152,36 +160,55 @@ def mapped(mesh):
 
 def handles(cases):
     """The table of planted handles."""
-    print("| handles | vertices | found, each its own | loop over girth | CPU s to cut | to map | certified |")
+    print(
+        "| handles | vertices | found, each its own | loop over girth | CPU s to cut | to map | certified |"
+    )
     print("|---|---|---|---|---|---|---|")
     for count, resolution, seed in cases:
         v, f, tops, girths = arches(count, resolution, seed)
         mesh, loops, seconds = cut(v, f)
         near = [np.linalg.norm(tops - loop.mean(axis=0), axis=1).argmin() for loop in loops]
-        ratio = [np.linalg.norm(p - np.roll(p, 1, axis=0), axis=1).sum() / girths[k]
-                 for p, k in zip(loops, near, strict=True)]
+        ratio = [
+            np.linalg.norm(p - np.roll(p, 1, axis=0), axis=1).sum() / girths[k]
+            for p, k in zip(loops, near, strict=True)
+        ]
         certified, more = mapped(mesh)
-        print(f"| {count} | {len(v)} | {len(set(near))} | {min(ratio):.2f} to {max(ratio):.2f} | {seconds:.2f} | "
-              f"{more:.2f} | {certified} |", flush=True)
+        print(
+            f"| {count} | {len(v)} | {len(set(near))} | {min(ratio):.2f} to {max(ratio):.2f} | {seconds:.2f} | "
+            f"{more:.2f} | {certified} |",
+            flush=True,
+        )
 
 
 def voxels(cases):
     """The table of voxel bodies: a ball of voxels with noise that makes small handles and holes through it."""
-    print("| lattice | vertices | genus | longest loop, voxels | CPU s to cut | to map | certified |")
+    print(
+        "| lattice | vertices | genus | longest loop, voxels | CPU s to cut | to map | certified |"
+    )
     print("|---|---|---|---|---|---|---|")
     for resolution, seed in cases:
         rng, p = np.random.default_rng(seed), lattice(resolution)
-        shape = 1 - np.linalg.norm(p, axis=1) + 0.1 * np.sin(7 * p[:, 0]) * np.cos(6 * p[:, 1]) * np.sin(5 * p[:, 2])
+        shape = (
+            1
+            - np.linalg.norm(p, axis=1)
+            + 0.1 * np.sin(7 * p[:, 0]) * np.cos(6 * p[:, 1]) * np.sin(5 * p[:, 2])
+        )
         solid = shape > 0
         shell = np.flatnonzero(np.abs(shape) < 2 * 3 / resolution)
         solid[rng.choice(shell, len(shell) // 12, replace=False)] ^= True
         v, f = isosurface(np.where(solid, 1.0, -1.0) + 1e-3 * rng.random(len(p)), p, resolution)
         genus = (2 - len(v) + len(f) // 2) // 2
         mesh, loops, seconds = cut(v, f)
-        longest = max(np.linalg.norm(p - np.roll(p, 1, axis=0), axis=1).sum() for p in loops) * (resolution - 1) / 3
+        longest = (
+            max(np.linalg.norm(p - np.roll(p, 1, axis=0), axis=1).sum() for p in loops)
+            * (resolution - 1)
+            / 3
+        )
         certified, more = mapped(mesh)
-        print(f"| {resolution} | {len(v)} | {genus} | {longest:.1f} | {seconds:.2f} | {more:.2f} | {certified} |",
-              flush=True)
+        print(
+            f"| {resolution} | {len(v)} | {genus} | {longest:.1f} | {seconds:.2f} | {more:.2f} | {certified} |",
+            flush=True,
+        )
 
 
 def frames(cases):
@@ -194,11 +221,16 @@ def frames(cases):
         solid = (odd == 0) | ((odd == 1) & (rng.random((k, k, k)) > rng.uniform(0, 0.25)))
         solid = np.pad(np.kron(solid, np.ones((2, 2, 2), dtype=bool)), 1).ravel()
         points = lattice(2 * k + 2)
-        v, f = isosurface(np.where(solid, 1.0, -1.0) + 0.1 * rng.random(len(points)), points, 2 * k + 2)
+        v, f = isosurface(
+            np.where(solid, 1.0, -1.0) + 0.1 * rng.random(len(points)), points, 2 * k + 2
+        )
         genus = (2 - len(v) + len(f) // 2) // 2
         mesh, _, seconds = cut(v, f)
         certified, more = mapped(mesh)
-        print(f"| {cells} | {len(v)} | {genus} | {seconds:.2f} | {more:.2f} | {certified} |", flush=True)
+        print(
+            f"| {cells} | {len(v)} | {genus} | {seconds:.2f} | {more:.2f} | {certified} |",
+            flush=True,
+        )
 
 
 def folder(path):
@@ -222,32 +254,52 @@ def folder(path):
         part = max(ism.info(v, f).topology.components, key=lambda one: one.faces)
         certified, more = mapped(mesh)
         loops, genus = len(part.boundary_loops), part.handles
-        kind = "handles and holes" if loops and genus else "closed with handles" if genus else "genus 0 with holes"
+        kind = (
+            "handles and holes"
+            if loops and genus
+            else "closed with handles"
+            if genus
+            else "genus 0 with holes"
+        )
         kinds.setdefault(kind, []).append((len(v), genus, loops, seconds, more, certified == "yes"))
         print(file.name, kind, kinds[kind][-1], file=sys.stderr, flush=True)
-    print("| surface | files | certified | vertices, handles, holes at most | CPU s to repair, to map at most |")
+    print(
+        "| surface | files | certified | vertices, handles, holes at most | CPU s to repair, to map at most |"
+    )
     print("|---|---|---|---|---|")
     for kind, found in kinds.items():
         vertices, genus, loops, seconds, more, _ = np.max(found, axis=0)
-        print(f"| {kind} | {len(found)} | {sum(one[-1] for one in found)} | {vertices:,.0f}, {genus:.0f}, {loops:.0f} "
-              f"| {seconds:.2f}, {more:.2f} |")
+        print(
+            f"| {kind} | {len(found)} | {sum(one[-1] for one in found)} | {vertices:,.0f}, {genus:.0f}, {loops:.0f} "
+            f"| {seconds:.2f}, {more:.2f} |"
+        )
 
 
 def main(argv: list[str]) -> None:
     """Print the tables that were asked for."""
     arguments = parser(__doc__)
-    arguments.add_argument("--holes", nargs="*", metavar="MESH",
-                           help=f"samples or files; default: {' '.join(SAMPLES)}")
-    arguments.add_argument("--seeds", type=int, default=3, help="discs of each size on each body (default 3)")
-    arguments.add_argument("--handles", nargs="*", metavar="COUNT:RESOLUTION", help="default: 1:60 3:80 5:100 20:120")
-    arguments.add_argument("--voxels", nargs="*", type=int, metavar="RESOLUTION", help="default: 60 100")
+    arguments.add_argument(
+        "--holes", nargs="*", metavar="MESH", help=f"samples or files; default: {' '.join(SAMPLES)}"
+    )
+    arguments.add_argument(
+        "--seeds", type=int, default=3, help="discs of each size on each body (default 3)"
+    )
+    arguments.add_argument(
+        "--handles", nargs="*", metavar="COUNT:RESOLUTION", help="default: 1:60 3:80 5:100 20:120"
+    )
+    arguments.add_argument(
+        "--voxels", nargs="*", type=int, metavar="RESOLUTION", help="default: 60 100"
+    )
     arguments.add_argument("--frames", nargs="*", type=int, metavar="CELLS", help="default: 2 3 4")
     arguments.add_argument("--folder", help="mesh files, .npz with v and f among them")
     args = arguments.parse_args(argv)
     if args.holes is not None:
         holes(args.holes or SAMPLES, args.seeds)
     if args.handles is not None:
-        cases = [tuple(map(int, case.split(":"))) for case in args.handles or ("1:60", "3:80", "5:100", "20:120")]
+        cases = [
+            tuple(map(int, case.split(":")))
+            for case in args.handles or ("1:60", "3:80", "5:100", "20:120")
+        ]
         handles([(*case, seed) for seed, case in enumerate(cases)])
     if args.voxels is not None:
         voxels([(resolution, seed) for seed, resolution in enumerate(args.voxels or (60, 100))])

@@ -29,9 +29,14 @@ def fill(page: str, tables: Mapping[str, str]) -> str:
     <!-- end -->
     after
     """
+
     def filled(block: re.Match[str]) -> str:
         begin, name, end = block.groups()
-        return f"{begin}{tables[name].partition(chr(10) * 2)[2]}{end}" if name in tables else block.group()
+        return (
+            f"{begin}{tables[name].partition(chr(10) * 2)[2]}{end}"
+            if name in tables
+            else block.group()
+        )
 
     return _BLOCK.sub(filled, page)
 
@@ -44,8 +49,16 @@ def reduce(path: Path) -> None:
     from PIL import Image  # which matplotlib needs, too
 
     image = Image.open(path).convert("RGB")
-    marks = [round(255 * (k * a + (1 - k) * b)) for k in _SHADES for a, b in zip(FOLDED, SURFACE, strict=True)]
-    common = (image.quantize(_COLOURS - len(_SHADES), kmeans=2).getpalette() or [])[: 3 * _COLOURS - len(marks)]
+    marks = [
+        round(255 * (k * a + (1 - k) * b))
+        for k in _SHADES
+        for a, b in zip(FOLDED, SURFACE, strict=True)
+    ]
+    common = (image.quantize(_COLOURS - len(_SHADES), kmeans=2).getpalette() or [])[
+        : 3 * _COLOURS - len(marks)
+    ]
     palette = Image.new("P", (1, 1))
     palette.putpalette([*(part if part < _WHITE else 255 for part in common), *marks])
-    image.quantize(palette=palette, dither=Image.Dither.NONE).save(path, format="png", optimize=True)
+    image.quantize(palette=palette, dither=Image.Dither.NONE).save(
+        path, format="png", optimize=True
+    )

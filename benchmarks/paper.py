@@ -40,9 +40,21 @@ SETTINGS: dict[str, ism.Lai2014 | ism.Auto] = {
 _FEWEST = 880
 #: Random bodies of each kind, and the first seed of the tubes, which no test has.
 _CAPSULES, _TUBES, _FIRST = 30, 12, 9100
-_SAMPLES = (("bird", 2000), ("bird", 5000), ("dino", 3000), ("dino", 8000), ("octopus", 3000), ("bunny", 3000),
-            ("bunny", 8000), ("brain", 4000), ("brain", 10000), ("spring", 3000), ("dumbbell", 3000), ("pear", 3000),
-            ("spheroid", 4000))
+_SAMPLES = (
+    ("bird", 2000),
+    ("bird", 5000),
+    ("dino", 3000),
+    ("dino", 8000),
+    ("octopus", 3000),
+    ("bunny", 3000),
+    ("bunny", 8000),
+    ("brain", 4000),
+    ("brain", 10000),
+    ("spring", 3000),
+    ("dumbbell", 3000),
+    ("pear", 3000),
+    ("spheroid", 4000),
+)
 
 
 @dataclass(frozen=True)
@@ -89,11 +101,24 @@ def main(argv: list[str]) -> None:
 def mapped(kind: str, name: str, v: FloatArray, f: IntArray, setting: str) -> Row:
     """Map a body by a setting."""
     result, cpu = timed(lambda: ism.spherical_conformal_map(v, f, method=SETTINGS[setting]))
-    rounds = " ".join(f"{each.foldings_before}>{each.foldings_after}:{each.iterations}" for each in result.rounds)
+    rounds = " ".join(
+        f"{each.foldings_before}>{each.foldings_after}:{each.iterations}" for each in result.rounds
+    )
     figures = quality(v, f, result.sphere)
     deep = result.gauge == "poles" or result.stretch > 1
-    return Row(kind, name, len(v), setting, figures["foldings"], round(figures["mean"], 3), result.iterations, rounds,
-               round(cpu, 2), result.status.name, deep)
+    return Row(
+        kind,
+        name,
+        len(v),
+        setting,
+        figures["foldings"],
+        round(figures["mean"], 3),
+        result.iterations,
+        rounds,
+        round(cpu, 2),
+        result.status.name,
+        deep,
+    )
 
 
 def bodies(sources: Iterable[str], every: int) -> Iterator[Body]:
@@ -102,7 +127,10 @@ def bodies(sources: Iterable[str], every: int) -> Iterator[Body]:
         if made := {"random": random_bodies, "samples": sample_bodies}.get(source):
             found: Iterable[Body] = made()
         else:
-            found = ((Path(source).name, Path(path).stem, *load(str(path))) for path in meshes(source)[::every])
+            found = (
+                (Path(source).name, Path(path).stem, *load(str(path)))
+                for path in meshes(source)[::every]
+            )
         for body in found:
             try:
                 ism.check_mesh(*body[2:])
@@ -123,7 +151,11 @@ def random_bodies() -> Iterator[Body]:
     for seed in range(_TUBES):
         rng = np.random.default_rng([seed, 57])
         depth, limbs = float(np.exp(rng.uniform(np.log(4), np.log(40)))), int(rng.integers(1, 5))
-        yield "random", f"tubes{seed:02}", *random_body(_FIRST + seed, depth, limbs, noise=float(rng.uniform(0, 0.1)))
+        yield (
+            "random",
+            f"tubes{seed:02}",
+            *random_body(_FIRST + seed, depth, limbs, noise=float(rng.uniform(0, 0.1))),
+        )
 
 
 def capsules(seed: int, n: int) -> tuple[FloatArray, IntArray]:
@@ -137,7 +169,10 @@ def capsules(seed: int, n: int) -> tuple[FloatArray, IntArray]:
         hand, r = elbow + side * rng.uniform(0, 1.2), rng.uniform(0.14, 0.4)
         limbs += [(0.6 * d, elbow, r), (elbow, hand, r * rng.uniform(0.7, 1))]
     blend = rng.uniform(0.05, 0.12)
-    ends = np.array([(*(a - r), *(b - r)) for a, b, r in limbs]), np.array([(*(a + r), *(b + r)) for a, b, r in limbs])
+    ends = (
+        np.array([(*(a - r), *(b - r)) for a, b, r in limbs]),
+        np.array([(*(a + r), *(b + r)) for a, b, r in limbs]),
+    )
     low = np.minimum(ends[0].reshape(-1, 3).min(axis=0), -1) - 0.5
     high = np.maximum(ends[1].reshape(-1, 3).max(axis=0), 1) + 0.5
     h = float(np.prod(high - low)) ** (1 / 3) / 40
@@ -153,7 +188,9 @@ def capsules(seed: int, n: int) -> tuple[FloatArray, IntArray]:
     return v, f if np.linalg.det(v[f] - v.mean(axis=0)).sum() > 0 else f[:, ::-1].copy()
 
 
-def union(points: FloatArray, limbs: list[tuple[FloatArray, FloatArray, float]], blend: float) -> FloatArray:
+def union(
+    points: FloatArray, limbs: list[tuple[FloatArray, FloatArray, float]], blend: float
+) -> FloatArray:
     """Distances of points from the smooth union of a ball and capsules, negative inside."""
     parts = [np.linalg.norm(points, axis=1) - 1]
     for a, b, r in limbs:
@@ -184,10 +221,15 @@ def sample_bodies() -> Iterator[Body]:
 
 def read(file: Path) -> list[Row]:
     """The rows of a file."""
-    kinds = {field.name: {"int": int, "float": float, "bool": "True".__eq__}.get(str(field.type), str)
-             for field in fields(Row)}
+    kinds = {
+        field.name: {"int": int, "float": float, "bool": "True".__eq__}.get(str(field.type), str)
+        for field in fields(Row)
+    }
     with file.open(newline="") as opened:
-        return [Row(**{name: kinds[name](cell) for name, cell in row.items()}) for row in csv.DictReader(opened)]
+        return [
+            Row(**{name: kinds[name](cell) for name, cell in row.items()})
+            for row in csv.DictReader(opened)
+        ]
 
 
 def add(file: Path, row: Row) -> None:
@@ -203,12 +245,20 @@ def add(file: Path, row: Row) -> None:
 def table(rows: list[Row]) -> None:
     """Print counts, medians and sums by kind and setting."""
     deep = {(row.kind, row.body) for row in rows if row.deep}
-    print("| bodies | setting | number | with foldings left | of these beyond float64; collapsed | "
-          "corrections: 0; 1; 2; 3 | iterations (median; most) | CPU s (median; sum) | mean angle (median; 90 %) |\n"
-          "|---|---|---:|---:|---:|---|---:|---:|---:|")
+    print(
+        "| bodies | setting | number | with foldings left | of these beyond float64; collapsed | "
+        "corrections: 0; 1; 2; 3 | iterations (median; most) | CPU s (median; sum) | mean angle (median; 90 %) |\n"
+        "|---|---|---:|---:|---:|---|---:|---:|---:|"
+    )
     small = {(row.kind, row.body) for row in rows if row.setting == "as printed"}
-    groups = {kind: [row for row in rows if row.kind == kind] for kind in dict.fromkeys(row.kind for row in rows)}
-    groups |= {"all": rows, "all that were mapped as printed": [row for row in rows if (row.kind, row.body) in small]}
+    groups = {
+        kind: [row for row in rows if row.kind == kind]
+        for kind in dict.fromkeys(row.kind for row in rows)
+    }
+    groups |= {
+        "all": rows,
+        "all that were mapped as printed": [row for row in rows if (row.kind, row.body) in small],
+    }
     for name, group in groups.items():
         for setting in SETTINGS:
             if some := [row for row in group if row.setting == setting]:
@@ -222,6 +272,8 @@ def summary(rows: list[Row], deep: set[tuple[str, str]]) -> str:
     collapsed = sum(row.status == "COLLAPSED" for row in left)
     removed = Counter(max(len(row.rounds.split()) - 1, 0) for row in rows if row.setting != "auto")
     iterations, cpu, mean = np.array([(row.iterations, row.cpu, row.mean) for row in rows]).T
-    return (f"{len(rows)} | {len(left)} | {beyond}; {collapsed} | {'; '.join(str(removed[k]) for k in range(4))} | "
-            f"{np.median(iterations):,.0f}; {iterations.max():,.0f} | {np.median(cpu):.2f}; {cpu.sum():,.0f} | "
-            f"{np.median(mean):.2f}; {np.percentile(mean, 90):.1f}")
+    return (
+        f"{len(rows)} | {len(left)} | {beyond}; {collapsed} | {'; '.join(str(removed[k]) for k in range(4))} | "
+        f"{np.median(iterations):,.0f}; {iterations.max():,.0f} | {np.median(cpu):.2f}; {cpu.sum():,.0f} | "
+        f"{np.median(mean):.2f}; {np.percentile(mean, 90):.1f}"
+    )

@@ -128,7 +128,9 @@ def mean_curvature_flow(v: Array, f: Array) -> Array:
 def factorised_matrix(v: Array, f: Array) -> sp.csr_matrix:
     """What the map factorises."""
     mesh = ism.check_mesh(v, f)
-    return laplacian(mesh.unit, mesh.f) + sp.diags_array(1e-9 * vertex_areas(mesh.unit, mesh.f), format="csr")
+    return laplacian(mesh.unit, mesh.f) + sp.diags_array(
+        1e-9 * vertex_areas(mesh.unit, mesh.f), format="csr"
+    )
 
 
 #: In the order of the tables.
@@ -146,8 +148,15 @@ COMPETITORS: dict[str, Competitor] = {
 FACTORS = {f"factor, {backend}": backend for backend in ("cvxopt", "scipy")}
 
 #: Vertices beyond which a competitor is not tried.
-LARGEST = {"lai2014": 20_000, "mean curvature flow": 300_000, "LaPy": 300_000, "LaPy, cholespy": 300_000,
-           "LaPy, no refusals": 300_000, "ours, scipy": 1_500_000, "factor, scipy": 1_500_000}
+LARGEST = {
+    "lai2014": 20_000,
+    "mean curvature flow": 300_000,
+    "LaPy": 300_000,
+    "LaPy, cholespy": 300_000,
+    "LaPy, no refusals": 300_000,
+    "ours, scipy": 1_500_000,
+    "factor, scipy": 1_500_000,
+}
 
 
 def main(argv: list[str]) -> None:
@@ -190,11 +199,16 @@ def trial(name: str, path: str) -> dict[str, object]:
 def arguments() -> argparse.ArgumentParser:
     """Command line."""
     words = parser(__doc__)
-    words.add_argument("--meshes", nargs="*", default=["sample:brain", "sample:dino"],
-                        help="files, or sample:NAME")
+    words.add_argument(
+        "--meshes", nargs="*", default=["sample:brain", "sample:dino"], help="files, or sample:NAME"
+    )
     words.add_argument("--levels", type=int, default=3, help="loop subdivisions of each mesh (3)")
-    words.add_argument("--smallest", type=int, default=1_000, help="vertices below which a level is left out")
-    words.add_argument("--largest", type=int, default=700_000, help="vertices above which a level is left out")
+    words.add_argument(
+        "--smallest", type=int, default=1_000, help="vertices below which a level is left out"
+    )
+    words.add_argument(
+        "--largest", type=int, default=700_000, help="vertices above which a level is left out"
+    )
     words.add_argument("--only", nargs="+", default=[*COMPETITORS, *FACTORS], help="competitors")
     words.add_argument("--cap", type=int, default=600, help="CPU seconds that a run may take (600)")
     words.add_argument("--add", action="store_true", help="add to the results of earlier runs")
@@ -212,8 +226,14 @@ def subdivided(source: str, levels: int, folder: Path):
             v, f = igl.loop(v, f)
         path = folder / f"{Path(source).stem.replace(':', '_')}_{level}.npz"
         np.savez(path, v=v, f=f.astype(np.int64))
-        yield {"name": source.removeprefix("sample:") if source.startswith("sample:") else Path(source).stem,
-               "level": level, "vertices": len(v), "path": str(path)}
+        yield {
+            "name": source.removeprefix("sample:")
+            if source.startswith("sample:")
+            else Path(source).stem,
+            "level": level,
+            "vertices": len(v),
+            "path": str(path),
+        }
 
 
 def compare(mesh: dict, options: argparse.Namespace) -> dict[str, dict]:
@@ -233,26 +253,44 @@ def compare(mesh: dict, options: argparse.Namespace) -> dict[str, dict]:
 def medians(runs: list[dict]) -> dict:
     """Median of each figure; the failure, if there was one."""
     failed = [run for run in runs if "failure" in run]
-    return failed[0] if failed else {key: statistics.median(run[key] for run in runs) for key in runs[0]}
+    return (
+        failed[0]
+        if failed
+        else {key: statistics.median(run[key] for run in runs) for key in runs[0]}
+    )
 
 
 def write_report(rows: list[dict], path: Path) -> None:
     """Write one table for each mesh; what was written by hand below the mark stays."""
     mark = "\n## What the figures show\n"
-    kept = mark + path.read_text().split(mark, 1)[1] if path.exists() and mark in path.read_text() else ""
-    parts = [HEADER.format(machine=f"{platform.system()} {platform.machine()}", python=platform.python_version(),
-                           version=ism.__version__.removesuffix(".dev0")),
-             *map(table, rows)]
+    kept = (
+        mark + path.read_text().split(mark, 1)[1]
+        if path.exists() and mark in path.read_text()
+        else ""
+    )
+    parts = [
+        HEADER.format(
+            machine=f"{platform.system()} {platform.machine()}",
+            python=platform.python_version(),
+            version=ism.__version__.removesuffix(".dev0"),
+        ),
+        *map(table, rows),
+    ]
     path.write_text("\n".join(parts) + kept)
 
 
 def table(row: dict) -> str:
     """Markdown table of one mesh."""
-    lines = [f"## {row['name']}, {row['vertices']:,} vertices\n", "| " + " | ".join(COLUMNS) + " |",
-             "|---|" + "---:|" * (len(COLUMNS) - 1)]
+    lines = [
+        f"## {row['name']}, {row['vertices']:,} vertices\n",
+        "| " + " | ".join(COLUMNS) + " |",
+        "|---|" + "---:|" * (len(COLUMNS) - 1),
+    ]
     for name, trial in row["trials"].items():
         if "failure" in trial:
-            lines.append(f"| {name} | {trial['failure'].replace('|', '/')} |" + " |" * (len(COLUMNS) - 2))
+            lines.append(
+                f"| {name} | {trial['failure'].replace('|', '/')} |" + " |" * (len(COLUMNS) - 2)
+            )
         else:
             lines.append("| " + " | ".join([name, *cells(name, trial, row["trials"])]) + " |")
     return "\n".join(lines) + "\n"
@@ -270,24 +308,39 @@ def cells(name: str, trial: dict, trials: dict) -> list[str]:
     if "cpu" in factor:
         memory = f" ({trial['memory'] / factor['memory']:.2f})" if factor["memory"] else ""
         over = f"{trial['cpu'] / factor['cpu']:.2f}{memory}"
-    return [f"{trial['cpu']:.2f}", f"{trial['memory']:.0f}", *quality,
-            "-" if name.startswith("factor") else quotient, over]
+    return [
+        f"{trial['cpu']:.2f}",
+        f"{trial['memory']:.0f}",
+        *quality,
+        "-" if name.startswith("factor") else quotient,
+        over,
+    ]
 
 
 def plot(page: Path, path: Path) -> None:
     """CPU time against size, a line for each competitor and mesh, from the tables of the page."""
     plt = pyplot()
     tables = re.findall(r"^## (\S+), ([\d,]+) vertices\n(.*?)(?=^## )", page.read_text(), _PAGE)
-    points = [(name, mesh, int(count.replace(",", "")), float(cpu)) for mesh, count, rows in tables
-              for name, cpu in re.findall(r"^\| (.+?) \| ([\d.]+) \|", rows, re.MULTILINE)
-              if not name.startswith("factor")]
+    points = [
+        (name, mesh, int(count.replace(",", "")), float(cpu))
+        for mesh, count, rows in tables
+        for name, cpu in re.findall(r"^\| (.+?) \| ([\d.]+) \|", rows, re.MULTILINE)
+        if not name.startswith("factor")
+    ]
     names, meshes = (list(dict.fromkeys(point[k] for point in points)) for k in (0, 1))
     figure, axes = plt.subplots(figsize=(7, 4.5), layout="constrained")
     for colour, name in enumerate(names):
         for mesh in meshes:
             done = sorted(point[2:] for point in points if point[:2] == (name, mesh))
-            axes.loglog([n for n, _ in done], [cpu for _, cpu in done], "o-", markersize=3, color=f"C{colour}",
-                        linewidth=2 if name.startswith("ours") else 1, label="" if mesh != meshes[0] else name)
+            axes.loglog(
+                [n for n, _ in done],
+                [cpu for _, cpu in done],
+                "o-",
+                markersize=3,
+                color=f"C{colour}",
+                linewidth=2 if name.startswith("ours") else 1,
+                label="" if mesh != meshes[0] else name,
+            )
     sizes = sorted({point[2] for point in points})
     axes.set(xlabel="vertices; a line for each mesh, subdivided", ylabel="CPU seconds")
     axes.set_xticks(sizes, [f"{n:,}" for n in sizes])

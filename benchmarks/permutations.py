@@ -39,8 +39,14 @@ def share(draw, count, covariates, experiments, augment, unequal=False, effect=0
         shapes = draw(rng, (count, _POINTS, 3))
         shapes[:, 0, 0] += effect * x
         try:
-            test = ism.shapes.permutation_test(group_of(shapes), x, covariates=z if covariates else None,
-                                        permutations=_PERMUTATIONS, augment=augment, seed=k)
+            test = ism.shapes.permutation_test(
+                group_of(shapes),
+                x,
+                covariates=z if covariates else None,
+                permutations=_PERMUTATIONS,
+                augment=augment,
+                seed=k,
+            )
         except ism.MeshError:
             return "-"
         found += (test.p[0] if effect else test.p.min()) <= 0.05
@@ -49,11 +55,18 @@ def share(draw, count, covariates, experiments, augment, unequal=False, effect=0
 
 def table(rows, experiments, effect=0.0):
     """A row for each distribution and number of members, columns by covariates, residuals / augmented."""
-    print(f"| distribution | members | {' | '.join(f'{k} covariates' for k in _COVARIATES)} |\n|---|---|"
-          f"{'---|' * len(_COVARIATES)}")
+    print(
+        f"| distribution | members | {' | '.join(f'{k} covariates' for k in _COVARIATES)} |\n|---|---|"
+        f"{'---|' * len(_COVARIATES)}"
+    )
     for name, count, unequal in rows:
-        cells = [" / ".join(share(_DRAWS[name], count, k, experiments, augment, unequal, effect)
-                            for augment in ((False, True) if k else (False,))) for k in _COVARIATES]
+        cells = [
+            " / ".join(
+                share(_DRAWS[name], count, k, experiments, augment, unequal, effect)
+                for augment in ((False, True) if k else (False,))
+            )
+            for k in _COVARIATES
+        ]
         print(f"| {name} | {'2 and 10' if unequal else count} | {' | '.join(cells)} |", flush=True)
 
 
@@ -65,5 +78,8 @@ def main(words):
     if args.planted:
         table([("normal", count, False) for count in (8, 12, 20, 30)], args.planted, effect=2.0)
         return
-    table([(name, count, False) for name in _DRAWS for count in (8, 12, 20, 30)]
-          + [(name, 12, True) for name in _DRAWS], args.experiments)
+    table(
+        [(name, count, False) for name in _DRAWS for count in (8, 12, 20, 30)]
+        + [(name, 12, True) for name in _DRAWS],
+        args.experiments,
+    )

@@ -30,7 +30,16 @@ from .common import ROOT, in_process, load, parser
 SIZES = ((None, 60), (0, 6), (1, 3), (2, 1))
 #: Phases that ordering, CHOLMOD and its solves bound, and those outside.
 LIMIT = ("order", "analysis", "factorisation", "solves")
-OWN = ("check", "Laplacian", "triangle for CHOLMOD", "start", "steps", "gauge", "certificate", "repair")
+OWN = (
+    "check",
+    "Laplacian",
+    "triangle for CHOLMOD",
+    "start",
+    "steps",
+    "gauge",
+    "certificate",
+    "repair",
+)
 
 
 def main(argv: list[str]) -> None:
@@ -40,8 +49,12 @@ def main(argv: list[str]) -> None:
     arguments.add_argument("--backends", nargs="+", default=["cvxopt", "scipy"])
     arguments.add_argument("--mesh", default="sample:brain:n_vertices=240000")
     arguments.add_argument("--rounds", type=int, default=2, help="turns of each version (2)")
-    arguments.add_argument("--meshes", type=int, nargs="+", default=[0, 1, 2, 3], help="which of the meshes (0 1 2 3)")
-    arguments.add_argument("--maps", type=int, help="only measure the mesh CHECKOUT, by this many maps, and print JSON")
+    arguments.add_argument(
+        "--meshes", type=int, nargs="+", default=[0, 1, 2, 3], help="which of the meshes (0 1 2 3)"
+    )
+    arguments.add_argument(
+        "--maps", type=int, help="only measure the mesh CHECKOUT, by this many maps, and print JSON"
+    )
     options = arguments.parse_args(argv)
     if options.checkout is None:
         by_backend(*load(options.mesh), options.backends, options.maps or 3)
@@ -68,7 +81,13 @@ def by_backend(v: np.ndarray, f: np.ndarray, backends: list[str], maps: int) -> 
         ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=1000), backend=backend)
         runs = [ism.spherical_conformal_map(v, f, backend=backend) for _ in range(maps)]
         found.append(functools.reduce(best, (run.timings | {"whole": run.seconds} for run in runs)))
-    print(f"| {len(v):,} vertices | " + " | ".join(backends) + " |\n|---" + "|---:" * len(backends) + "|")
+    print(
+        f"| {len(v):,} vertices | "
+        + " | ".join(backends)
+        + " |\n|---"
+        + "|---:" * len(backends)
+        + "|"
+    )
     for phase in found[0]:
         print(f"| {phase} | " + " | ".join(f"{one[phase]:.3f}" for one in found) + " |")
 
@@ -88,11 +107,19 @@ def measure(mesh: Path, maps: int) -> dict[str, float]:
     ism.spherical_conformal_map(v, f, backend="cvxopt")
     library = sys.modules["cvxopt.cholmod"]
     ours = (module for name, module in sys.modules.items() if name.startswith("igl_spheremap"))
-    driver = next(module for module in ours if hasattr(module, "bandwidth_order") and hasattr(module, "Factor"))
+    driver = next(
+        module
+        for module in ours
+        if hasattr(module, "bandwidth_order") and hasattr(module, "Factor")
+    )
     spent: dict[str, float] = defaultdict(float)
-    for owner, name, phase in ((driver, "bandwidth_order", "order"), (driver, "nested_dissection", "order"),
-                               (library, "symbolic", "analysis"), (library, "numeric", "factorisation"),
-                               (driver.Factor, "solve", "solves")):
+    for owner, name, phase in (
+        (driver, "bandwidth_order", "order"),
+        (driver, "nested_dissection", "order"),
+        (library, "symbolic", "analysis"),
+        (library, "numeric", "factorisation"),
+        (driver.Factor, "solve", "solves"),
+    ):
         if hasattr(owner, name):
             setattr(owner, name, clocked(getattr(owner, name), spent, phase))
     rounds = []
@@ -102,12 +129,16 @@ def measure(mesh: Path, maps: int) -> dict[str, float]:
         result = ism.spherical_conformal_map(v, f, backend="cvxopt")
         whole = time.process_time() - began
         own = dict(getattr(result, "timings", {}))
-        own["triangle for CHOLMOD"] = own.pop("factorisation", 0.0) - sum(spent[phase] for phase in LIMIT[:3])
+        own["triangle for CHOLMOD"] = own.pop("factorisation", 0.0) - sum(
+            spent[phase] for phase in LIMIT[:3]
+        )
         rounds.append(own | spent | {"outside": whole - sum(spent.values()), "whole": whole})
     return functools.reduce(best, rounds)
 
 
-def clocked(function: Callable[..., Any], spent: dict[str, float], phase: str) -> Callable[..., Any]:
+def clocked(
+    function: Callable[..., Any], spent: dict[str, float], phase: str
+) -> Callable[..., Any]:
     """The function, whose CPU time is added to that of a phase."""
 
     def call(*args: Any, **options: Any) -> Any:
@@ -131,4 +162,7 @@ def report(n: int, old: dict[str, float], new: dict[str, float]) -> None:
     for phase in (*LIMIT, *OWN, "outside", "whole"):
         before, now = old.get(phase, 0.0), new[phase]
         ratio = f"{now / before:.2f}" if phase in (*LIMIT, "outside", "whole") else ""
-        print(f"| {phase} | {f'{1e3 * before:.1f}' if ratio else ''} | {1e3 * now:.1f} | {ratio} |", flush=True)
+        print(
+            f"| {phase} | {f'{1e3 * before:.1f}' if ratio else ''} | {1e3 * now:.1f} | {ratio} |",
+            flush=True,
+        )

@@ -1,6 +1,6 @@
 """What a window costs a run: frames and iterates a second, with the player's window live, and without drawing.
 
-    python -m benchmarks player [--vertices 200000] [--seconds 8]      # needs a display; `xvfb-run` makes one
+python -m benchmarks player [--vertices 200000] [--seconds 8]      # needs a display; `xvfb-run` makes one
 """
 
 from __future__ import annotations
@@ -72,7 +72,9 @@ def main(argv: list[str]) -> None:
     bodies = [ps.register_surface_mesh(str(k), 0.01 * v + [k, 0, 0], f) for k in range(3)]
     ps.set_max_fps(-1)
     times = frames(lambda: bodies[0].update_vertex_positions(0.01 * v), args.seconds)
-    print(f"polyscope alone, three meshes, one of them moving: {len(times) / args.seconds:.1f} frames/s")
+    print(
+        f"polyscope alone, three meshes, one of them moving: {len(times) / args.seconds:.1f} frames/s"
+    )
     ps.remove_all_structures()
     ps.set_max_fps(window.MAX_FPS)
     with tempfile.TemporaryDirectory() as folder:
@@ -88,8 +90,12 @@ def main(argv: list[str]) -> None:
             while time.monotonic() < taken + args.seconds:
                 player.run.poll(seconds=0.1, wait=0.1)
             iterates = np.fromfile(clock)
-            rates = [((iterates > begin) & (iterates < begin + args.seconds)).sum() / args.seconds
-                     for begin in (live[0], taken)]
-            print(f"{len(live) / (live[-1] - live[0]):.1f} frames/s, longest {np.diff(live).max():.2f} s; "
-                  f"{rates[0]:.1f} iterates/s, {rates[1]:.1f} without drawing: {rates[0] / rates[1]:.0%}")
+            rates = [
+                ((iterates > begin) & (iterates < begin + args.seconds)).sum() / args.seconds
+                for begin in (live[0], taken)
+            ]
+            print(
+                f"{len(live) / (live[-1] - live[0]):.1f} frames/s, longest {np.diff(live).max():.2f} s; "
+                f"{rates[0]:.1f} iterates/s, {rates[1]:.1f} without drawing: {rates[0] / rates[1]:.0%}"
+            )
         player.close()

@@ -23,12 +23,26 @@ import numpy as np
 
 import igl_spheremap as ism
 
-COMMAND = [sys.executable, "-m", "igl_spheremap", "batch", "@meshes.txt", "--out", "spheres/{stem}.ply", "--jobs", "2"]
+COMMAND = [
+    sys.executable,
+    "-m",
+    "igl_spheremap",
+    "batch",
+    "@meshes.txt",
+    "--out",
+    "spheres/{stem}.ply",
+    "--jobs",
+    "2",
+]
 MANIFEST = Path("spheres/maps.manifest.jsonl")
 #: Of each sample: its share, a parameter that is random, and from where to where.
-SHAPES = {"spheroid": (0.35, "aspect", 0.5, 3.0), "dumbbell": (0.3, "n_vertices", 300, 600),
-          "pear": (0.3, "n_vertices", 300, 600), "dino": (0.03, "n_vertices", 1500, 1900),
-          "spring": (0.02, "turns", 1.0, 3.0)}
+SHAPES = {
+    "spheroid": (0.35, "aspect", 0.5, 3.0),
+    "dumbbell": (0.3, "n_vertices", 300, 600),
+    "pear": (0.3, "n_vertices", 300, 600),
+    "dino": (0.03, "n_vertices", 1500, 1900),
+    "spring": (0.02, "turns", 1.0, 3.0),
+}
 
 #: Share of the meshes that are the one before, scaled anew along each axis: a worker shares what depends on the faces.
 MOVED = 0.3
@@ -46,10 +60,14 @@ def main(argv: list[str]) -> None:
     rows = ism.map_many(sources, "spheres/{stem}.ply", engine=ism.Engine(processes=2))
     wall = time.perf_counter() - began
     written = rows_of_manifest()
-    print(f"rows when the client was killed: {len(at_the_kill)}; taken over by the next run: "
-          f"{sum(row.resumed for row in rows)}")
-    print(f"rows: {len(rows)} for {meshes} inputs; rows in the manifest: {len(written)}, with different keys: "
-          f"{len({key for key, _ in written})}; statuses: {sorted({row.status for row in rows})}")
+    print(
+        f"rows when the client was killed: {len(at_the_kill)}; taken over by the next run: "
+        f"{sum(row.resumed for row in rows)}"
+    )
+    print(
+        f"rows: {len(rows)} for {meshes} inputs; rows in the manifest: {len(written)}, with different keys: "
+        f"{len({key for key, _ in written})}; statuses: {sorted({row.status for row in rows})}"
+    )
     print(f"both runs: {wall:.1f} s, {meshes / wall:.1f} maps a second with 2 processes")
     compare(rows)
 
@@ -93,7 +111,9 @@ def rows_of_manifest() -> list[tuple[str, str]]:
     if not MANIFEST.exists():
         return []
     lines = MANIFEST.read_text().split("\n")[:-1]  # the last one may be half a line
-    return [(entry["key"], entry["row"]["worker"]) for entry in map(json.loads, lines) if "row" in entry]
+    return [
+        (entry["key"], entry["row"]["worker"]) for entry in map(json.loads, lines) if "row" in entry
+    ]
 
 
 def compare(rows) -> None:
@@ -107,19 +127,32 @@ def compare(rows) -> None:
         spheres += Path("alone.ply").read_bytes() == Path(row.target).read_bytes()
         figures += replace(row, **columns(result)) == row
         seconds += row.seconds
-    print(f"equal bit for bit with single maps: {spheres} files and {figures} rows of {len(rows)}, of which "
-          f"{sum(shared(rows))} have the faces of the one before; the jobs took {seconds:.1f} s together")
+    print(
+        f"equal bit for bit with single maps: {spheres} files and {figures} rows of {len(rows)}, of which "
+        f"{sum(shared(rows))} have the faces of the one before; the jobs took {seconds:.1f} s together"
+    )
 
 
 def columns(result) -> dict[str, float]:
     """The columns of a row that follow from its map."""
-    sizes = {"angle": result.angle_differences(), "area": result.log_area_ratios(),
-             "edge": ism.log_length_ratios(result.vertices, result.faces, result.sphere)}
+    sizes = {
+        "angle": result.angle_differences(),
+        "area": result.log_area_ratios(),
+        "edge": ism.log_length_ratios(result.vertices, result.faces, result.sphere),
+    }
     kinds = {"mean": np.mean, "p99": lambda size: np.percentile(size, 99), "max": np.max}
-    measured = {f"{kind}_{name}": float(of(np.abs(values))) for name, values in sizes.items()
-                for kind, of in kinds.items()}
-    return measured | {"vertices": len(result.vertices), "energy": result.energy, "stretch": result.stretch,
-                       "foldings": result.certificate.foldings, "notes": "; ".join(result.notes)}
+    measured = {
+        f"{kind}_{name}": float(of(np.abs(values)))
+        for name, values in sizes.items()
+        for kind, of in kinds.items()
+    }
+    return measured | {
+        "vertices": len(result.vertices),
+        "energy": result.energy,
+        "stretch": result.stretch,
+        "foldings": result.certificate.foldings,
+        "notes": "; ".join(result.notes),
+    }
 
 
 def shared(rows) -> list[bool]:

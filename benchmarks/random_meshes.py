@@ -38,20 +38,27 @@ def main(argv: list[str]) -> None:
     if options.kind == "bodies":
         table(list(found.values()))
     failed = [seed for seed, one in found.items() if not one["certified"]]
-    print(f"{options.count - len(failed)} of {options.count} certified; seeds that are not: {failed}", file=sys.stderr)
+    print(
+        f"{options.count - len(failed)} of {options.count} certified; seeds that are not: {failed}",
+        file=sys.stderr,
+    )
     sys.exit(bool(failed))
 
 
 def table(rows: list[dict[str, Any]]) -> None:
     """Mean angle differences by the depth of the limbs."""
-    print("| depth in nepers | bodies | certified | mean (median; 90 %; worst) | mean over floor (median; worst) | "
-          "with tips at ends of axes |\n|---|---|---|---|---|---|")
+    print(
+        "| depth in nepers | bodies | certified | mean (median; 90 %; worst) | mean over floor (median; worst) | "
+        "with tips at ends of axes |\n|---|---|---|---|---|---|"
+    )
     for low, high in pairwise(_DEPTHS):
         some = [row for row in rows if low <= row["depth"] < high]
         mean, floor = np.array([(row["mean"], row["floor"]) for row in some]).reshape(-1, 2).T
-        print(f"| {low} to {high} | {len(some)} | {sum(row['certified'] for row in some)} | {np.median(mean):.1f}; "
-              f"{np.percentile(mean, 90):.1f}; {mean.max():.1f} | {np.median(mean / floor):.2f}; "
-              f"{(mean / floor).max():.2f} | {sum(row['gauge'] == 'poles' for row in some)} |")
+        print(
+            f"| {low} to {high} | {len(some)} | {sum(row['certified'] for row in some)} | {np.median(mean):.1f}; "
+            f"{np.percentile(mean, 90):.1f}; {mean.max():.1f} | {np.median(mean / floor):.2f}; "
+            f"{(mean / floor).max():.2f} | {sum(row['gauge'] == 'poles' for row in some)} |"
+        )
 
 
 def body(seed: int) -> dict[str, Any]:
@@ -62,8 +69,17 @@ def body(seed: int) -> dict[str, Any]:
     around = least, least + int(rng.integers(1, 9))
     v, f, rings = body_and_rings(seed, depth, limbs, around, float(rng.uniform(0, 0.1)))
     result, seconds = timed(lambda: ism.spherical_conformal_map(v, f))
-    row = {"seed": seed, "depth": depth, "ring": least, "floor": ring_floor(v, f, rings), "vertices": len(v),
-           "certified": bool(result.certificate), "cpu": seconds, "gauge": result.gauge, "stretch": result.stretch}
+    row = {
+        "seed": seed,
+        "depth": depth,
+        "ring": least,
+        "floor": ring_floor(v, f, rings),
+        "vertices": len(v),
+        "certified": bool(result.certificate),
+        "cpu": seconds,
+        "gauge": result.gauge,
+        "stretch": result.stretch,
+    }
     row |= quality(v, f, result.sphere)
     print(json.dumps(row), flush=True)
     return row

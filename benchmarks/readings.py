@@ -52,10 +52,15 @@ class Way:
 
 _PAPER, _PROGRAM = (1.0, 0.1, 40, 1), (1e-3, 0.2, 5, 2)
 _AREAS = {"area 1": 1.0, "area 4 pi": 4 * np.pi, "the file's area": None}
-WAYS = {"H = L F, Frobenius": Way(False, False, 1.0, *_PROGRAM),
-        "H = L F, Frobenius, the paper's search": Way(False, False, 1.0, *_PAPER),
-        **{f"H = L F / A, L2, {name}": Way(True, True, area, *_PAPER) for name, area in _AREAS.items()},
-        **{f"H = L F / A, Frobenius, {name}": Way(True, False, area, *_PROGRAM) for name, area in _AREAS.items()}}
+WAYS = {
+    "H = L F, Frobenius": Way(False, False, 1.0, *_PROGRAM),
+    "H = L F, Frobenius, the paper's search": Way(False, False, 1.0, *_PAPER),
+    **{f"H = L F / A, L2, {name}": Way(True, True, area, *_PAPER) for name, area in _AREAS.items()},
+    **{
+        f"H = L F / A, Frobenius, {name}": Way(True, False, area, *_PROGRAM)
+        for name, area in _AREAS.items()
+    },
+}
 
 
 def course(v: np.ndarray, f: np.ndarray, way: Way) -> np.ndarray:
@@ -85,7 +90,9 @@ def course(v: np.ndarray, f: np.ndarray, way: Way) -> np.ndarray:
         for trial in range(way.trials):
             tau *= way.shorten if trial else 1
             half = tau / 2
-            y = (((1 + half * xH) ** 2 - half**2 * xx * HH) * x - tau * xx * H) / (1 + half**2 * (xx * HH - xH**2))
+            y = (((1 + half * xH) ** 2 - half**2 * xx * HH) * x - tau * xx * H) / (
+                1 + half**2 * (xx * HH - xH**2)
+            )
             Ly = L @ y
             energy = float((y * Ly).sum() / 2)
             if energy <= C + 1e-4 * tau * slope:
@@ -108,9 +115,14 @@ def quantities(rows: np.ndarray) -> dict[str, np.ndarray]:
     step, change = step[1:] / np.sqrt(3), np.abs(np.diff(energy)) / (1 + np.abs(energy[:-1]))
     steps, changes = means(step), means(change)
     last, five = np.where(step < 1e-6, change, np.inf), np.where(steps < 1e-5, changes / 10, np.inf)
-    return {"L2 norm of the gradient": L2[1:], "Frobenius norm of the gradient": frobenius[1:],
-            "change of the map": step, "change of the energy": change, "mean of five changes of the energy": changes,
-            _RULE: np.where(frobenius[1:] < 1e-6, 0, np.minimum(last, five))}
+    return {
+        "L2 norm of the gradient": L2[1:],
+        "Frobenius norm of the gradient": frobenius[1:],
+        "change of the map": step,
+        "change of the energy": change,
+        "mean of five changes of the energy": changes,
+        _RULE: np.where(frobenius[1:] < 1e-6, 0, np.minimum(last, five)),
+    }
 
 
 #: It ends runs by gradient, map and energy; epsilon stands for its bound of the energy's change, 1e-12.
@@ -120,7 +132,7 @@ _RULE = "rule of the program"
 def means(values: np.ndarray) -> np.ndarray:
     """The means of the last five, or of all if they are fewer."""
     n = np.arange(1, len(values) + 1)
-    return np.convolve(values, np.ones(5))[:len(values)] / np.minimum(n, 5)
+    return np.convolve(values, np.ones(5))[: len(values)] / np.minimum(n, 5)
 
 
 Reading = tuple[str, str, str]
@@ -131,18 +143,24 @@ def main(argv: list[str]) -> None:
     arguments = parser(__doc__)
     arguments.add_argument("table", choices=("readings", "surfaces"))
     arguments.add_argument("--csv", type=Path, required=True)
-    arguments.add_argument("--meshes", type=Path, metavar="CORPUS", help="without it, samples are taken")
+    arguments.add_argument(
+        "--meshes", type=Path, metavar="CORPUS", help="without it, samples are taken"
+    )
     options = arguments.parse_args(argv)
     surfaces = [load_surface(name, options.meshes) for name in PAPER]
     for surface in sorted(surfaces, key=lambda surface: len(surface.v)):
         for name, way in WAYS.items():
-            if (surface.name, name) not in {(row["surface"], row["way"]) for row in kept(options.csv)}:
+            if (surface.name, name) not in {
+                (row["surface"], row["way"]) for row in kept(options.csv)
+            }:
                 keep(options.csv, surface.name, name, quantities(course(surface.v, surface.f, way)))
     found: dict[Reading, dict[str, int]] = {}
     for row in kept(options.csv):
         for epsilon in EPSILONS:
             iterations = int(row[epsilon] or CAP)
-            found.setdefault((row["way"], row["quantity"], epsilon), {})[row["surface"]] = iterations
+            found.setdefault((row["way"], row["quantity"], epsilon), {})[row["surface"]] = (
+                iterations
+            )
     print_readings(found) if options.table == "readings" else print_surfaces(found)
 
 
@@ -179,7 +197,9 @@ def factor(iterations: dict[str, int]) -> str:
 def nearest(found: dict[Reading, dict[str, int]], quantity: str = "", epsilon: str = "") -> Reading:
     """The reading with the smallest factor, with this quantity and epsilon if given; of equal ones, the strictest."""
     some = [one for one in found if quantity in ("", one[1]) and epsilon in ("", one[2])]
-    return min(some, key=lambda one: (round(float(np.exp(np.mean(logs(found[one])))), 1), float(one[2])))
+    return min(
+        some, key=lambda one: (round(float(np.exp(np.mean(logs(found[one])))), 1), float(one[2]))
+    )
 
 
 def print_readings(found: dict[Reading, dict[str, int]]) -> None:
@@ -188,9 +208,13 @@ def print_readings(found: dict[Reading, dict[str, int]]) -> None:
     print("|---|---|---:|---|---|---:|")
     for quantity in dict.fromkeys(quantity for _, quantity, _ in found):
         given, free = nearest(found, quantity, EPSILON), nearest(found, quantity)
-        print(f"| {quantity} | {given[0]} | {factor(found[given])} | {free[2]} | {free[0]} | {factor(found[free])} |")
+        print(
+            f"| {quantity} | {given[0]} | {factor(found[given])} | {free[2]} | {free[0]} | {factor(found[free])} |"
+        )
     alike = round(float(np.exp(np.median(np.log(list(PAPER.values()))))))
-    print(f"| nothing: {alike:,} iterations on all | | {factor(dict.fromkeys(PAPER, alike))} | | | |")
+    print(
+        f"| nothing: {alike:,} iterations on all | | {factor(dict.fromkeys(PAPER, alike))} | | | |"
+    )
 
 
 def print_surfaces(found: dict[Reading, dict[str, int]]) -> None:
@@ -198,7 +222,9 @@ def print_surfaces(found: dict[Reading, dict[str, int]]) -> None:
     printed = ("H = L F / A, L2, area 1", "L2 norm of the gradient", EPSILON)
     programmed = ("H = L F, Frobenius", _RULE, "1e-12")
     way, quantity, _ = nearest(found, epsilon=EPSILON)
-    print(f"| surface | the paper | as printed | as programmed | {quantity} with {EPSILON}, {way} |")
+    print(
+        f"| surface | the paper | as printed | as programmed | {quantity} with {EPSILON}, {way} |"
+    )
     print("|---|---:|---:|---:|---:|")
     columns = [found[one] for one in (printed, programmed, (way, quantity, EPSILON))]
     for name in PAPER:

@@ -33,75 +33,112 @@ from .peers import lapy, mean_curvature_flow
 def main(argv: list[str]) -> None:
     """Print one of the tables."""
     arguments = parser(__doc__)
-    arguments.add_argument("table", choices=("maps", "polish", "gauges", "rings", "embedding", "foldings", "copies"))
+    arguments.add_argument(
+        "table", choices=("maps", "polish", "gauges", "rings", "embedding", "foldings", "copies")
+    )
     arguments.add_argument("sources", nargs="*")
     arguments.add_argument("--count", type=int, default=5, help="copies of each mesh")
     options = arguments.parse_args(argv)
-    {"maps": maps, "polish": polish, "gauges": gauges, "rings": rings, "embedding": embedding, "foldings": foldings,
-     "copies": lambda sources: copies(sources, options.count)}[options.table](options.sources)
+    {
+        "maps": maps,
+        "polish": polish,
+        "gauges": gauges,
+        "rings": rings,
+        "embedding": embedding,
+        "foldings": foldings,
+        "copies": lambda sources: copies(sources, options.count),
+    }[options.table](options.sources)
 
 
 def maps(sources: list[str]) -> None:
     """Foldings and means of the harmonic map, of what was placed or embedded, and of the result."""
     ism.spherical_conformal_map(*ism.samples.make("octopus", n_vertices=1500))
-    print("| mesh | vertices | harmonic map: folds / mean | placed: folds / mean | result: mean / 99 % | CPU, s |")
+    print(
+        "| mesh | vertices | harmonic map: folds / mean | placed: folds / mean | result: mean / 99 % | CPU, s |"
+    )
     print("|---|---|---|---|---|---|")
     for source in sources:
         v, f = load(source)
         result, seconds = timed(lambda v=v, f=f: ism.spherical_conformal_map(v, f))  # type: ignore[misc]
         found = quality(v, f, result.sphere)
-        rounds = {each.start: f"{each.foldings_after:,} / {each.mean_angle_difference:.3g}"
-                  for each in reversed(result.rounds)}
+        rounds = {
+            each.start: f"{each.foldings_after:,} / {each.mean_angle_difference:.3g}"
+            for each in reversed(result.rounds)
+        }
         first = rounds.get("map", f"0 / {found['mean']:.3g}")
         placed = rounds.get("angles", rounds.get("embedding", ""))
-        print(f"| {Path(source).stem} | {len(v):,} | {first} | {placed} | {found['mean']:.3g} / {found['p99']:.3g} | "
-              f"{seconds:.2f} |", flush=True)
+        print(
+            f"| {Path(source).stem} | {len(v):,} | {first} | {placed} | {found['mean']:.3g} / {found['p99']:.3g} | "
+            f"{seconds:.2f} |",
+            flush=True,
+        )
 
 
 def polish(sources: list[str]) -> None:
     """Mean and 99th percentile by default and with all polish, the change of the mean, and the cost."""
-    print("| mesh | \"auto\" | \"angles\" | change, percent | cost |\n|---|---|---|---|---|")
+    print('| mesh | "auto" | "angles" | change, percent | cost |\n|---|---|---|---|---|')
     for source in sources:
         v, f = load(source)
         ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=500))
         (plain, before), (polished, after) = (
             timed(lambda p=p: ism.spherical_conformal_map(v, f, method=ism.Auto(polish=p)))  # noqa: B023
-            for p in ("auto", "angles"))
+            for p in ("auto", "angles")
+        )
         found = [quality(v, f, result.sphere) for result in (plain, polished)]
         cells = [f"{one['mean']:.3g} / {one['p99']:.3g}" for one in found]
         change = 100 * (found[1]["mean"] / found[0]["mean"] - 1)
-        print(f"| {Path(source).stem} | {' | '.join(cells)} | {change:.1f} | {after / before:.1f} |", flush=True)
+        print(
+            f"| {Path(source).stem} | {' | '.join(cells)} | {change:.1f} | {after / before:.1f} |",
+            flush=True,
+        )
 
 
 def gauges(sources: list[str]) -> None:
     """Mean and 99th percentile with the deepest limbs at ends of axes, where that pays, and in the centred gauge."""
-    print("| mesh | default: mean / 99 % | limbs shortened by | CPU, s | `gauge=\"centred\"` | limbs shortened by | "
-          "CPU, s |\n|---|---|---|---|---|---|---|")
+    print(
+        '| mesh | default: mean / 99 % | limbs shortened by | CPU, s | `gauge="centred"` | limbs shortened by | '
+        "CPU, s |\n|---|---|---|---|---|---|---|"
+    )
     for source in sources:
-        v, f = worm(int(source.removeprefix("worm:"))) if source.startswith("worm:") else load(source)
+        v, f = (
+            worm(int(source.removeprefix("worm:"))) if source.startswith("worm:") else load(source)
+        )
         cells = []
         for gauge in ("poles", "centred"):
-            result, seconds = timed(lambda g=gauge: ism.spherical_conformal_map(v, f, method=ism.Auto(gauge=g)))  # noqa: B023
+            result, seconds = timed(
+                lambda g=gauge: ism.spherical_conformal_map(v, f, method=ism.Auto(gauge=g))  # noqa: B023
+            )
             found = quality(v, f, result.sphere)
-            cells += [f"{found['mean']:.3g} / {found['p99']:.3g}", f"{result.stretch:.3g}", f"{seconds:.2f}"]
+            cells += [
+                f"{found['mean']:.3g} / {found['p99']:.3g}",
+                f"{result.stretch:.3g}",
+                f"{seconds:.2f}",
+            ]
         print(f"| {Path(source).stem} | {' | '.join(cells)} |", flush=True)
 
 
 def rings(_: list[str]) -> None:
     """Mean angle differences of long tubes, and the floor that rings of 20 vertices set."""
-    print("| worm, length in circumferences | vertices | floor | result | CPU, s |\n|---|---|---|---|---|")
+    print(
+        "| worm, length in circumferences | vertices | floor | result | CPU, s |\n|---|---|---|---|---|"
+    )
     for circumferences in (14, 40, 199):
         v, f = worm(circumferences)
         floor = ring_floor(v, f, np.arange(1, len(v) - 1).reshape(-1, 20))
         result, seconds = timed(lambda: ism.spherical_conformal_map(v, f))  # noqa: B023
         found = quality(v, f, result.sphere)
-        print(f"| {circumferences} | {len(v):,} | {floor:.2f} | {found['mean']:.2f} | {seconds:.2f} |", flush=True)
+        print(
+            f"| {circumferences} | {len(v):,} | {floor:.2f} | {found['mean']:.2f} | {seconds:.2f} |",
+            flush=True,
+        )
 
 
 def embedding(_: list[str]) -> None:
     """Certified positions from random ones, and from good ones of which some are thrown to random places."""
     rng = np.random.default_rng(0)
-    print("| input | vertices | folded faces | result | seconds | vertices moved |\n|---|---|---|---|---|---|")
+    print(
+        "| input | vertices | folded faces | result | seconds | vertices moved |\n|---|---|---|---|---|---|"
+    )
     for n in (20_000, 80_000, 500_000):
         x = rng.normal(size=(n, 3))
         x /= np.linalg.norm(x, axis=1)[:, None]
@@ -109,12 +146,18 @@ def embedding(_: list[str]) -> None:
         thrown = x.copy()
         some = rng.choice(n, n // 167, replace=False)
         thrown[some] = x[rng.permutation(some)]
-        for name, y in (("random positions", x[rng.permutation(n)]), ("one vertex in 167 thrown", thrown)):
+        for name, y in (
+            ("random positions", x[rng.permutation(n)]),
+            ("one vertex in 167 thrown", thrown),
+        ):
             folded = ism.certify(y, f).foldings
             z, seconds = timed(lambda: progressive_embedding(y, f))  # noqa: B023
             certified = "certified" if ism.certify(z, f) else "not certified"
             moved = int((z != y).any(axis=1).sum())
-            print(f"| {name} | {n:,} | {folded:,} | {certified} | {seconds:.2f} | {moved:,} |", flush=True)
+            print(
+                f"| {name} | {n:,} | {folded:,} | {certified} | {seconds:.2f} | {moved:,} |",
+                flush=True,
+            )
 
 
 def outward(x: np.ndarray, f: np.ndarray) -> np.ndarray:
@@ -125,9 +168,13 @@ def outward(x: np.ndarray, f: np.ndarray) -> np.ndarray:
 
 def foldings(folders: list[str]) -> None:
     """How many of the surfaces below folders each program maps without foldings, and how far angles are off."""
-    others = {"conformalised mean curvature flow, 60 steps at most": mean_curvature_flow,
-              "LaPy's linear method": lapy}
-    found: dict[str, list[float]] = {name: [] for name in (*others, "the better of the two", "this package")}
+    others = {
+        "conformalised mean curvature flow, 60 steps at most": mean_curvature_flow,
+        "LaPy's linear method": lapy,
+    }
+    found: dict[str, list[float]] = {
+        name: [] for name in (*others, "the better of the two", "this package")
+    }
     count = 0
     for path in sorted(path for folder in folders for path in Path(folder).rglob("*.*")):
         try:
@@ -154,7 +201,9 @@ def foldings(folders: list[str]) -> None:
             means["this package"] = ours["mean"]
         for name, mean in means.items():
             found[name].append(ours["mean"] / mean)
-    print(f"| program | of {count} free of foldings | mean angle difference here over its: median, 90 %, most |")
+    print(
+        f"| program | of {count} free of foldings | mean angle difference here over its: median, 90 %, most |"
+    )
     print("|---|---|---|")
     for name, ratios in found.items():
         over = [] if name == "this package" else np.percentile(ratios, [50, 90, 100])
@@ -175,7 +224,11 @@ def copies(sources: list[str], count: int) -> None:
             means.append(quality(w, g, ism.spherical_conformal_map(w, g).sphere)["mean"])
         worse = np.array([[a > max(1.05 * b, b + 0.02) for b in means] for a in means])
         above.append(worse.sum() / (count * (count - 1)))
-        several.append(np.mean([(worse[a, b] | worse[a, c]) for a, b, c in permutations(range(count), 3)]))
+        several.append(
+            np.mean([(worse[a, b] | worse[a, c]) for a, b, c in permutations(range(count), 3)])
+        )
         print(Path(source).stem, len(v), np.round(means, 2).tolist(), file=sys.stderr, flush=True)
-    print(f"of {len(above)} meshes, one copy is worse than another in {100 * np.mean(above):.1f} percent, than "
-          f"the better of two in {100 * np.mean(several):.1f}")
+    print(
+        f"of {len(above)} meshes, one copy is worse than another in {100 * np.mean(above):.1f} percent, than "
+        f"the better of two in {100 * np.mean(several):.1f}"
+    )

@@ -22,13 +22,20 @@ OUT, PAGE = DOCS / "reproduction", DOCS / "reproduction.md"
 
 def settings() -> str:
     """All methods with their options, as JSON: what tables were made by is known from it."""
-    return json.dumps({name: asdict(method) for name, method in METHODS.items()}, indent=1, sort_keys=True) + "\n"
+    return (
+        json.dumps(
+            {name: asdict(method) for name, method in METHODS.items()}, indent=1, sort_keys=True
+        )
+        + "\n"
+    )
 
 
 def main(argv: list[str]) -> None:
     """Make them, and say by which settings."""
     arguments = parser(__doc__)
-    arguments.add_argument("--meshes", type=Path, required=True, help="counterparts of the paper's surfaces")
+    arguments.add_argument(
+        "--meshes", type=Path, required=True, help="counterparts of the paper's surfaces"
+    )
     written = reproduce(ITEMS, OUT, meshes=arguments.parse_args(argv).meshes, report=print)
     for path in written:
         if path.suffix == ".png":

@@ -35,17 +35,24 @@ def main(argv: list[str]) -> None:
         [(operation, source)] = runs
         print(json.dumps(figures(operation, *load(source, options.only)), default=float))
         return
-    print("| operation | mesh | vertices | foldings at first | certified | microseconds a vertex | kB a vertex | mean, "
-          "degrees |\n|---|---|---:|---:|---|---:|---:|---:|")
+    print(
+        "| operation | mesh | vertices | foldings at first | certified | microseconds a vertex | kB a vertex | mean, "
+        "degrees |\n|---|---|---:|---:|---|---:|---:|---:|"
+    )
     for operation, source in runs:
         name = Path(source).stem.removeprefix("sample:")
         for level in range(options.levels + 1):
-            found = in_process("scaling", operation, source, *["--scipy"] * options.scipy, "--only", level)
+            found = in_process(
+                "scaling", operation, source, *["--scipy"] * options.scipy, "--only", level
+            )
             if "failure" in found:
                 raise SystemExit(f"{operation} of {source}: {found['failure']}")
-            print(f"| {operation} | {name} | {found['vertices']:,} | {found['foldings at first']:,} | "
-                  f"{'yes' if found['certified'] else 'no'} | {found['microseconds a vertex']:.0f} | "
-                  f"{found['kB a vertex']:.1f} | {found['mean']:.2f} |", flush=True)
+            print(
+                f"| {operation} | {name} | {found['vertices']:,} | {found['foldings at first']:,} | "
+                f"{'yes' if found['certified'] else 'no'} | {found['microseconds a vertex']:.0f} | "
+                f"{found['kB a vertex']:.1f} | {found['mean']:.2f} |",
+                flush=True,
+            )
 
 
 def figures(operation: str, v: np.ndarray, f: np.ndarray) -> dict[str, object]:
@@ -54,6 +61,11 @@ def figures(operation: str, v: np.ndarray, f: np.ndarray) -> dict[str, object]:
     folded = result.rounds[0].foldings_after if result.rounds else 0
     if operation != "map":
         result, spent = measured(lambda: result.rebalance(float(operation)))
-    return {"vertices": len(v), "foldings at first": folded, "certified": bool(result.certificate),
-            "microseconds a vertex": 1e6 * spent["cpu"] / len(v), "kB a vertex": 2**10 * spent["memory"] / len(v),
-            "mean": np.abs(result.angle_differences()).mean()}
+    return {
+        "vertices": len(v),
+        "foldings at first": folded,
+        "certified": bool(result.certificate),
+        "microseconds a vertex": 1e6 * spent["cpu"] / len(v),
+        "kB a vertex": 2**10 * spent["memory"] / len(v),
+        "mean": np.abs(result.angle_differences()).mean(),
+    }

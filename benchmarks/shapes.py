@@ -18,7 +18,14 @@ from scipy.spatial.transform import Rotation
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.operators.features import depth_potential
-from igl_spheremap.shapes.harmonics.basis import analysis, gauss_rows, grid_points, legendre, longitudes, synthesis
+from igl_spheremap.shapes.harmonics.basis import (
+    analysis,
+    gauss_rows,
+    grid_points,
+    legendre,
+    longitudes,
+    synthesis,
+)
 from igl_spheremap.shapes.harmonics.rotation import best_rotations, rotate, rotation_angle
 from igl_spheremap.sphere.rows import unit_rows
 
@@ -27,7 +34,9 @@ from .common import parser, timed
 R = Rotation.from_euler("ZYZ", [1.0, 0.7, -2.0]).as_matrix()
 #: Dunavant's rule of seven points, exact to degree 5.
 NEAR, FAR = (6 - 15**0.5) / 21, (6 + 15**0.5) / 21
-CORNERS = np.array([[1 / 3] * 3] + [np.roll([1 - 2 * t, t, t], i) for t in (NEAR, FAR) for i in range(3)])
+CORNERS = np.array(
+    [[1 / 3] * 3] + [np.roll([1 - 2 * t, t, t], i) for t in (NEAR, FAR) for i in range(3)]
+)
 SHARES = np.array([0.225] + [(155 - 15**0.5) / 1200] * 3 + [(155 + 15**0.5) / 1200] * 3)
 
 
@@ -47,14 +56,21 @@ class Data:
             return ism.samples.make(name)
         if (path := self._meshes / f"{name}.obj").exists():
             return tuple(ism.read_mesh(path))
-        v, f = (np.asarray(each.data) for each in nibabel.load(self._fsaverage / f"{name}.gii.gz").darrays)
+        v, f = (
+            np.asarray(each.data)
+            for each in nibabel.load(self._fsaverage / f"{name}.gii.gz").darrays
+        )
         v, f = v.astype(float), f.astype(np.int64)
-        return (v * [-1, 1, 1], np.ascontiguousarray(f[:, ::-1])) if name.endswith("right") else (v, f)
+        return (
+            (v * [-1, 1, 1], np.ascontiguousarray(f[:, ::-1])) if name.endswith("right") else (v, f)
+        )
 
     def map(self, name, balance=1.0):
         """Its map, area-preserving by default."""
         if (name, balance) not in self._maps:
-            self._maps[name, balance] = ism.balanced_spherical_map(*self.mesh(name), balance=balance)
+            self._maps[name, balance] = ism.balanced_spherical_map(
+                *self.mesh(name), balance=balance
+            )
         return self._maps[name, balance]
 
 
@@ -96,7 +112,9 @@ def exact_coefficients(result, degree):
 def quartered(triangles):
     a, b, c = (triangles[:, k] for k in range(3))
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-    return np.concatenate([np.stack(each, axis=1) for each in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    return np.concatenate(
+        [np.stack(each, axis=1) for each in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+    )
 
 
 def projected(x, g, degree):
@@ -148,9 +166,14 @@ def rotation(data):
     c = rng.normal(size=(32**2, 2))
     best_rotations(c, c, 32)
     found, seconds = timed(lambda: best_rotations(rotate(c, R), c, 32))
-    print(f"planted rotation, B = 32: {np.radians(rotation_angle(found[0].rotation @ R.T)):.1e} rad, {seconds:.2f} s")
+    print(
+        f"planted rotation, B = 32: {np.radians(rotation_angle(found[0].rotation @ R.T)):.1e} rad, {seconds:.2f} s"
+    )
     for name in ("dino", "white_left"):
-        target, copy = data.map(name, 0.0), ism.spherical_conformal_map(*decimated(*data.mesh(name)))
+        target, copy = (
+            data.map(name, 0.0),
+            ism.spherical_conformal_map(*decimated(*data.mesh(name))),
+        )
         curvature = curvature_of(copy), curvature_of(target)
         off = []
         for _ in range(3):
@@ -163,7 +186,9 @@ def rotation(data):
 
 def decimated(v, f):
     """60 percent of the faces."""
-    return tuple(np.asarray(each) for each in igl.qslim(v, f, int(0.6 * len(f))) if np.ndim(each) == 2)
+    return tuple(
+        np.asarray(each) for each in igl.qslim(v, f, int(0.6 * len(f))) if np.ndim(each) == 2
+    )
 
 
 def hemispheres(data):
@@ -177,7 +202,9 @@ def hemispheres(data):
     areas = vertex_areas(source.vertices, source.faces)
     for name in ("curv", "thick"):
         right, left = data.over_fsaverage(f"{name}_right"), data.over_fsaverage(f"{name}_left")
-        pairs = [correlation(right, ism.transfer(target, left, x), areas) for x in (source, result.map)]
+        pairs = [
+            correlation(right, ism.transfer(target, left, x), areas) for x in (source, result.map)
+        ]
         print(f"{name}: {pairs[0]:.3f} before, {pairs[1]:.3f} after")
     print(f"{result.map.certificate}; {seconds:.2f} s", flush=True)
 
@@ -188,15 +215,21 @@ def pial(data):
         source, target = data.map(f"pial_{side}"), data.map(f"white_{side}")
         areas = vertex_areas(source.vertices, source.faces)
         result, seconds = timed(lambda: ism.shapes.register(source, target))  # noqa: B023
-        before, after = (mean(degrees(x, target.sphere), areas) for x in (source.sphere, result.map.sphere))
-        print(f"pial {side}: {before:.2f} -> {after:.3f} degrees, {seconds:.2f} s; {result.map.certificate}")
+        before, after = (
+            mean(degrees(x, target.sphere), areas) for x in (source.sphere, result.map.sphere)
+        )
+        print(
+            f"pial {side}: {before:.2f} -> {after:.3f} degrees, {seconds:.2f} s; {result.map.certificate}"
+        )
 
 
 def warps(data):
     """Planted smooth warps of a copy with 60 percent of the faces, by curvature."""
     target = data.map("white_left")
     copy = ism.balanced_spherical_map(*decimated(target.vertices, target.faces), balance=1.0)
-    _, faces, nearest = igl.point_mesh_squared_distance(copy.vertices, target.vertices, target.faces)
+    _, faces, nearest = igl.point_mesh_squared_distance(
+        copy.vertices, target.vertices, target.faces
+    )
     corners = target.faces[faces]
     triangle = (np.ascontiguousarray(target.vertices[corners[:, k]]) for k in range(3))
     weights = igl.barycentric_coordinates(nearest, *triangle)
@@ -208,11 +241,18 @@ def warps(data):
             x = ism.repair_foldings(copy.vertices, copy.faces, x).sphere
         source = ism.sphere_map(copy.vertices, copy.faces, x)
         curvature = curvature_of(source), curvature_of(target)
-        rigid = ism.shapes.register(source, target, features=curvature, stages=["rotation", "moebius"])
+        rigid = ism.shapes.register(
+            source, target, features=curvature, stages=["rotation", "moebius"]
+        )
         result, seconds = timed(lambda: ism.shapes.register(source, target, features=curvature))  # noqa: B023
-        start, middle, end = (mean(degrees(y, truth), areas) for y in (x, rigid.map.sphere, result.map.sphere))
-        print(f"warp of {np.degrees(size):.0f} degrees: {start:.1f}, Moebius {middle:.2f}, end {end:.3f} degrees, "
-              f"{result.map.certificate}, {seconds:.2f} s", flush=True)
+        start, middle, end = (
+            mean(degrees(y, truth), areas) for y in (x, rigid.map.sphere, result.map.sphere)
+        )
+        print(
+            f"warp of {np.degrees(size):.0f} degrees: {start:.1f}, Moebius {middle:.2f}, end {end:.3f} degrees, "
+            f"{result.map.certificate}, {seconds:.2f} s",
+            flush=True,
+        )
 
 
 def turning(c):

@@ -65,12 +65,17 @@ def main(argv: list[str]) -> None:
 
 def in_turn(sources):
     """Seconds of turns of a plain loop, and of jobs of a population in a process beside it, one after the other."""
-    options, child = SphereMapping(ism.Auto(polish=None), 0.0, None, force=True, folder=os.getcwd()), Child()
+    options, child = (
+        SphereMapping(ism.Auto(polish=None), 0.0, None, force=True, folder=os.getcwd()),
+        Child(),
+    )
     turns, jobs = [], []
     for k in range(PAIRS):
         source = sources[k % len(sources)]
         began = time.perf_counter()
-        ism.write_map("plain_" + source, ism.spherical_conformal_map(*ism.read_mesh(source)), force=True)
+        ism.write_map(
+            "plain_" + source, ism.spherical_conformal_map(*ism.read_mesh(source)), force=True
+        )
         turns.append(time.perf_counter() - began)
         child.call(run_job, Job(source, "job_" + source), options)
         jobs.append(time.perf_counter() - began - turns[-1])
@@ -91,7 +96,9 @@ def measure(sources, rounds: int):
             for count in counts:
                 rates.setdefault((POOL, count), []).append(many(sources, starts, processes=count))
             for count in counts:
-                rates.setdefault((DASK, count), []).append(many(sources, {}, executor=clusters[count]))
+                rates.setdefault((DASK, count), []).append(
+                    many(sources, {}, executor=clusters[count])
+                )
     return rates, {name: min(seconds) for name, seconds in starts.items()}
 
 
@@ -103,7 +110,11 @@ def loops(sources, count: int, starts) -> float:
     for process in processes:
         times, maps = json.loads(process.communicate()[0])
         rate += (len(sources) - 1) / (times[-1] - times[2])
-        for name, seconds in (("import", times[1] - times[0]), ("first", maps[0]), ("next", maps[1])):
+        for name, seconds in (
+            ("import", times[1] - times[0]),
+            ("first", maps[0]),
+            ("next", maps[1]),
+        ):
             starts.setdefault(name, []).append(seconds)
     return rate
 
@@ -125,8 +136,12 @@ def renumbered(v, f, by: int):
 def many(sources, starts, **workers) -> float:
     """Maps a second of a population, from its first row on; until then is its start."""
     times = [time.perf_counter()]
-    rows = ism.map_many(sources, "{stem}_sphere.ply", listener=lambda row: times.append(time.perf_counter()),
-                        engine=ism.Engine(resume=False, **workers))
+    rows = ism.map_many(
+        sources,
+        "{stem}_sphere.ply",
+        listener=lambda row: times.append(time.perf_counter()),
+        engine=ism.Engine(resume=False, **workers),
+    )
     assert all(row.status == "certified" for row in rows)
     starts.setdefault("row", []).append(times[1] - times[0])
     return (len(times) - 2) / (times[-1] - times[1])
@@ -140,10 +155,21 @@ class Cluster:
 
     def __enter__(self):
         name = f"cluster{self.workers}.json"
-        command = [sys.executable, "-m", "distributed.cli.dask_{}", "--scheduler-file", name, "--no-dashboard"]
+        command = [
+            sys.executable,
+            "-m",
+            "distributed.cli.dask_{}",
+            "--scheduler-file",
+            name,
+            "--no-dashboard",
+        ]
         extra = [["scheduler", "--port", "0"], *([["worker", "--nthreads", "1"]] * self.workers)]
-        self.processes = [subprocess.Popen([word.format(kind) for word in command] + options,
-                                           stderr=subprocess.DEVNULL) for kind, *options in extra]
+        self.processes = [
+            subprocess.Popen(
+                [word.format(kind) for word in command] + options, stderr=subprocess.DEVNULL
+            )
+            for kind, *options in extra
+        ]
         while not Path(name).exists():
             time.sleep(0.1)
         self.executor = connect(name, 60)
@@ -195,9 +221,13 @@ def cortex() -> float:
 def write(pairs, rates, starts, share, cortex: float, meshes: int, vertices: int) -> None:
     """The page of the docs."""
     workers = max(count for _, count in rates)
-    rows = "\n".join(f"| {name} | {count} | {max(values):.1f} | {np.median(values):.1f} |"
-                     for (name, count), values in rates.items())
-    alone, beside = (float(np.median(np.divide(rates[name, workers], rates[name, 1]))) for name in (LOOP, POOL))
+    rows = "\n".join(
+        f"| {name} | {count} | {max(values):.1f} | {np.median(values):.1f} |"
+        for (name, count), values in rates.items()
+    )
+    alone, beside = (
+        float(np.median(np.divide(rates[name, workers], rates[name, 1]))) for name in (LOOP, POOL)
+    )
     quarter, half = (100 * (job / turn - 1) for turn, job in np.percentile(pairs, [25, 50], axis=1))
     start = starts["row"] * max(rates[LOOP, 1]) / 1000
     efficiency = beside / workers

@@ -57,7 +57,9 @@ def main(argv: list[str]) -> None:
     arguments.add_argument("sources", nargs="*")
     arguments.add_argument("--of", nargs="+", choices=tuple(KINDS), default=["maps"])
     arguments.add_argument("--every", type=int, default=1, help="take every K-th mesh (1)")
-    arguments.add_argument("--turns", type=int, default=2, help="of each version (2); 0: answer lines")
+    arguments.add_argument(
+        "--turns", type=int, default=2, help="of each version (2); 0: answer lines"
+    )
     arguments.add_argument("--csv", type=Path, help="write a row for each mesh")
     arguments.add_argument("--polish", choices=("auto", "angles"), default="auto")
     arguments.add_argument("--set", nargs="+", default=[], metavar="ROOM.FILE.NAME=NUMBER")
@@ -68,17 +70,28 @@ def main(argv: list[str]) -> None:
         for line in sys.stdin:
             print(json.dumps(measured(*line.split(maxsplit=1), options.polish)), flush=True)
         return
-    sources = [str(path) for source in options.sources for path in meshes(source)][::options.every]
+    sources = [str(path) for source in options.sources for path in meshes(source)][:: options.every]
     workers = [worker(options.checkout, options, options.set), worker(ROOT, options, [])]
-    found = [row(kind, source, [[answer(one, kind, source) for one in workers] for _ in range(options.turns)])
-             for kind in options.of for source in sources]
+    found = [
+        row(
+            kind,
+            source,
+            [[answer(one, kind, source) for one in workers] for _ in range(options.turns)],
+        )
+        for kind in options.of
+        for source in sources
+    ]
     report(found, options.csv)
 
 
 def meshes(source: str) -> list[str | Path]:
     """A mesh, or those of a folder."""
     folder = Path(source)
-    return sorted(path for path in folder.rglob("*.*") if path.is_file()) if folder.is_dir() else [source]
+    return (
+        sorted(path for path in folder.rglob("*.*") if path.is_file())
+        if folder.is_dir()
+        else [source]
+    )
 
 
 def give(constant: str, value: str) -> None:
@@ -86,18 +99,40 @@ def give(constant: str, value: str) -> None:
     path, _, name = constant.rpartition(".")
     home = import_module(f"{ism.__name__}.{path}")
     number = type(vars(home)[name])(value)
-    others = [each for each in sys.modules.values() if each.__name__.startswith(ism.__name__) and name in vars(each)]
+    others = [
+        each
+        for each in sys.modules.values()
+        if each.__name__.startswith(ism.__name__) and name in vars(each)
+    ]
     for module in [home] if name.startswith("_") else others:
         setattr(module, name, number)
 
 
 def worker(version: Path, options: Namespace, constants: list[str]) -> subprocess.Popen[str]:
     """A process that answers lines by a version, warmed up."""
-    command = [sys.executable, "-m", "benchmarks", "--package", str(version), "versions", str(version),
-               "--turns", "0", "--polish", options.polish, *(["--set", *constants] if constants else [])]
-    process = subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    command = [
+        sys.executable,
+        "-m",
+        "benchmarks",
+        "--package",
+        str(version),
+        "versions",
+        str(version),
+        "--turns",
+        "0",
+        "--polish",
+        options.polish,
+        *(["--set", *constants] if constants else []),
+    ]
+    process = subprocess.Popen(
+        command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
     for kind in options.of:
-        answer(process, kind, "sample:octopus:n_vertices=1500" if kind == "maps" else "sample:pear:n_vertices=600")
+        answer(
+            process,
+            kind,
+            "sample:octopus:n_vertices=1500" if kind == "maps" else "sample:pear:n_vertices=600",
+        )
     return process
 
 
@@ -138,7 +173,11 @@ def matched(v: np.ndarray, f: np.ndarray, _: str) -> tuple[float, dict[str, Any]
 
 
 KINDS: dict[str, Callable[[np.ndarray, np.ndarray, str], tuple[float, dict[str, Any]]]] = {
-    "maps": conformal, "balance": balanced, "disks": disk, "matches": matched}
+    "maps": conformal,
+    "balance": balanced,
+    "disks": disk,
+    "matches": matched,
+}
 
 
 def measured(kind: str, source: str, polish: str) -> dict[str, Any]:
@@ -152,8 +191,17 @@ def row(kind: str, source: str, turns: list[list[dict[str, Any]]]) -> Row:
     """What both versions made of a mesh, turn by turn."""
     old, new = (min(version, key=lambda one: one["cpu"]) for version in zip(*turns, strict=True))
     ratios = tuple(after["cpu"] / before["cpu"] for before, after in turns)
-    return Row(kind, Path(source).stem, new["vertices"], old["mean"], new["mean"], old["cpu"], new["cpu"],
-               not new["foldings"], ratios)
+    return Row(
+        kind,
+        Path(source).stem,
+        new["vertices"],
+        old["mean"],
+        new["mean"],
+        old["cpu"],
+        new["cpu"],
+        not new["foldings"],
+        ratios,
+    )
 
 
 def report(found: list[Row], file: Path | None) -> None:
@@ -165,9 +213,13 @@ def report(found: list[Row], file: Path | None) -> None:
             table.writerow(names)
             for each in found:
                 cells = [asdict(each)[name] for name in names]
-                table.writerow([f"{cell:.3f}" if isinstance(cell, float) else cell for cell in cells])
-    print("| of | vertices | number | sum of means | now | worse / better | CPU ratio: median (quartiles) | 90 % | "
-          "of sums | certified |\n|---|---|---:|---:|---:|---:|---:|---:|---:|---:|")
+                table.writerow(
+                    [f"{cell:.3f}" if isinstance(cell, float) else cell for cell in cells]
+                )
+    print(
+        "| of | vertices | number | sum of means | now | worse / better | CPU ratio: median (quartiles) | 90 % | "
+        "of sums | certified |\n|---|---|---:|---:|---:|---:|---:|---:|---:|---:|"
+    )
     for kind in dict.fromkeys(each.of for each in found):
         part = [each for each in found if each.of == kind]
         for low, high in zip(_FROM, (*_FROM[1:], np.inf), strict=True):
@@ -178,9 +230,17 @@ def report(found: list[Row], file: Path | None) -> None:
 
 def summary(name: str, found: list[Row]) -> str:
     """A row of the table."""
-    before, now, cpu_before, cpu = np.array([(r.mean_before, r.mean, r.cpu_before, r.cpu) for r in found]).T
-    worse, better = ((a > np.maximum(1.05 * b, b + 0.02)).sum() for a, b in ((now, before), (before, now)))
-    first, median, third, ninth = np.percentile([ratio for r in found for ratio in r.ratios], [25, 50, 75, 90])
-    return (f"| {name} | {len(found)} | {before.sum():.1f} | {now.sum():.1f} | {worse} / {better} | {median:.2f} "
-            f"({first:.2f} to {third:.2f}) | {ninth:.2f} | {cpu.sum() / cpu_before.sum():.2f} | "
-            f"{sum(r.certified for r in found)} |")
+    before, now, cpu_before, cpu = np.array(
+        [(r.mean_before, r.mean, r.cpu_before, r.cpu) for r in found]
+    ).T
+    worse, better = (
+        (a > np.maximum(1.05 * b, b + 0.02)).sum() for a, b in ((now, before), (before, now))
+    )
+    first, median, third, ninth = np.percentile(
+        [ratio for r in found for ratio in r.ratios], [25, 50, 75, 90]
+    )
+    return (
+        f"| {name} | {len(found)} | {before.sum():.1f} | {now.sum():.1f} | {worse} / {better} | {median:.2f} "
+        f"({first:.2f} to {third:.2f}) | {ninth:.2f} | {cpu.sum() / cpu_before.sum():.2f} | "
+        f"{sum(r.certified for r in found)} |"
+    )

@@ -24,10 +24,22 @@ def align_landmarks(v, f, up, target, progress):
     goals /= np.linalg.norm(goals, axis=1, keepdims=True)
     caption = f"{len(landmarks)} landmarks\n(blue; targets yellow, folded faces red)"
     row = [landmark_part(caption, mesh, fit(v, turn), landmarks)]
-    for name, weight, may_fold in (("Moebius map", 0, False), ("may fold", 100, True), ("may not fold", 100, False)):
+    for name, weight, may_fold in (
+        ("Moebius map", 0, False),
+        ("may fold", 100, True),
+        ("may not fold", 100, False),
+    ):
         steps = 300 if weight else 0
-        result = ism.landmark_map(v, f, landmarks, goals, landmark_weights=weight, may_fold=may_fold,
-                                  max_iterations=steps, listener=progress.listener(f))
+        result = ism.landmark_map(
+            v,
+            f,
+            landmarks,
+            goals,
+            landmark_weights=weight,
+            may_fold=may_fold,
+            max_iterations=steps,
+            listener=progress.listener(f),
+        )
         miss = np.degrees(np.linalg.norm(result.sphere[landmarks] - goals, axis=1)).mean()
         caption = f"{name}:\n{miss:.1f} degrees off, {result.certificate.foldings} folded faces"
         row.append(landmark_part(caption, mesh, result.sphere, landmarks, goals, turn))

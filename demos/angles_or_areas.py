@@ -25,10 +25,15 @@ def angles_or_areas(v, f, up, target, progress):
     for balance in (0, 0.5, 1):
         result = ism.balanced_spherical_map(v, f, balance=balance, listener=progress.listener(f))
         board = colours.of(mesh, result.sphere)
-        angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.log_area_ratios()).mean())
+        angle, area = (
+            np.abs(result.angle_differences()).mean(),
+            np.exp(np.abs(result.log_area_ratios()).mean()),
+        )
         bodies.append(Part(f"balance {balance}", fit(v, turn), f, board))
         caption = f"angles differ by {angle:.1f} degrees,\nareas by a factor of {area:.3g}"
-        spheres.append(Part(caption, result.sphere @ turn.T, f, board, image=True, legends=board.legends))
+        spheres.append(
+            Part(caption, result.sphere @ turn.T, f, board, image=True, legends=board.legends)
+        )
     progress.close()
     show_parts([bodies, spheres], target, size=(1000, 720))
 

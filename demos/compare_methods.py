@@ -20,7 +20,9 @@ def compare_methods(v, f, up, target, progress):
     maps = {"Gauss map": ism.gauss_map(v, f)}
     for method in methods:
         progress.begin(method)
-        maps[method] = ism.spherical_conformal_map(v, f, method=method, listener=progress.listener(f)).sphere
+        maps[method] = ism.spherical_conformal_map(
+            v, f, method=method, listener=progress.listener(f)
+        ).sphere
     progress.close()
     compare(ism.check_mesh(v, f), maps, target, up=up)
 

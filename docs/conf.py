@@ -45,7 +45,9 @@ numpydoc_show_class_members = False  # the template of classes lists them
 listed = {
     name.rpartition(".")[2]: f"{module}.{name}"
     for page in REFERENCE.glob("api*.md")
-    for module, names in re.findall(r"currentmodule:: (\S+)\n(.*?)```", page.read_text("utf-8"), re.DOTALL)
+    for module, names in re.findall(
+        r"currentmodule:: (\S+)\n(.*?)```", page.read_text("utf-8"), re.DOTALL
+    )
     for name in re.findall(r"^   ([\w.]+)$", names, re.MULTILINE)
 }
 numpydoc_xref_param_type = True
@@ -64,7 +66,9 @@ def link_names(app, env, node, content):
     head, _, member = node["reftarget"].partition(".")
     if node.get("refdomain") == "py" and head in listed:
         target = ".".join(filter(None, (listed[head], member)))
-        return env.domains["py"].resolve_xref(env, node["refdoc"], app.builder, "obj", target, node, content)
+        return env.domains["py"].resolve_xref(
+            env, node["refdoc"], app.builder, "obj", target, node, content
+        )
     return None
 
 

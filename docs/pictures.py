@@ -78,7 +78,9 @@ def dino(path: Path) -> list[str]:
              result.sphere @ turn.T, mesh.f),
         Part(f"the head on that map,\nmagnified {lens.power:,.0f} times", lens(result.sphere @ turn.T), mesh.f),
     ]  # fmt: skip
-    return _draw([[replace(part, colours=part.colours or board) for part in row]], path, (1200, 360))
+    return _draw(
+        [[replace(part, colours=part.colours or board) for part in row]], path, (1200, 360)
+    )
 
 
 def eigen_projection(path: Path) -> list[str]:
@@ -95,11 +97,18 @@ def eigen_projection(path: Path) -> list[str]:
         ("Algorithm 2 has ended", result.sphere),
     ):
         projection = ism.weighted_eigen_projection(mesh.v, mesh.f, x)
-        folds, u = colouring(mesh, x, "foldings"), np.log(ism.conformal_factor(mesh.v, mesh.f, x)) / 2
+        folds, u = (
+            colouring(mesh, x, "foldings"),
+            np.log(ism.conformal_factor(mesh.v, mesh.f, x)) / 2,
+        )
         u -= np.log(4 * np.pi) / 2
         clusters = Clusters.of(mesh.f, folds.folded)
         (lens,) = follow([x @ turn.T], mesh.f, clusters[0] if clusters else folds.folded)
-        power = f"foldings magnified {lens.power:,.0f} times" if len(folds.folded) else "no folding is left"
+        power = (
+            f"foldings magnified {lens.power:,.0f} times"
+            if len(folds.folded)
+            else "no folding is left"
+        )
         phi = projection.phi @ turn.T * np.sqrt(4 * np.pi / 3)
         reach = np.linalg.norm(phi, axis=1)
         columns.append([
@@ -119,8 +128,13 @@ def curves(path: Path) -> list[str]:
     v, f = ism.samples.make("dino")
     recording = ism.Recording(f)
     result = ism.spherical_conformal_map(v, f, method="lai2014", listener=recording)
-    figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios(),
-                      title="dino, lai2014")
+    figure = plot_run(
+        recording.history,
+        recording.foldings,
+        result.angle_differences(),
+        result.log_area_ratios(),
+        title="dino, lai2014",
+    )
     figure.savefig(path, dpi=110)
     return []
 
@@ -151,7 +165,9 @@ def registration(path: Path) -> list[str]:
 
 def correspondence(path: Path) -> list[str]:
     """A dino, a rabbit, and what lies half of the way between them, with the checkerboard that the map carries."""
-    onto = ism.shapes.match(*(ism.samples.make(name, n_vertices=3000) for name in ("dino", "bunny")))
+    onto = ism.shapes.match(
+        *(ism.samples.make(name, n_vertices=3000) for name in ("dino", "bunny"))
+    )
     return _present(lambda: CarriedView(onto, up="z"), path, CARRIED_SIZE)
 
 
@@ -184,7 +200,10 @@ def balance_front(path: Path) -> list[str]:
         result, points = ism.spherical_conformal_map(v, f), []
         for balance in np.linspace(0, 1, 9):
             result = result.rebalance(float(balance))
-            area, angle = np.abs(result.log_area_ratios()).mean(), np.abs(result.angle_differences()).mean()
+            area, angle = (
+                np.abs(result.log_area_ratios()).mean(),
+                np.abs(result.angle_differences()).mean(),
+            )
             points.append((angle, np.exp(area)))
         x, y = np.transpose(points)
         ax.semilogy(x, y, color=colour, marker="o", markersize=4)
@@ -192,8 +211,14 @@ def balance_front(path: Path) -> list[str]:
                     xytext=(10, 4) if name != "dino" else (-40, -8))  # fmt: skip
         ends = zip((0, -1), ("balance 0: angles kept", "balance 1: areas kept"), strict=True)
         for end, word in ends if name == "octopus" else ():
-            ax.annotate(word, points[end], textcoords="offset points", xytext=(6, 4 - 12 * end), fontsize=9)
-    ax.set(xlim=(0, 50), xlabel="angles are off by, degrees (mean)", ylabel="areas are off by a factor of (mean)")
+            ax.annotate(
+                word, points[end], textcoords="offset points", xytext=(6, 4 - 12 * end), fontsize=9
+            )
+    ax.set(
+        xlim=(0, 50),
+        xlabel="angles are off by, degrees (mean)",
+        ylabel="areas are off by a factor of (mean)",
+    )
     ticks = (1, 2, 5, 10, 20, 50, 100, 200)
     ax.set_yticks(ticks, labels=[str(tick) for tick in ticks], minor=False)
     ax.minorticks_off()
@@ -211,7 +236,10 @@ def throughput(path: Path) -> list[str]:
     figure, ((ax,),) = new_figure(1, 1, "", (6.4, 2.6))
     height = 0.8 / len(workers)
     for k, (count, colour) in enumerate(zip(workers, LINES, strict=False)):
-        rates = [next(float(rate) for name, many, rate in rows if (name, int(many)) == (one, count)) for one in names]
+        rates = [
+            next(float(rate) for name, many, rate in rows if (name, int(many)) == (one, count))
+            for one in names
+        ]
         places = np.arange(len(names)) + (k - (len(workers) - 1) / 2) * height
         ax.barh(places, rates, 0.92 * height, color=colour)
         for place, rate in zip(places, rates, strict=True):
@@ -221,7 +249,11 @@ def throughput(path: Path) -> list[str]:
     ax.invert_yaxis()
     ax.set(xticks=[], xlim=(0, 1.25 * max(float(rate) for _, _, rate in rows)))
     ax.spines["bottom"].set_visible(False)
-    ax.set_title("meshes of 2,562 vertices read, mapped, certified and written in a second", fontsize=10, loc="left")
+    ax.set_title(
+        "meshes of 2,562 vertices read, mapped, certified and written in a second",
+        fontsize=10,
+        loc="left",
+    )
     figure.savefig(path, dpi=110)
     return [f"{name}, {count}: {rate}" for name, count, rate in rows]
 
@@ -238,12 +270,16 @@ def caps(path: Path) -> list[str]:
     thick = 0.42 + 0.12 * np.sin(a)
     far = 1 + thick * np.cos(b)
     ring = np.column_stack((far * np.cos(a), far * np.sin(a), thick * np.sin(b)))
-    corner = [(along + i) % 96 * 48 + (around + k) % 48 for i, k in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    corner = [
+        (along + i) % 96 * 48 + (around + k) % 48 for i, k in ((0, 0), (1, 0), (1, 1), (0, 1))
+    ]
     faces = np.vstack((np.column_stack(corner[:3]), np.column_stack([corner[0], *corner[2:]])))
     turns.append(Rotation.from_euler("x", -50, degrees=True).as_matrix())
     rows = []
-    for w, g, turn, name in ((v[used], body.reshape(-1, 3), turns[0], "with a hole"),
-                             (ring, faces, turns[1], "of genus 1")):
+    for w, g, turn, name in (
+        (v[used], body.reshape(-1, 3), turns[0], "with a hole"),
+        (ring, faces, turns[1], "of genus 1"),
+    ):
         mesh = ism.repair_mesh(w, g, holes="fill", handles="cut")
         made = mesh.face_source < 0
         result = ism.spherical_conformal_map(mesh.v, mesh.f, caps=made)
@@ -251,15 +287,26 @@ def caps(path: Path) -> list[str]:
         laid = fit(mesh.v, turn)
         rim = np.intersect1d(mesh.f[made], mesh.f[~made])
         first = mesh.f[np.flatnonzero(made)[0]]  # a cap, which is turned towards the viewer
-        view = Rotation.align_vectors([[0.3, 0.3, 0.9]], [result.sphere[first].sum(axis=0)])[0].as_matrix()
+        view = Rotation.align_vectors([[0.3, 0.3, 0.9]], [result.sphere[first].sum(axis=0)])[
+            0
+        ].as_matrix()
         turned, angles = result.sphere @ view.T, np.abs(result.angle_differences()).mean()
         done = mesh.actions[0].partition(" near")[0].replace(", a ", ":\na ")
-        rows.append([
-            Part(f"a surface {name}\n{len(w):,} vertices", fit(w, turn), g),
-            Part(done, laid, mesh.f, shades, dots={f"rim {name}": (laid[rim], LINES[1], 0.012)}),
-            Part(f"its map with {made.sum():,} faces of caps,\nangles differ by {angles:.1f} degrees", turned, mesh.f,
-                 shades, dots={f"image {name}": (turned[rim], LINES[1], 0.012)}),
-        ])
+        rows.append(
+            [
+                Part(f"a surface {name}\n{len(w):,} vertices", fit(w, turn), g),
+                Part(
+                    done, laid, mesh.f, shades, dots={f"rim {name}": (laid[rim], LINES[1], 0.012)}
+                ),
+                Part(
+                    f"its map with {made.sum():,} faces of caps,\nangles differ by {angles:.1f} degrees",
+                    turned,
+                    mesh.f,
+                    shades,
+                    dots={f"image {name}": (turned[rim], LINES[1], 0.012)},
+                ),
+            ]
+        )
     return _draw(rows, path, (1080, 760))
 
 
@@ -267,7 +314,9 @@ def foldings(path: Path) -> list[str]:
     """The moving picture of README: foldings vanish."""
     with TemporaryDirectory() as folder:
         facts = Path(folder) / "facts.json"
-        words = "play sample:dino:n_vertices=1500 --length 60 --fps 12 --size 860 440 --quiet --video"
+        words = (
+            "play sample:dino:n_vertices=1500 --length 60 --fps 12 --size 860 440 --quiet --video"
+        )
         shell([*words.split(), str(path), "--json", str(facts)])
         pictures = json.loads(facts.read_text("utf-8"))["frames"]
     return [f"{one['title']}: {one['foldings']} folded faces" for one in pictures]
@@ -284,7 +333,10 @@ def _demo(name: str, *arguments: str) -> Callable[[Path], list[str]]:
             return run_app(app, args)
 
         script = str(ROOT / "demos" / f"{name}.py")
-        with patch.object(viewer, "run_app", noting), patch.object(sys, "argv", [script, *arguments, str(path)]):
+        with (
+            patch.object(viewer, "run_app", noting),
+            patch.object(sys, "argv", [script, *arguments, str(path)]),
+        ):
             runpy.run_path(script, run_name="__main__")
         return _captions(apps[0])
 
@@ -338,8 +390,13 @@ def _captions(app: App) -> list[str]:
 
 def made_with() -> str:
     """What decides on the last digits of a number in a caption."""
-    versions = [f"{one.__name__} {version(name)}" for one, name in ((np, "numpy"), (scipy, "scipy"), (igl, "libigl"))]
-    return ", ".join((*versions, platform.machine(), *np.show_config("dicts")["SIMD Extensions"]["found"]))
+    versions = [
+        f"{one.__name__} {version(name)}"
+        for one, name in ((np, "numpy"), (scipy, "scipy"), (igl, "libigl"))
+    ]
+    return ", ".join(
+        (*versions, platform.machine(), *np.show_config("dicts")["SIMD Extensions"]["found"])
+    )
 
 
 def keep(path: Path, captions: list[str]) -> None:
@@ -363,8 +420,16 @@ def keep(path: Path, captions: list[str]) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make the pictures that are named, or all."""
     parser = ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"default: all of {', '.join(PICTURES)}")
-    parser.add_argument("--to", type=Path, default=ROOT / "docs" / "images", metavar="DIR", help="default: docs/images")
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=f"default: all of {', '.join(PICTURES)}"
+    )
+    parser.add_argument(
+        "--to",
+        type=Path,
+        default=ROOT / "docs" / "images",
+        metavar="DIR",
+        help="default: docs/images",
+    )
     args = parser.parse_args(arguments)
     names = [name if "." in name else f"{name}.png" for name in args.names] or list(PICTURES)
     unknown = sorted(set(names) - set(PICTURES))

@@ -60,8 +60,14 @@ class Remedy:
 
 def as_call(remedy: Remedy) -> str:
     """Say a remedy as a call in Python; an option whose value the reader chooses is said by its name alone."""
-    options = [name if value is None else f"{name}={value!r}" for name, value in remedy.options.items()]
-    return f"{remedy.function}({', '.join((remedy.given, *options))})" if remedy.function else ", ".join(options)
+    options = [
+        name if value is None else f"{name}={value!r}" for name, value in remedy.options.items()
+    ]
+    return (
+        f"{remedy.function}({', '.join((remedy.given, *options))})"
+        if remedy.function
+        else ", ".join(options)
+    )
 
 
 Say = Callable[[Remedy], str]
@@ -216,7 +222,9 @@ def check_whole(value: object, name: str, least: int = 0) -> int:
     return int(value)
 
 
-def check_list(value: object, name: str, length: int | None = None, what: str = "a list") -> list[Any]:
+def check_list(
+    value: object, name: str, length: int | None = None, what: str = "a list"
+) -> list[Any]:
     """Several things as a list; a TypeError for a text or one thing alone, a ValueError for another number of them.
 
     >>> check_list("a.ply", "sources")
@@ -270,7 +278,9 @@ def shown(value: object) -> str:
 
 
 def _of(*kinds: type) -> Callable[[object], bool]:
-    return lambda value: isinstance(value, kinds) and not (isinstance(value, bool) and bool not in kinds)
+    return lambda value: (
+        isinstance(value, kinds) and not (isinstance(value, bool) and bool not in kinds)
+    )
 
 
 def _record(name: str) -> Callable[[object], bool]:
@@ -290,19 +300,43 @@ _KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
     "None": (lambda value: value is None, ""),
     # numpy's, too
     "bool": (lambda value: type(value).__name__ in ("bool", "bool_"), "True or False"),
-    "int": (_of(Integral), "a whole number"), "float": (_of(Real), "a number"),
-    "Mapping": (_of(Mapping), "a dict"), "Metadata": (_of(Mapping), "a dict"),
-    "PathLike": _PATH, "os.PathLike": _PATH, "Listener": _FUNCTION, "Callable": _FUNCTION,
-    **dict.fromkeys(("str", "Literal", "Gauge", "PaperGauge", "Polish", "Kind", "Basis", "Resampling", "Projection"),
-                    _TEXT),
+    "int": (_of(Integral), "a whole number"),
+    "float": (_of(Real), "a number"),
+    "Mapping": (_of(Mapping), "a dict"),
+    "Metadata": (_of(Mapping), "a dict"),
+    "PathLike": _PATH,
+    "os.PathLike": _PATH,
+    "Listener": _FUNCTION,
+    "Callable": _FUNCTION,
+    **dict.fromkeys(
+        (
+            "str",
+            "Literal",
+            "Gauge",
+            "PaperGauge",
+            "Polish",
+            "Kind",
+            "Basis",
+            "Resampling",
+            "Projection",
+        ),
+        _TEXT,
+    ),
     **dict.fromkeys(("Sequence", "Iterable", "tuple", "list"), (_several, "a list")),
-    **{name: (_record(name), said) for name, said in {
-        "SphereMap": "a SphereMap, as balanced_spherical_map(v, f) makes one, and sphere_map(v, f, x) of positions x",
-        "PlaneMap": "a map as flatten(v, f) makes one", "SurfaceMap": "a SurfaceMap, as shapes.match makes one",
-        "Group": "a Group, as shapes.template makes one", "SphereLocator": "a SphereLocator",
-        "SphericalHarmonics": "SphericalHarmonics, as shapes.spherical_harmonics makes them",
-        "Method": "a record of options, such as Auto()", "Effort": "an Effort", "Engine": "an Engine",
-    }.items()},
+    **{
+        name: (_record(name), said)
+        for name, said in {
+            "SphereMap": "a SphereMap, as balanced_spherical_map(v, f) makes one, and sphere_map(v, f, x) of positions",
+            "PlaneMap": "a map as flatten(v, f) makes one",
+            "SurfaceMap": "a SurfaceMap, as shapes.match makes one",
+            "Group": "a Group, as shapes.template makes one",
+            "SphereLocator": "a SphereLocator",
+            "SphericalHarmonics": "SphericalHarmonics, as shapes.spherical_harmonics makes them",
+            "Method": "a record of options, such as Auto()",
+            "Effort": "an Effort",
+            "Engine": "an Engine",
+        }.items()
+    },
 }
 
 
@@ -369,10 +403,14 @@ def import_optional(module: str, user: str, extra: str = "") -> Any:
         name = module.partition(".")[0]
         package = _PACKAGES.get(name, name)
         hint = f" (the extra {extra!r} of igl_spheremap includes it)" if extra else ""
-        raise FileError(f"{user} needs {package}, which is not installed: pip install {package}{hint}") from None
+        raise FileError(
+            f"{user} needs {package}, which is not installed: pip install {package}{hint}"
+        ) from None
 
 
-def gate(function: Callable[P, R], prepare: Callable[[Any, Any], tuple[Any, Any]] | None = None) -> Callable[P, R]:
+def gate(
+    function: Callable[P, R], prepare: Callable[[Any, Any], tuple[Any, Any]] | None = None
+) -> Callable[P, R]:
     """Check the kinds of a public function's arguments by its signature, and keep its caller's ``np.errstate`` out.
 
     The function ignores overflow, division by zero and the like, and checks its results wherever these matter. First of

@@ -10,7 +10,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-def attach(package: str, folder: str) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
+def attach(
+    package: str, folder: str
+) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
     """`__getattr__`, `__dir__` and `__all__` of a package in a folder, of its stub's lines `from .M import N as N`.
 
     `lazy_loader.attach_stub` does this, too, but imports `ast` for it, which takes five times what all else takes here.

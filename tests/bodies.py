@@ -25,7 +25,9 @@ def body_and_rings(seed, depth, limbs, around, noise):
         rings += own
         if rng.random() < 0.5:
             at = path[int(len(path) * rng.uniform(0.2, 0.8))]
-            v, f, _, own = grow(rng, v, f, at, deep * rng.uniform(0.2, 0.6), int(rng.integers(*around)), noise)
+            v, f, _, own = grow(
+                rng, v, f, at, deep * rng.uniform(0.2, 0.6), int(rng.integers(*around)), noise
+            )
             rings += own
     used, f = np.unique(f, return_inverse=True)
     whole = [np.searchsorted(used, ring) for ring in rings if np.isin(ring, used).all()]
@@ -37,7 +39,11 @@ def grow(rng, v, f, at, depth, around, noise):
     used = np.unique(f)
     centre = int(used[np.argmin(np.linalg.norm(v[used] - at, axis=1))])
     star = (f == centre).any(axis=1)
-    follow = {int(np.roll(g, -k)[1]): int(np.roll(g, -k)[2]) for g in f[star] for k in [int(np.argmax(g == centre))]}
+    follow = {
+        int(np.roll(g, -k)[1]): int(np.roll(g, -k)[2])
+        for g in f[star]
+        for k in [int(np.argmax(g == centre))]
+    }
     loop = [next(iter(follow))]
     while follow[loop[-1]] != loop[0]:
         loop.append(follow[loop[-1]])
@@ -49,7 +55,13 @@ def grow(rng, v, f, at, depth, around, noise):
     e = across(rng.normal(size=3), t)
     angle = np.arctan2(d @ np.cross(t, e), d @ e) / (2 * np.pi)
     vertices, faces, path, rings = [v], [f[~star]], [], []
-    last, turns, n, gone, bend = np.array(loop), np.unwrap(angle, period=1), len(v), 0.0, 0.1 * rng.normal(size=2)
+    last, turns, n, gone, bend = (
+        np.array(loop),
+        np.unwrap(angle, period=1),
+        len(v),
+        0.0,
+        0.1 * rng.normal(size=2),
+    )
     k, coil = 0, rng.random() < 0.4
     while gone < depth:
         step = 0.87 * 2 * np.pi * r / around
@@ -79,8 +91,11 @@ def ring_floor(v, f, rings):
     (n + 2) pi. On a straight tube both sum to n pi. On the sphere only rings near to a great circle do with less.
     """
     angles = igl.internal_angles(v, f)
-    ahead = {(g[k], g[(k + 1) % 3]): (g[(k + 2) % 3], a[k]) for g, a in zip(f.tolist(), angles, strict=True)
-             for k in range(3)}
+    ahead = {
+        (g[k], g[(k + 1) % 3]): (g[(k + 2) % 3], a[k])
+        for g, a in zip(f.tolist(), angles, strict=True)
+        for k in range(3)
+    }
     change = 0.0
     for ring in (np.asarray(ring).tolist() for ring in rings):
         if any(edge not in ahead for edge in zip(ring, ring[1:] + ring[:1], strict=True)):
@@ -130,7 +145,13 @@ def worm(circumferences, around=20):
     rings = axis[1:-1, None] + r[..., None] * np.column_stack((np.cos(t), np.sin(t), 0 * t))
     v = np.vstack((axis[:1], rings.reshape(-1, 3), axis[-1:]))
     a, b, last = np.arange(around), (np.arange(around) + 1) % around, len(v) - 1
-    f = [np.column_stack((0 * a, 1 + b, 1 + a)), np.column_stack((last - around + a, last - around + b, 0 * a + last))]
+    f = [
+        np.column_stack((0 * a, 1 + b, 1 + a)),
+        np.column_stack((last - around + a, last - around + b, 0 * a + last)),
+    ]
     for k in range(1, last - around, around):
-        f += [np.column_stack((k + a, k + b, k + b + around)), np.column_stack((k + a, k + b + around, k + a + around))]
+        f += [
+            np.column_stack((k + a, k + b, k + b + around)),
+            np.column_stack((k + a, k + b + around, k + a + around)),
+        ]
     return v, np.vstack(f)

@@ -8,7 +8,9 @@ from igl_spheremap.io.files import write_mesh
 from igl_spheremap.samples import sphere
 
 #: Places of the bumps, which no turn and no mirror takes to each other, and their heights.
-_BUMPS = np.array([[0.9, 0.3, 0.3], [-0.2, 0.8, 0.6], [0.1, -0.5, 0.9], [-0.7, -0.6, 0.3], [0.4, 0.5, -0.8]])
+_BUMPS = np.array(
+    [[0.9, 0.3, 0.3], [-0.2, 0.8, 0.6], [0.1, -0.5, 0.9], [-0.7, -0.6, 0.3], [0.4, 0.5, -0.8]]
+)
 _HEIGHTS = np.array([0.5, -0.35, 0.3, 0.45, -0.3])
 #: What the stand-in of an atlas calls its labels.
 NAMES = ("front", "back")

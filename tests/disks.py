@@ -36,8 +36,9 @@ def grid(rows, columns):
     y, x = np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij")
     i = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = (corner.ravel() for corner in (i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]))
-    return np.column_stack((x.ravel(), y.ravel())).astype(float), np.vstack((np.column_stack((a, b, c)),
-                                                                             np.column_stack((a, c, d))))
+    return np.column_stack((x.ravel(), y.ravel())).astype(float), np.vstack(
+        (np.column_stack((a, b, c)), np.column_stack((a, c, d)))
+    )
 
 
 def half(v, f, axis=2):
@@ -51,7 +52,9 @@ def cut(v, f, centre, share):
     """A disk of a closed surface: faces about a vertex, by paths along edges, up to a share of the area."""
     start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
     length = np.maximum(np.linalg.norm(v[start] - v[stop], axis=1), 1e-12 * np.ptp(v))
-    distance = dijkstra(csr_matrix((length, (start, stop)), shape=(len(v), len(v))), indices=centre)[f].max(axis=1)
+    distance = dijkstra(
+        csr_matrix((length, (start, stop)), shape=(len(v), len(v))), indices=centre
+    )[f].max(axis=1)
     area = np.linalg.norm(np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), axis=1)
     order = np.argsort(distance)
     inside = np.zeros(len(f), dtype=bool)
@@ -59,7 +62,9 @@ def cut(v, f, centre, share):
     for _ in range(len(f)):
         for side in (True, False):  # one piece each: islands go over to what is around them
             rows = np.flatnonzero(inside == side)
-            keys = np.sort(np.stack((f[rows], f[rows][:, [1, 2, 0]]), axis=2), axis=2).reshape(-1, 2)
+            keys = np.sort(np.stack((f[rows], f[rows][:, [1, 2, 0]]), axis=2), axis=2).reshape(
+                -1, 2
+            )
             edge = keys[:, 0] * len(v) + keys[:, 1]
             order = np.argsort(edge, kind="stable")
             shared = np.flatnonzero(edge[order][1:] == edge[order][:-1])

@@ -82,7 +82,9 @@ def use(code):
 
 def command(*words):
     """Run the command line, without errors, and return the lines that it prints."""
-    return _forked(f"from igl_spheremap.apps.cli import main\nassert main({[*map(str, words)]!r}) == 0")[0]
+    return _forked(
+        f"from igl_spheremap.apps.cli import main\nassert main({[*map(str, words)]!r}) == 0"
+    )[0]
 
 
 def _forked(code, **environment):
@@ -99,8 +101,13 @@ def _forked(code, **environment):
 
 @cache
 def _parent():
-    parent = subprocess.Popen([sys.executable, "-c", _PARENT], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                              env=_places())
+    parent = subprocess.Popen(
+        [sys.executable, "-c", _PARENT],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=_places(),
+    )
     atexit.register(parent.communicate)
     return parent
 

@@ -12,6 +12,11 @@ ALL = (*EXACT, *ROUNDED, "ball.stl")
 
 def needs(name):
     """Skip the test where the package that reads such a file is missing."""
-    for part, module in ((".gl", "trimesh"), (".gii", "nibabel"), ("lh.", "nibabel"), ("rh.", "nibabel")):
+    for part, module in (
+        (".gl", "trimesh"),
+        (".gii", "nibabel"),
+        ("lh.", "nibabel"),
+        ("rh.", "nibabel"),
+    ):
         if part in name:
             pytest.importorskip(module)

@@ -16,13 +16,29 @@ import polyscope.implot as implot
 from igl_spheremap.apps.viewer import window
 from igl_spheremap.apps.viewer.app import FAILED
 
-_CLICKED = ("Button", "SmallButton", "ArrowButton", "InvisibleButton", "Checkbox", "RadioButton", "Selectable")
+_CLICKED = (
+    "Button",
+    "SmallButton",
+    "ArrowButton",
+    "InvisibleButton",
+    "Checkbox",
+    "RadioButton",
+    "Selectable",
+)
 _MENUS = ("BeginCombo",)
 _OPENED = ("TreeNode", "CollapsingHeader")
 _DRAGGED = ("SliderInt", "SliderFloat", "SliderAngle", "SliderFloat2", "SliderFloat3")
 #: What is typed into a field unless a script says otherwise.
 _TYPED = {"InputText": "typed", "InputInt": "3", "InputFloat": "0.5", "InputDouble": "0.5"}
-_TEXTS = ("TextUnformatted", "Text", "TextWrapped", "TextColored", "TextDisabled", "BulletText", "SetTooltip")
+_TEXTS = (
+    "TextUnformatted",
+    "Text",
+    "TextWrapped",
+    "TextColored",
+    "TextDisabled",
+    "BulletText",
+    "SetTooltip",
+)
 #: Frames after which a window has answered to an event: ImGui acts on it in the next one, and lays out in one more.
 _ANSWER = 2
 #: Pixels at the border of a window in which nothing can be clicked.
@@ -174,7 +190,9 @@ class Hand:
         """Open a menu, and return the labels of its entries."""
         before = [w.label for w in self.widgets if w.kind == "Selectable"]
         self.click(label, "BeginCombo")
-        entries = [w.label for w in self.widgets if w.kind == "Selectable" and w.label not in before]
+        entries = [
+            w.label for w in self.widgets if w.kind == "Selectable" and w.label not in before
+        ]
         assert entries, f"{label!r} does not open"
         return entries
 
@@ -189,8 +207,13 @@ class Hand:
         `typed` says what is typed into a field; `after` is called after each use.
         """
         used = set()
-        while new := [w for w in self.widgets
-                      if w.enabled and (w.kind, w.label) not in used and w.label not in (*leave, *map(str, used))]:
+        while new := [
+            w
+            for w in self.widgets
+            if w.enabled
+            and (w.kind, w.label) not in used
+            and w.label not in (*leave, *map(str, used))
+        ]:
             widget = new[0]
             used.add((widget.kind, widget.label))
             self._use(widget, typed or {})
@@ -258,7 +281,10 @@ class Hand:
         self._left = True
 
     def _wrap(self):
-        for module, names in ((imgui, (*_CLICKED, *_MENUS, *_OPENED, *_DRAGGED, *_TYPED)), (implot, ("BeginPlot",))):
+        for module, names in (
+            (imgui, (*_CLICKED, *_MENUS, *_OPENED, *_DRAGGED, *_TYPED)),
+            (implot, ("BeginPlot",)),
+        ):
             for name in names:
                 setattr(module, name, partial(self._record, name, getattr(module, name)))
         for name in _TEXTS:
@@ -276,7 +302,9 @@ class Hand:
             right = left + width
         rectangles = (left, top, right, bottom), (x, content, x + w, y + h)
         value = args[0] if args else None
-        self._drawing.append(Widget(kind, label, value, *rectangles, enabled=not any(self._disabled)))
+        self._drawing.append(
+            Widget(kind, label, value, *rectangles, enabled=not any(self._disabled))
+        )
         return result
 
     def _read(self, draw, *args, **options):

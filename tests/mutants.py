@@ -30,10 +30,29 @@ from igl_spheremap.shapes.harmonics.files import read_coefficients
 
 #: What may leave a reader.
 ALLOWED = (ism.MeshError, ism.FileError, ism.MapError)
-SPECIAL = [struct.pack(f, n) for f in ("<i", ">i", "<q") for n in (0, -1, 1, 2**31 - 1, -(2**31))] + [
-    struct.pack(f, x) for f in ("<f", ">f", "<d") for x in (float("nan"), float("inf"), -0.0, 1e38)]
-WORDS = [b"-1", b"0", b"1e999", b"nan", b"-inf", b"999999999999", b"4294967296", b"9" * 30, b"0x10", b"", b"x", b"1.5",
-         b"[]", b"{}", b"null", b"<>"]
+SPECIAL = [
+    struct.pack(f, n) for f in ("<i", ">i", "<q") for n in (0, -1, 1, 2**31 - 1, -(2**31))
+] + [
+    struct.pack(f, x) for f in ("<f", ">f", "<d") for x in (float("nan"), float("inf"), -0.0, 1e38)
+]
+WORDS = [
+    b"-1",
+    b"0",
+    b"1e999",
+    b"nan",
+    b"-inf",
+    b"999999999999",
+    b"4294967296",
+    b"9" * 30,
+    b"0x10",
+    b"",
+    b"x",
+    b"1.5",
+    b"[]",
+    b"{}",
+    b"null",
+    b"<>",
+]
 
 
 def read_polygons(path):
@@ -43,15 +62,50 @@ def read_polygons(path):
 
 #: The readers, and the names of files that each is tried on.
 READERS = {
-    read_mesh: ("ball.obj", "ball.off", "ball.ply", "text.ply", "ball.stl", "text.stl", "ball.npz", "ball.glb",
-                "ball.gltf", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere.conformal", "ball.vtk", "text.vtk",
-                "new.vtk", "mixed.ply", "ball.tab"),
-    read_polygons: ("ball.obj", "ball.off", "ball.ply", "text.ply", "ball.vtk", "text.vtk", "mixed.ply"),
+    read_mesh: (
+        "ball.obj",
+        "ball.off",
+        "ball.ply",
+        "text.ply",
+        "ball.stl",
+        "text.stl",
+        "ball.npz",
+        "ball.glb",
+        "ball.gltf",
+        "ball.surf.gii",
+        "ball.surf.gii.gz",
+        "lh.sphere.conformal",
+        "ball.vtk",
+        "text.vtk",
+        "new.vtk",
+        "mixed.ply",
+        "ball.tab",
+    ),
+    read_polygons: (
+        "ball.obj",
+        "ball.off",
+        "ball.ply",
+        "text.ply",
+        "ball.vtk",
+        "text.vtk",
+        "mixed.ply",
+    ),
     read_sphere: ("map.npz",),
     read_map: ("map.npz",),
     read_mark: ("map.npz", "map.obj", "map.surf.gii.gz"),
-    read_scalars: ("data.npz", "data.shape.gii", "lh.data", "lh.data.annot", "point.vtk", "data.npy", "data.csv",
-                   "data.tsv", "data.txt", "data.1D", "data.ply"),
+    read_scalars: (
+        "data.npz",
+        "data.shape.gii",
+        "lh.data",
+        "lh.data.annot",
+        "point.vtk",
+        "data.npy",
+        "data.csv",
+        "data.tsv",
+        "data.txt",
+        "data.1D",
+        "data.ply",
+    ),
     read_labels: ("lh.data.annot", "data.label.gii"),
     read_coefficients: ("ball.coef", "ball.npz.coef.npz"),
 }
@@ -75,24 +129,37 @@ def write_sound(folder, name):
         several = {} if name == "lh.data" else {"width": v[:, 0]}
         write_scalars(path, {"height": v[:, 2]} | several, surface=(v, f))
     elif "coef" in name:
-        ism.shapes.write_coefficients(path, ism.shapes.spherical_harmonics(ism.sphere_map(v, f, v), degree=2))
+        ism.shapes.write_coefficients(
+            path, ism.shapes.spherical_harmonics(ism.sphere_map(v, f, v), degree=2)
+        )
     elif name == "text.ply":
         rows = lines("{} {} {}\n", v) + lines("3 {} {} {}\n", f)
-        path.write_text(f"ply\nformat ascii 1.0\nelement vertex {len(v)}\nproperty float x\nproperty float y\nproperty "
-                        f"float z\nelement face {len(f)}\nproperty list uchar int vertex_indices\nend_header\n{rows}")
+        path.write_text(
+            f"ply\nformat ascii 1.0\nelement vertex {len(v)}\nproperty float x\nproperty float y\nproperty "
+            f"float z\nelement face {len(f)}\nproperty list uchar int vertex_indices\nend_header\n{rows}"
+        )
     elif name == "mixed.ply":
-        path.write_bytes(f"ply\nformat binary_big_endian 1.0\nelement vertex {len(v)}\nproperty list uchar short n\n"
-                         "property float x\nproperty float y\nproperty float z\nelement face 2\nproperty int k\n"
-                         "property list uchar int vertex_indices\nend_header\n".encode()
-                         + b"".join(struct.pack(f">B{k % 3}h3f", k % 3, *[7] * (k % 3), *x) for k, x in enumerate(v))
-                         + struct.pack(">iB3iiB4i", 1, 3, 0, 1, 2, 1, 4, 0, 1, 2, 3))
+        path.write_bytes(
+            f"ply\nformat binary_big_endian 1.0\nelement vertex {len(v)}\nproperty list uchar short n\n"
+            "property float x\nproperty float y\nproperty float z\nelement face 2\nproperty int k\n"
+            "property list uchar int vertex_indices\nend_header\n".encode()
+            + b"".join(
+                struct.pack(f">B{k % 3}h3f", k % 3, *[7] * (k % 3), *x) for k, x in enumerate(v)
+            )
+            + struct.pack(">iB3iiB4i", 1, 3, 0, 1, 2, 1, 4, 0, 1, 2, 3)
+        )
     elif name in ("text.vtk", "new.vtk"):
         path.write_text(legacy_polygons(v, f, new=name == "new.vtk"))
     elif name.startswith("point"):
-        write_mesh(path, v, f, metadata={"point_data": {"height": v[:, 2], "vector": v.astype("f4")}})
+        write_mesh(
+            path, v, f, metadata={"point_data": {"height": v[:, 2], "vector": v.astype("f4")}}
+        )
     elif name == "text.stl":
-        path.write_text("solid\n" + lines("facet\n" + "vertex {} {} {}\n" * 3 + "endfacet\n", v[f].reshape(-1, 9))
-                        + "endsolid\n")
+        path.write_text(
+            "solid\n"
+            + lines("facet\n" + "vertex {} {} {}\n" * 3 + "endfacet\n", v[f].reshape(-1, 9))
+            + "endsolid\n"
+        )
     else:
         write_mesh(path, v, f)
     data = path.read_bytes()
@@ -103,15 +170,19 @@ def write_sound(folder, name):
 def legacy_polygons(v, f, new):
     """A .vtk file as text, in the layout of version 5 or an older one, with what else such a file holds."""
     points = lines("{} {} {}\n", v)
-    ends, fives, ones = (" ".join(map(str, row)) for row in (range(0, f.size + 1, 3), [5] * len(v), [1] * len(v)))
+    ends, fives, ones = (
+        " ".join(map(str, row)) for row in (range(0, f.size + 1, 3), [5] * len(v), [1] * len(v))
+    )
     cells = f"POLYGONS {len(f)} {4 * len(f)}\n" + lines("3 {} {} {}\n", f)
     if new:
         cells = f"POLYGONS {len(f) + 1} {f.size}\nOFFSETS vtktypeint64\n{ends}\nCONNECTIVITY vtktypeint64\n"
         cells += lines("{} {} {}\n", f)
-    return (f"# vtk DataFile Version {5.1 if new else 4.2}\ntitle\nASCII\nDATASET POLYDATA\nFIELD FieldData 1\n"
-            f"s 1 1 int\n7\nPOINTS {len(v)} float\n{points}{cells}METADATA\nINFORMATION 0\n\n"
-            f"POINT_DATA {len(v)}\nSCALARS s short 1\nLOOKUP_TABLE default\n{fives}\nVECTORS w double\n{points}"
-            f"FIELD FieldData 1\nb 1 {len(v)} int\n{ones}\n")
+    return (
+        f"# vtk DataFile Version {5.1 if new else 4.2}\ntitle\nASCII\nDATASET POLYDATA\nFIELD FieldData 1\n"
+        f"s 1 1 int\n7\nPOINTS {len(v)} float\n{points}{cells}METADATA\nINFORMATION 0\n\n"
+        f"POINT_DATA {len(v)}\nSCALARS s short 1\nLOOKUP_TABLE default\n{fives}\nVECTORS w double\n{points}"
+        f"FIELD FieldData 1\nb 1 {len(v)} int\n{ones}\n"
+    )
 
 
 def mutant(data, rng):
@@ -124,7 +195,9 @@ def mutant(data, rng):
         name = list(members)[rng.integers(len(members))]
         members[name] = damage(members[name], rng)
         packed = io.BytesIO()
-        with zipfile.ZipFile(packed, "w", int(rng.choice([zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED]))) as archive:
+        with zipfile.ZipFile(
+            packed, "w", int(rng.choice([zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED]))
+        ) as archive:
             for name, content in members.items():
                 archive.writestr(name, content)
         return packed.getvalue()
@@ -134,12 +207,18 @@ def mutant(data, rng):
         size = int.from_bytes(data[12:16], "little")
         tree = damage(data[20 : 20 + size], rng)
         rest = data[20 + size :]
-        return struct.pack("<4sIIII", b"glTF", 2, 20 + len(tree) + len(rest), len(tree), 0x4E4F534A) + tree + rest
+        return (
+            struct.pack("<4sIIII", b"glTF", 2, 20 + len(tree) + len(rest), len(tree), 0x4E4F534A)
+            + tree
+            + rest
+        )
     blocks = list(re.finditer(rb"<Data>([^<]+)</Data>", data))
     if blocks:
         block = blocks[rng.integers(len(blocks))]
         inner = damage(zlib.decompress(base64.b64decode(block[1])), rng)
-        return data[: block.start(1)] + base64.b64encode(zlib.compress(inner)) + data[block.end(1) :]
+        return (
+            data[: block.start(1)] + base64.b64encode(zlib.compress(inner)) + data[block.end(1) :]
+        )
     return damage(data, rng)
 
 
@@ -157,7 +236,9 @@ def damage(data, rng):
         elif kind == 3:
             data = data[:at] + data[at : at + size] * 2 + data[at + size :]
         elif kind == 4:
-            data = data[:at] + rng.integers(0, 256, size, dtype=np.uint8).tobytes() + data[at + size :]
+            data = (
+                data[:at] + rng.integers(0, 256, size, dtype=np.uint8).tobytes() + data[at + size :]
+            )
         elif kind == 5:
             word = SPECIAL[rng.integers(len(SPECIAL))]
             data = data[:at] + word + data[at + len(word) :]
@@ -209,8 +290,11 @@ def main():
             wrong = {text: n for text, n in verdicts.items() if text not in ("read", "refused")}
             faults += sum(wrong.values())
             peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
-            print(f"{reader.__name__:18} {name:20} read {verdicts['read']:5} refused {verdicts['refused']:5} slowest "
-                  f"{slowest:.3f} s, peak of the process {peak} MB {wrong or ''}", flush=True)
+            print(
+                f"{reader.__name__:18} {name:20} read {verdicts['read']:5} refused {verdicts['refused']:5} slowest "
+                f"{slowest:.3f} s, peak of the process {peak} MB {wrong or ''}",
+                flush=True,
+            )
     print(f"{faults} faults")
     sys.exit(bool(faults))
 

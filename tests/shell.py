@@ -33,5 +33,16 @@ def read_table(path):
     header, *rows = read_cells(Path(path))
     entries = [dict(zip(header, row, strict=True)) for row in rows]
     texts = {"worker", "notes"}
-    return [from_plain({name: cell if name in texts else cell == "True" if name == "resumed" else cell or None
-                        for name, cell in entry.items()}) for entry in entries]
+    return [
+        from_plain(
+            {
+                name: cell
+                if name in texts
+                else cell == "True"
+                if name == "resumed"
+                else cell or None
+                for name, cell in entry.items()
+            }
+        )
+        for entry in entries
+    ]

@@ -12,12 +12,16 @@ from disks import half
 import igl_spheremap as ism
 from igl_spheremap.plane.plane_map import in_space
 
-pytestmark = pytest.mark.skipif(not (ROOT / "benchmarks").exists(), reason="the benchmarks are not installed")
+pytestmark = pytest.mark.skipif(
+    not (ROOT / "benchmarks").exists(), reason="the benchmarks are not installed"
+)
 
 
 def benchmark(*words):
     """What a benchmark prints."""
-    done = subprocess.run([sys.executable, "-m", "benchmarks", *words], cwd=ROOT, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "benchmarks", *words], cwd=ROOT, capture_output=True, text=True
+    )
     if "No module named" in done.stderr:
         pytest.skip(done.stderr.splitlines()[-1])
     assert done.returncode == 0, done.stderr
@@ -32,12 +36,33 @@ def test_the_list_says_what_each_measures():
     lines = benchmark("--list").splitlines()
     assert len(lines) > 5
     assert all(len(line.split()) > 4 for line in lines)
-    assert {line.split()[0] for line in lines} <= {path.stem for path in (ROOT / "benchmarks").glob("*.py")}
+    assert {line.split()[0] for line in lines} <= {
+        path.stem for path in (ROOT / "benchmarks").glob("*.py")
+    }
 
 
-OPTIONS = ("balanced_maps", "convergence", "cortices", "disks", "factors", "gather", "groups", "judge", "mindboggle",
-           "paper", "peers", "permutations", "phases", "player", "random_meshes", "readings", "repairs", "scaling",
-           "shapes", "versions")
+OPTIONS = (
+    "balanced_maps",
+    "convergence",
+    "cortices",
+    "disks",
+    "factors",
+    "gather",
+    "groups",
+    "judge",
+    "mindboggle",
+    "paper",
+    "peers",
+    "permutations",
+    "phases",
+    "player",
+    "random_meshes",
+    "readings",
+    "repairs",
+    "scaling",
+    "shapes",
+    "versions",
+)
 
 
 #: Starts benchmarks, one after the other; one that needs a package which is not there is left out.
@@ -66,7 +91,9 @@ def test_every_benchmark_with_options_explains_them_and_the_others_find_what_the
 
 
 def test_a_level_of_scaling_is_a_row_of_figures():
-    assert "| 0 | yes |" in benchmark("scaling", "map", "sample:spheroid:n_vertices=500", "--levels", "0")
+    assert "| 0 | yes |" in benchmark(
+        "scaling", "map", "sample:spheroid:n_vertices=500", "--levels", "0"
+    )
 
 
 def test_two_of_the_readings_are_the_paper_as_printed_and_as_programmed():
@@ -92,7 +119,10 @@ def test_parts_are_listed_once_and_no_wheel_has_parts_of_both_sets():
     with (ROOT / "benchmarks" / "parts.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert len({row["sha256"] for row in rows}) == len(rows)
-    sets = {name: {row["wheel"] for row in rows if row["set"] == name} for name in ("tune", "test", "judge")}
+    sets = {
+        name: {row["wheel"] for row in rows if row["set"] == name}
+        for name in ("tune", "test", "judge")
+    }
     assert set.union(*sets.values()) == {row["wheel"] for row in rows}
     assert not sets["tune"] & (sets["test"] | sets["judge"])
 
@@ -150,7 +180,10 @@ for side in ("lh", "rh"):
     with (tmp_path / "figures.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [row["source"] for row in rows] == ["one", "two"] * 2
-    assert all((float(row["agree"]) > 0.98 and float(row["dice"]) > 0.98) == (row["side"] == "lh") for row in rows)
+    assert all(
+        (float(row["agree"]) > 0.98 and float(row["dice"]) > 0.98) == (row["side"] == "lh")
+        for row in rows
+    )
     assert {row["folded"] for row in rows} == {"0"}
 
 
@@ -160,8 +193,16 @@ def test_the_judge_says_what_is_wrong_with_each_map(tmp_path):
     folded, bad, (flat, g, _) = x.copy(), x.copy(), half(x, f)
     folded[[3, 90]] = x[[90, 3]]
     bad[7] = np.nan
-    maps = {"right": (5 * x, f), "folded": (folded, f), "mirrored": (x * [-1, 1, 1], f), "empty": (bad, f),
-            "aside": (x + 3, f), "another": other, "onto": (x, f), "disk": (in_space(flat[:, :2]), g)}
+    maps = {
+        "right": (5 * x, f),
+        "folded": (folded, f),
+        "mirrored": (x * [-1, 1, 1], f),
+        "empty": (bad, f),
+        "aside": (x + 3, f),
+        "another": other,
+        "onto": (x, f),
+        "disk": (in_space(flat[:, :2]), g),
+    }
     meshes, theirs = tmp_path / "meshes", tmp_path / "theirs"
     meshes.mkdir()
     theirs.mkdir()
@@ -179,8 +220,16 @@ def test_the_judge_says_what_is_wrong_with_each_map(tmp_path):
     with (tmp_path / "table.tsv").open(newline="") as file:
         rows = {row["mesh"]: row for row in csv.DictReader(file, delimiter="\t")}
     assert {name: row["verdict"] for name, row in rows.items()} == {
-        "right": "certified", "folded": "folded", "mirrored": "mirrored", "empty": "not finite", "aside": "folded",
-        "another": "another mesh", "onto": "certified", "disk": "certified", "missing": "missing"}
+        "right": "certified",
+        "folded": "folded",
+        "mirrored": "mirrored",
+        "empty": "not finite",
+        "aside": "folded",
+        "another": "another mesh",
+        "onto": "certified",
+        "disk": "certified",
+        "missing": "missing",
+    }
     assert int(rows["folded"]["folds"]) == ism.certify(folded, f).foldings
     assert [rows[name]["degree"] for name in ("right", "mirrored", "aside")] == ["1", "-1", "0"]
     assert all(float(rows["right"][measure]) < 1e-6 for measure in ("angle", "area", "edge"))
@@ -198,20 +247,33 @@ def test_published_maps_are_judged_on_their_own_numbers(tmp_path, monkeypatch):
     x, f = ism.samples.sphere(162)
     folded = x.copy()
     folded[0] = -x[0]
-    meshes = {"same": (x, f), "mirrored": (100 * x * [-1, 1, 1], f), "rounded": (x.round(4), f), "folded": (folded, f),
-              "open": (x, f[1:]), "flat": (half(x, f)[0] * [1, 1, 0], half(x, f)[1])}
+    meshes = {
+        "same": (x, f),
+        "mirrored": (100 * x * [-1, 1, 1], f),
+        "rounded": (x.round(4), f),
+        "folded": (folded, f),
+        "open": (x, f[1:]),
+        "flat": (half(x, f)[0] * [1, 1, 0], half(x, f)[1]),
+    }
     for name, mesh in meshes.items():
         ism.write_mesh(place / f"{name}.ply", *mesh)
-    rows = [f"{name},me/mine,,{name}.ply,,{'plane' if name == 'flat' else 'sphere'}" for name in [*meshes, "missing"]]
+    rows = [
+        f"{name},me/mine,,{name}.ply,,{'plane' if name == 'flat' else 'sphere'}"
+        for name in [*meshes, "missing"]
+    ]
     (tmp_path / "rows.csv").write_text("\n".join(["whose,source,commit,path,surface,kind", *rows]))
     monkeypatch.setattr(judge_published, "MANIFEST", tmp_path / "rows.csv")
     clones = tmp_path / "clones" / "me+mine" / "repo"
     clones.mkdir(parents=True)
-    found = {row["from"]: row for row in judge_published.judge_published(tmp_path, clones.parents[1])}
+    found = {
+        row["from"]: row for row in judge_published.judge_published(tmp_path, clones.parents[1])
+    }
     assert found["same"]["verdict"] == found["flat"]["verdict"] == "homeomorphism"
     assert found["mirrored"]["verdict"] == "homeomorphism, mirrored"
     assert (found["mirrored"]["radius"], found["mirrored"]["degree"]) == ("100", "-1")
-    assert found["rounded"]["verdict"].startswith("homeomorphism, once scaled to the sphere: radii vary by ")
+    assert found["rounded"]["verdict"].startswith(
+        "homeomorphism, once scaled to the sphere: radii vary by "
+    )
     assert found["folded"]["verdict"] == "folded"
     assert found["folded"]["folded faces"] == str(ism.certify(folded, f).foldings)
     assert "open surface" in found["open"]["verdict"]

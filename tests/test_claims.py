@@ -18,7 +18,10 @@ claims = pytest.importorskip("benchmarks.claims", reason="the benchmarks are not
 @pytest.fixture
 def small(monkeypatch):
     """Every surface of the paper stood for by a small spheroid of its own."""
-    tiny = {name: Counterpart("", "", f"spheroid:n_vertices={200 + 4 * k}", "") for k, name in enumerate(COUNTERPARTS)}
+    tiny = {
+        name: Counterpart("", "", f"spheroid:n_vertices={200 + 4 * k}", "")
+        for k, name in enumerate(COUNTERPARTS)
+    }
     monkeypatch.setattr("igl_spheremap.apps.reproduce.surfaces.COUNTERPARTS", tiny)
 
 
@@ -33,8 +36,14 @@ def test_maps_through_the_plane_stand_beside_the_papers(small, monkeypatch):
     table = rows("planes")
     assert len(table) == 3 * 7
     for plane in ("[11]", "[12]"):
-        best, worst = (float(next(row for row in table if row["method"].startswith(f"{plane}, {which}"))["mean angle"])
-                       for which in ("best", "worst"))
+        best, worst = (
+            float(
+                next(row for row in table if row["method"].startswith(f"{plane}, {which}"))[
+                    "mean angle"
+                ]
+            )
+            for which in ("best", "worst")
+        )
         assert best <= worst
     assert [row["folded faces"] for row in table if row["method"] == "auto"] == ["0"] * 3
 
@@ -55,7 +64,10 @@ def test_a_puncture_without_a_map_is_counted(small, monkeypatch):
 
 def test_long_bodies_need_the_weights(monkeypatch):
     """The second eigenfunction of a long body is a wave along it, not across."""
-    spheroids = [(f"{aspect}", *ism.samples.make("spheroid", n_vertices=500, aspect=aspect)) for aspect in (1.2, 3)]
+    spheroids = [
+        (f"{aspect}", *ism.samples.make("spheroid", n_vertices=500, aspect=aspect))
+        for aspect in (1.2, 3)
+    ]
     monkeypatch.setattr(claims, "bodies", lambda folder: spheroids)
     short, long, _ = rows("eigenfunctions")
     assert short["standard eigenfunctions"] == "0"
@@ -117,7 +129,11 @@ def test_the_number_of_projections_is_predicted(field):
 def test_corrected_projections_need_a_third():
     mesh, x, distance = moved(degree_2)
     plain, corrected = (
-        next(k + 1 for k, step in enumerate(claims.in_a_row(mesh, x, corrected)) if distance(step.x) < 0.01)
+        next(
+            k + 1
+            for k, step in enumerate(claims.in_a_row(mesh, x, corrected))
+            if distance(step.x) < 0.01
+        )
         for corrected in (False, True)
     )
     assert corrected <= plain / 3
@@ -127,7 +143,9 @@ def test_copies_differ_by_their_order_alone():
     surface = PaperSurface("S", *ism.samples.make("spheroid", n_vertices=300), "", "")
     copy = claims.renumbered(surface, 1)
     assert not np.array_equal(copy.v, surface.v)
-    assert np.allclose(*(np.sort(each.v[each.f].reshape(-1, 9).prod(axis=1)) for each in (surface, copy)))
+    assert np.allclose(
+        *(np.sort(each.v[each.f].reshape(-1, 9).prod(axis=1)) for each in (surface, copy))
+    )
     assert claims.bounds([1200, 900, 1400], ",") == "1,200 (900 to 1,400)"
     assert claims.bounds([0.111, 0.112], ".2f") == "0.11"
 
@@ -137,9 +155,14 @@ def test_common_energy_is_reached_by_both_and_not_before(small, monkeypatch):
     for row in rows("speeds"):
         assert float(row["ratio"]) > 2
     v, f = ism.samples.make("spheroid", n_vertices=300)
-    courses = [claims.course(v, f, claims.METHODS[name])[:2] for name in ("Algorithm 1 as printed", "Gu-Yau")]
+    courses = [
+        claims.course(v, f, claims.METHODS[name])[:2]
+        for name in ("Algorithm 1 as printed", "Gu-Yau")
+    ]
     target = max(energies.min() for _, energies in courses) * (1 + 1e-6)
-    for (k, seconds), (clock, energies) in zip(claims.to_common_energy(*courses), courses, strict=True):
+    for (k, seconds), (clock, energies) in zip(
+        claims.to_common_energy(*courses), courses, strict=True
+    ):
         assert energies[k] <= target
         assert (energies[:k] > target).all()
         assert seconds == clock[k]

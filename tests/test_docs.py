@@ -41,19 +41,54 @@ BENCHMARKS = ROOT / "benchmarks"
 BUILT = {DOCS / "_build", DOCS / "gallery", DOCS / "reference" / "generated", REPRODUCED}
 PAGES = [ROOT / "README.md", *(p for p in sorted(DOCS.rglob("*.md")) if not BUILT & set(p.parents))]
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
-EXTRAS = {"io": ("nibabel", "trimesh", "PIL"), "display": ("polyscope",), "plot": ("matplotlib",),
-          "pyvista": ("pyvista",), "nitransforms": ("nitransforms",), "mne": ("mne",), "neuromaps": ("neuromaps",)}
+EXTRAS = {
+    "io": ("nibabel", "trimesh", "PIL"),
+    "display": ("polyscope",),
+    "plot": ("matplotlib",),
+    "pyvista": ("pyvista",),
+    "nitransforms": ("nitransforms",),
+    "mne": ("mne",),
+    "neuromaps": ("neuromaps",),
+}
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 #: Words of command lines that open a window, take long or go on from those; their own tests run them.
-ELSEWHERE = {"view", "play", "reproduce", "batch", "match", "template", "spharm-pdm", "--modes",
-             "--report", "--plot"}
+ELSEWHERE = {
+    "view",
+    "play",
+    "reproduce",
+    "batch",
+    "match",
+    "template",
+    "spharm-pdm",
+    "--modes",
+    "--report",
+    "--plot",
+}
 #: A sample that is as large as it is for the reader only.
-SMALLER = {"sample:bunny ": "sample:bunny:n_vertices=2000 ", 'make("bunny")': 'make("bunny", n_vertices=2000)'}
+SMALLER = {
+    "sample:bunny ": "sample:bunny:n_vertices=2000 ",
+    'make("bunny")': 'make("bunny", n_vertices=2000)',
+}
 COMMAND = re.compile(r"igl-spheremap ([a-z][a-z-]*)")
 
 #: Surfaces and scalar maps that FreeSurfer makes for each hemisphere.
-OF_FREESURFER = {"white", "pial", "orig", "smoothwm", "inflated", "sphere", "sphere.reg", "qsphere.nofix", "curv",
-                 "sulc", "area", "thickness", "volume", "avg_curv", "jacobian_white"}
+OF_FREESURFER = {
+    "white",
+    "pial",
+    "orig",
+    "smoothwm",
+    "inflated",
+    "sphere",
+    "sphere.reg",
+    "qsphere.nofix",
+    "curv",
+    "sulc",
+    "area",
+    "thickness",
+    "volume",
+    "avg_curv",
+    "jacobian_white",
+}
 
 #: polyscope with its backend that draws nothing.
 NO_WINDOW = """
@@ -79,7 +114,12 @@ class Block:
 def blocks(page: Path, language: str) -> list[Block]:
     text = page.read_text("utf-8")
     return [
-        Block(found[1], tuple(re.findall(r"needs=(\w+)", found[2])), found[3], text[: found.start()].count("\n") + 1)
+        Block(
+            found[1],
+            tuple(re.findall(r"needs=(\w+)", found[2])),
+            found[3],
+            text[: found.start()].count("\n") + 1,
+        )
         for found in FENCE.finditer(text)
         if found[1] == language
     ]
@@ -100,7 +140,11 @@ def files(tmp_path_factory):
     write_mesh(folder / "bunny.ply", v, f)
     write_mesh(folder / "67p.tab", v, f)
     write_mesh(folder / "bunny.obj", v, f)
-    write_mesh(folder / "scan.stl", np.concatenate([v, v[f[:20]].reshape(-1, 3) + 9]), scan_faces(f, len(v)))
+    write_mesh(
+        folder / "scan.stl",
+        np.concatenate([v, v[f[:20]].reshape(-1, 3) + 9]),
+        scan_faces(f, len(v)),
+    )
     write_mesh(folder / "X_surf.vtk", v, f)
     for name, shape in (("cat", "pear"), ("horse", "spheroid")):
         write_mesh(folder / f"{name}.ply", *ism.samples.make(shape, n_vertices=400))
@@ -116,7 +160,10 @@ def files(tmp_path_factory):
         for name in ("lh.pial", "lh.white", "lh.pial.surf.gii"):
             write_mesh(folder / name, *brain)
         write_mesh(folder / "rh.white", brain[0] * [-1, 1, 1], brain[1][:, ::-1])
-        for name, values in (("sulc", np.linalg.norm(brain[0], axis=1)), ("thickness", brain[0][:, 2])):
+        for name, values in (
+            ("sulc", np.linalg.norm(brain[0], axis=1)),
+            ("thickness", brain[0][:, 2]),
+        ):
             for side in ("lh", "rh"):
                 write_scalars(folder / f"{side}.{name}", {name: values})
         write_mesh(folder / "lh.sphere", ism.spherical_conformal_map(*brain).sphere, brain[1])
@@ -144,7 +191,9 @@ def test_python_blocks_run(page, desk, capsys):
         if missing():
             pytest.skip(missing())
         code = NO_WINDOW + "\n".join(block.text for block in found)
-        ended = subprocess.run([sys.executable, "-c", code], cwd=desk, env=environment(desk), timeout=300)
+        ended = subprocess.run(
+            [sys.executable, "-c", code], cwd=desk, env=environment(desk), timeout=300
+        )
         assert ended.returncode == 0
         return
     namespace = {"__name__": "__main__"}
@@ -183,8 +232,17 @@ def parser():
 
 def commands(page: Path) -> list[str]:
     """What sh blocks run of this package, and folders that they make; how it is installed and tested is left out."""
-    lines = [line.partition(" #")[0].strip() for block in blocks(page, "sh") for line in block.text.splitlines()]
-    return [part for line in lines for part in line.split(" && ") if re.search(r"igl-spheremap |^mkdir ", part)]
+    lines = [
+        line.partition(" #")[0].strip()
+        for block in blocks(page, "sh")
+        for line in block.text.splitlines()
+    ]
+    return [
+        part
+        for line in lines
+        for part in line.split(" && ")
+        if re.search(r"igl-spheremap |^mkdir ", part)
+    ]
 
 
 def needs(words):
@@ -195,7 +253,9 @@ def needs(words):
 
 def in_a_shell(command, folder):
     """The exit status of a line with pipes or loops."""
-    return subprocess.run(["sh", "-c", command], cwd=folder, env=environment(folder), timeout=300).returncode
+    return subprocess.run(
+        ["sh", "-c", command], cwd=folder, env=environment(folder), timeout=300
+    ).returncode
 
 
 def environment(folder):
@@ -223,7 +283,9 @@ def test_no_example_writes_over_files_of_freesurfer(page):
 
 
 def test_no_help_writes_over_files_of_freesurfer():
-    assert not OF_FREESURFER & of_a_hemisphere(written_by([line for one in COMMANDS for line in one.examples]))
+    assert not OF_FREESURFER & of_a_hemisphere(
+        written_by([line for one in COMMANDS for line in one.examples])
+    )
 
 
 def written_by(lines):
@@ -242,7 +304,9 @@ def of_a_hemisphere(names):
 
 OTHERS = ("CHANGELOG.md", "CODE_OF_CONDUCT.md", "CONTRIBUTING.md", "paper/checklists.md")
 #: Registries of packages, hosts that are places to fill in, and folders of one machine.
-NOWHERE = re.compile(r"pypi\.org|pythonhosted|anaconda\.org|example\.(com|org)|(?<![\w}])/(home|root|tmp|work)/")
+NOWHERE = re.compile(
+    r"pypi\.org|pythonhosted|anaconda\.org|example\.(com|org)|(?<![\w}])/(home|root|tmp|work)/"
+)
 
 
 @pytest.mark.parametrize("page", [*PAGES, *(ROOT / name for name in OTHERS)], ids=[*NAMES, *OTHERS])
@@ -264,12 +328,16 @@ def test_links_and_pictures_exist(page):
 def anchors(page: Path) -> set[str]:
     """What a site makes of the headings of a page: small letters, hyphens for spaces, no other marks."""
     headings = re.findall(r"^#+ (.+)$", page.read_text("utf-8"), re.MULTILINE)
-    return {re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
+    return {
+        re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in headings
+    }
 
 
 @pages
 def test_files_that_are_named_exist(page):
-    named = re.findall(r"`(?:python )?((?:docs|demos|benchmarks|tests)/[\w./]+\.\w+)`", page.read_text("utf-8"))
+    named = re.findall(
+        r"`(?:python )?((?:docs|demos|benchmarks|tests)/[\w./]+\.\w+)`", page.read_text("utf-8")
+    )
     assert [name for name in named if not (ROOT / name).exists()] == []
 
 
@@ -305,7 +373,12 @@ def test_every_command_is_documented():
 def long_flags():
     """Of all commands."""
     subparsers = next(action for action in parser()._actions if action.dest == "command")
-    options = {o for one in subparsers.choices.values() for action in one._actions for o in action.option_strings}
+    options = {
+        o
+        for one in subparsers.choices.values()
+        for action in one._actions
+        for o in action.option_strings
+    }
     return sorted(flag for flag in options - {"--help"} if flag.startswith("--"))
 
 
@@ -328,9 +401,12 @@ REFERENCES = [path.read_text("utf-8") for path in sorted((DOCS / "reference").gl
 
 
 def test_every_public_name_is_in_the_reference():
-    listed = {f"{door.removeprefix('igl_spheremap').removeprefix('.')}.{name}".removeprefix(".")
-              for text in REFERENCES for door, names in re.findall(r"currentmodule:: (\S+)\n(.*?)```", text, re.DOTALL)
-              for name in re.findall(r"^   ([\w.]+)$", names, re.MULTILINE)}
+    listed = {
+        f"{door.removeprefix('igl_spheremap').removeprefix('.')}.{name}".removeprefix(".")
+        for text in REFERENCES
+        for door, names in re.findall(r"currentmodule:: (\S+)\n(.*?)```", text, re.DOTALL)
+        for name in re.findall(r"^   ([\w.]+)$", names, re.MULTILINE)
+    }
     samples = {f"samples.{name}" for name in ism.samples.names()}
     assert (PUBLIC.keys() - {"samples"}) | samples <= listed
 
@@ -352,8 +428,11 @@ def test_summaries_are_whole_sentences():
 
 
 #: One word for each unit, and for what has none.
-UNIT = re.compile(r"degrees|radians|logarithm|units?\b|share|seconds|MB|megabytes|times|norm|weight|factor|ratio|energy"
-                  r"|correlation|exponent|step size|conformal|from -1 to 1", re.IGNORECASE)
+UNIT = re.compile(
+    r"degrees|radians|logarithm|units?\b|share|seconds|MB|megabytes|times|norm|weight|factor|ratio|energy"
+    r"|correlation|exponent|step size|conformal|from -1 to 1",
+    re.IGNORECASE,
+)
 
 
 def described(doc: str) -> list[tuple[str, str, str]]:
@@ -364,9 +443,23 @@ def described(doc: str) -> list[tuple[str, str, str]]:
 
 def test_positions_and_numbers_say_their_unit():
     public = [one for name, one in PUBLIC.items() if name != "samples"]
-    members = [value for one in public if inspect.isclass(one) for value in vars(one).values() if callable(value)]
-    rows = [(one.__qualname__, *row) for one in (*public, *members) for row in described(inspect.getdoc(one) or "")]
-    numbers = [row for row in rows if row[2].startswith("float") or (row[1] == "v" and "array_like" in row[2])]
+    members = [
+        value
+        for one in public
+        if inspect.isclass(one)
+        for value in vars(one).values()
+        if callable(value)
+    ]
+    rows = [
+        (one.__qualname__, *row)
+        for one in (*public, *members)
+        for row in described(inspect.getdoc(one) or "")
+    ]
+    numbers = [
+        row
+        for row in rows
+        if row[2].startswith("float") or (row[1] == "v" and "array_like" in row[2])
+    ]
     assert len(numbers) > 40
     assert [row for row in numbers if not UNIT.search(row[3])] == []
 
@@ -377,15 +470,22 @@ MEASURED = {"benchmarks.png", "convergence.png", "gradient.png", "eq24.png"}
 
 
 def test_every_picture_is_shown():
-    shown = {Path(name).name for page in PAGES
-             for name in re.findall(r"images/(\w+\.(?:png|gif))", page.read_text("utf-8"))}
+    shown = {
+        Path(name).name
+        for page in PAGES
+        for name in re.findall(r"images/(\w+\.(?:png|gif))", page.read_text("utf-8"))
+    }
     assert shown == {path.name for path in IMAGES.iterdir()}
 
 
 def test_every_other_picture_is_made_by_one_program():
-    listed = subprocess.run([sys.executable, DOCS / "pictures.py", "--help"], capture_output=True, text=True).stdout
-    assert set(re.findall(r"\w+\.(?:png|gif)", listed.partition("NAME  ")[2])) == {
-        path.name for path in IMAGES.iterdir()} - MEASURED
+    listed = subprocess.run(
+        [sys.executable, DOCS / "pictures.py", "--help"], capture_output=True, text=True
+    ).stdout
+    assert (
+        set(re.findall(r"\w+\.(?:png|gif)", listed.partition("NAME  ")[2]))
+        == {path.name for path in IMAGES.iterdir()} - MEASURED
+    )
     sizes = {path.name: path.stat().st_size for path in IMAGES.iterdir()}
     assert sizes.pop("foldings.gif") < 2_000_000
     assert max(sizes.values()) < 300_000
@@ -400,7 +500,11 @@ def test_the_tables_and_pictures_of_the_reproduction_are_what_its_runs_have_writ
     assert set(tables) == set(REPRODUCED_TABLES)
     assert fill(page, tables) == page
     pictures = {path.name: path.stat().st_size for path in REPRODUCED.glob("*.png")}
-    assert set(re.findall(r"\(reproduction/(\w+\.png)\)", page)) == set(pictures) == {f"{name}.png" for name in FIGURES}
+    assert (
+        set(re.findall(r"\(reproduction/(\w+\.png)\)", page))
+        == set(pictures)
+        == {f"{name}.png" for name in FIGURES}
+    )
     assert max(pictures.values()) < 450_000
     assert (REPRODUCED / "methods.json").read_text("utf-8") == settings()
 
@@ -408,9 +512,14 @@ def test_the_tables_and_pictures_of_the_reproduction_are_what_its_runs_have_writ
 def test_the_tables_that_benchmarks_make_stand_in_the_pages_as_they_were_printed():
     """Each file says which command prints its table; the sums of parts are those of their rows."""
     kept = {path.stem: path.read_text("utf-8") for path in (BENCHMARKS / "results").glob("*.md")}
-    [made] = [ast.literal_eval(line.value) for line in ast.parse((BENCHMARKS / "tables.py").read_text("utf-8")).body
-              if isinstance(line, ast.Assign) and line.targets[0].id == "TABLES"]
-    assert all(text.startswith(f"`python -m benchmarks {made[name]}`\n\n|") for name, text in kept.items())
+    [made] = [
+        ast.literal_eval(line.value)
+        for line in ast.parse((BENCHMARKS / "tables.py").read_text("utf-8")).body
+        if isinstance(line, ast.Assign) and line.targets[0].id == "TABLES"
+    ]
+    assert all(
+        text.startswith(f"`python -m benchmarks {made[name]}`\n\n|") for name, text in kept.items()
+    )
     shown = set()
     for page in {*PAGES, BENCHMARKS / "tried.md", ROOT / "paper" / "paper.md"}:
         text = page.read_text("utf-8")
@@ -427,29 +536,55 @@ def test_the_tables_that_benchmarks_make_stand_in_the_pages_as_they_were_printed
 
 def test_figures_of_other_programs_are_those_that_their_tables_have():
     """What is read from other tables is not older than these."""
-    for name, options in (("others", []), ("others_first", ["--first", "3"]), ("others_once", ["--once"])):
+    for name, options in (
+        ("others", []),
+        ("others_first", ["--first", "3"]),
+        ("others_once", ["--once"]),
+    ):
         command = [sys.executable, "-m", "benchmarks", "others", *options]
         printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout
-        assert (BENCHMARKS / "results" / f"{name}.md").read_text("utf-8").partition("\n\n")[2] == printed
+        assert (BENCHMARKS / "results" / f"{name}.md").read_text("utf-8").partition("\n\n")[
+            2
+        ] == printed
 
 
 def test_the_paper_has_the_parts_the_length_and_the_references_that_its_journal_asks_for():
     """Its figures stand in its table, which a file of results fills; what only its authors can state is marked."""
-    paper, references = ((ROOT / "paper" / name).read_text("utf-8") for name in ("paper.md", "paper.bib"))
-    prose = re.sub(r"<!--.*?-->|^\|[^\n]*$", "", paper.split("---\n", 2)[2], flags=re.MULTILINE | re.DOTALL)
+    paper, references = (
+        (ROOT / "paper" / name).read_text("utf-8") for name in ("paper.md", "paper.bib")
+    )
+    prose = re.sub(
+        r"<!--.*?-->|^\|[^\n]*$", "", paper.split("---\n", 2)[2], flags=re.MULTILINE | re.DOTALL
+    )
     assert re.findall(r"^# (.+)$", prose, re.MULTILINE) == [
-        "Summary", "Statement of need", "State of the field", "Software design", "What is not solved",
-        "Research impact statement", "AI usage disclosure", "Acknowledgements", "References"]
+        "Summary",
+        "Statement of need",
+        "State of the field",
+        "Software design",
+        "What is not solved",
+        "Research impact statement",
+        "AI usage disclosure",
+        "Acknowledgements",
+        "References",
+    ]
     words = len(prose.split())
     assert 750 <= words <= 1750
-    assert f"{words:,} words without the table" in (ROOT / "paper" / "checklists.md").read_text("utf-8")
+    assert f"{words:,} words without the table" in (ROOT / "paper" / "checklists.md").read_text(
+        "utf-8"
+    )
     # of the algorithms
     assert set(re.findall(r"(?<![\w@-])\d[\d.,]*\d|(?<![\w@-])\d", prose)) <= {"1", "2"}
     entries = dict(re.findall(r"^@\w+\{(\w+),\n(.*?)^\}", references, re.MULTILINE | re.DOTALL))
     assert set(re.findall(r"@(\w+)", prose)) == set(entries)
-    assert {name for name, entry in entries.items() if not re.search(r"doi = \{10\.\d{4,5}/\S+\}", entry)} == {"lapy"}
+    assert {
+        name
+        for name, entry in entries.items()
+        if not re.search(r"doi = \{10\.\d{4,5}/\S+\}", entry)
+    } == {"lapy"}
     assert re.findall(r"^# (.+)\n\n<!-- OWNER: ", paper, re.MULTILINE) == [
-        "Research impact statement", "AI usage disclosure"]
+        "Research impact statement",
+        "AI usage disclosure",
+    ]
 
 
 _NUMBER = re.compile(r"\d+(?:,\d{3})*(?:\.\d+)?")
@@ -464,12 +599,17 @@ def test_the_captions_of_a_picture_are_what_its_command_draws(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, env=environment(tmp_path))
     assert done.returncode == 0, done.stderr
     for name in CAPTIONED:
-        (made_with, made), (kept_with, kept) = (captions(folder / name) for folder in (tmp_path, IMAGES))
+        (made_with, made), (kept_with, kept) = (
+            captions(folder / name) for folder in (tmp_path, IMAGES)
+        )
         if made_with == kept_with:
             assert made == kept, f"python docs/pictures.py {name} makes it anew"
         else:
             assert _NUMBER.sub("#", made) == _NUMBER.sub("#", kept)
-            none = [[float(number.replace(",", "")) == 0 for number in _NUMBER.findall(text)] for text in (made, kept)]
+            none = [
+                [float(number.replace(",", "")) == 0 for number in _NUMBER.findall(text)]
+                for text in (made, kept)
+            ]
             assert none[0] == none[1]
 
 
@@ -484,6 +624,11 @@ def captions(path):
 
 def test_what_is_said_of_a_picture_in_numbers_is_in_its_captions():
     for page in PAGES:
-        for alt, name in re.findall(r"!\[(.*?)\]\(\S*images/(\w+\.(?:png|gif))\)", page.read_text("utf-8")):
-            said, drawn = (set(re.findall(r"\d[\d.,]*\d|\d", text)) for text in (alt, captions(IMAGES / name)[1]))
+        for alt, name in re.findall(
+            r"!\[(.*?)\]\(\S*images/(\w+\.(?:png|gif))\)", page.read_text("utf-8")
+        ):
+            said, drawn = (
+                set(re.findall(r"\d[\d.,]*\d|\d", text))
+                for text in (alt, captions(IMAGES / name)[1])
+            )
             assert said <= drawn, (page, alt)

@@ -15,13 +15,19 @@ import igl_spheremap
 PACKAGE = Path(igl_spheremap.__file__).parent
 TABLE = PACKAGE.parent / "docs" / "equations.md"
 
-pytestmark = pytest.mark.skipif(not TABLE.exists(), reason="the docs are not installed with the package")
+pytestmark = pytest.mark.skipif(
+    not TABLE.exists(), reason="the docs are not installed with the package"
+)
 
 
 def rows():
     """Cells of the table's rows."""
     lines = TABLE.read_text("utf-8").splitlines() if TABLE.exists() else []
-    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| ")][1:]
+    return [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in lines
+        if line.startswith("| ")
+    ][1:]
 
 
 def named():
@@ -43,7 +49,11 @@ def source_of(path, symbol):
 
 
 def comments(source):
-    return [t.string for t in tokenize.generate_tokens(io.StringIO(source).readline) if t.type == tokenize.COMMENT]
+    return [
+        t.string
+        for t in tokenize.generate_tokens(io.StringIO(source).readline)
+        if t.type == tokenize.COMMENT
+    ]
 
 
 @pytest.mark.parametrize(("paper", "file", "symbol", "margin"), list(named()))
@@ -55,7 +65,9 @@ def test_what_the_table_names_exists(paper, file, symbol, margin):
 def test_the_table_has_every_equation_of_the_paper():
     first = " ".join(row[0] for row in rows())
     assert {int(n) for n in re.findall(r"\((\d+)\)", first)} == set(range(1, 28))
-    assert {"Theorem 1", "Theorem 2", "Definition 1", "Remark 1"} <= set(re.findall(r"[A-Z]\w+ \d", first))
+    assert {"Theorem 1", "Theorem 2", "Definition 1", "Remark 1"} <= set(
+        re.findall(r"[A-Z]\w+ \d", first)
+    )
 
 
 def test_margins_of_the_package_refer_to_equations_that_exist():
@@ -68,7 +80,11 @@ def test_margins_of_the_package_refer_to_equations_that_exist():
 @cache
 def of_package():
     """All files, each with each of its comments."""
-    return [(path, comment) for path in PACKAGE.rglob("*.py") for comment in comments(path.read_text("utf-8"))]
+    return [
+        (path, comment)
+        for path in PACKAGE.rglob("*.py")
+        for comment in comments(path.read_text("utf-8"))
+    ]
 
 
 def defined(page):
@@ -79,7 +95,11 @@ def defined(page):
 
 def cited(page):
     """Numbers of a page's equations that margins of the package name."""
-    return {int(number) for _, text in of_package() for number in re.findall(rf"\b{page} \((\d+)\)", text)}
+    return {
+        int(number)
+        for _, text in of_package()
+        for number in re.findall(rf"\b{page} \((\d+)\)", text)
+    }
 
 
 @pytest.mark.parametrize("page", ["algorithm", "balance", "shapes"])

@@ -11,7 +11,9 @@ from igl_spheremap.operators.laplacian import mollified_edge_lengths
 from igl_spheremap.sphere.moebius import best_rotation, center, fix_gauge
 from igl_spheremap.sphere.rows import unit_rows
 
-flat_metrics = pytest.importorskip("benchmarks.flat_metric", reason="the benchmarks are not installed")
+flat_metrics = pytest.importorskip(
+    "benchmarks.flat_metric", reason="the benchmarks are not installed"
+)
 angle_laplacian, edge_log_scale = flat_metrics.angle_laplacian, flat_metrics.edge_log_scale
 triangle_angles = flat_metrics.triangle_angles
 
@@ -25,7 +27,9 @@ def through(v, f, face=0):
 
 
 def test_angles_are_those_of_triangles_and_go_on_where_they_break():
-    angles = np.degrees(triangle_angles(np.log([[3.0, 4, 5], [1e-30, 1e-30, 1e-30], [5, 1, 1], [1, 1, 2]])))
+    angles = np.degrees(
+        triangle_angles(np.log([[3.0, 4, 5], [1e-30, 1e-30, 1e-30], [5, 1, 1], [1, 1, 2]]))
+    )
     assert np.allclose(angles[0], np.degrees([np.arcsin(0.6), np.arcsin(0.8), np.pi / 2]))
     assert np.allclose(angles[1], 60)
     assert np.allclose(angles[2:], [[180, 0, 0], [0, 0, 180]], atol=1e-5)
@@ -37,7 +41,9 @@ def test_the_laplacian_is_the_derivative_of_the_defects():
     rng = np.random.default_rng(0)
     u, d = 0.1 * rng.normal(size=n), rng.normal(size=n)
     h = 1e-6
-    plus, minus = (angle_defects(triangle_angles(log_l + edge_log_scale(u + s * d, F)), F, n) for s in (h, -h))
+    plus, minus = (
+        angle_defects(triangle_angles(log_l + edge_log_scale(u + s * d, F)), F, n) for s in (h, -h)
+    )
     exact = angle_laplacian(triangle_angles(log_l + edge_log_scale(u, F)), F, n) @ d
     assert np.allclose((plus - minus) / (2 * h), exact, atol=1e-6 * np.abs(exact).max())
 
@@ -65,7 +71,10 @@ def test_the_sphere_is_mapped_to_itself_by_conformal_equivalence():
     assert ism.certify(x, F).folding_free
     sphere = through(x, F)
     centred = center(x, ism.check_mesh(x, F).A)
-    assert np.abs(ism.angle_differences(x, F, sphere)).max() < np.abs(ism.angle_differences(x, F, centred)).max() + 1e-5
+    assert (
+        np.abs(ism.angle_differences(x, F, sphere)).max()
+        < np.abs(ism.angle_differences(x, F, centred)).max() + 1e-5
+    )
     assert np.allclose(cross_ratios(sphere), cross_ratios(x), rtol=1e-6)
 
 
@@ -86,7 +95,9 @@ def cross_ratios(x):
 def test_conformal_equivalence_keeps_all_length_cross_ratios():
     """Through flattening, layout, projection and gauge, from any puncture."""
     for face in (0, 100):
-        assert np.allclose(np.log(cross_ratios(through(V, F, face))), np.log(cross_ratios(V)), atol=1e-6)
+        assert np.allclose(
+            np.log(cross_ratios(through(V, F, face))), np.log(cross_ratios(V)), atol=1e-6
+        )
 
 
 def test_conformal_equivalence_does_not_depend_on_the_puncture():
@@ -109,7 +120,9 @@ def exact_spheroid(x, c=2.0):
     e = np.sqrt(c**2 - 1)
     # du = sqrt(sin^2 t + c^2 cos^2 t) / cos t dt, in closed form.
     s = np.sin(t)
-    u = e * np.arcsin(e * s / c) + np.arctanh(np.clip(s / np.sqrt(c**2 - e**2 * s**2), -1 + 1e-16, 1 - 1e-16))
+    u = e * np.arcsin(e * s / c) + np.arctanh(
+        np.clip(s / np.sqrt(c**2 - e**2 * s**2), -1 + 1e-16, 1 - 1e-16)
+    )
     rim = 1 / np.cosh(u)
     turn = np.arctan2(x[:, 1], x[:, 0])
     return np.column_stack((rim * np.cos(turn), rim * np.sin(turn), np.tanh(u)))
@@ -132,10 +145,27 @@ def test_an_iteration_that_does_not_end_is_an_error():
         flat_metrics.flat_metric(ism.check_mesh(V, F), 0, X, max_iterations=0)
 
 
-@pytest.mark.parametrize(("v", "f"), [
-    ([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]),
-    (np.vstack((np.eye(3), -np.eye(3))),
-     [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]),
-])
+@pytest.mark.parametrize(
+    ("v", "f"),
+    [
+        (
+            [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]],
+            [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]],
+        ),
+        (
+            np.vstack((np.eye(3), -np.eye(3))),
+            [
+                [0, 1, 2],
+                [1, 3, 2],
+                [3, 4, 2],
+                [4, 0, 2],
+                [1, 0, 5],
+                [3, 1, 5],
+                [4, 3, 5],
+                [0, 4, 5],
+            ],
+        ),
+    ],
+)
 def test_smallest_meshes(v, f):
     assert ism.certify(through(v, f), f).folding_free

@@ -46,7 +46,9 @@ def imported(path):
             else:
                 continue
             for alias in node.names:  # a module of that name, or a name within the module
-                found |= modules_at([*base, alias.name]) or modules_at(base) or {ROOT / "__init__.py"}
+                found |= (
+                    modules_at([*base, alias.name]) or modules_at(base) or {ROOT / "__init__.py"}
+                )
     return frozenset(found - {path})
 
 
@@ -87,7 +89,7 @@ def test_no_file_imports_what_imports_it():
     done, way = set(), []
 
     def visit(path):
-        assert path not in way, " -> ".join(p.name for p in [*way[way.index(path):], path])
+        assert path not in way, " -> ".join(p.name for p in [*way[way.index(path) :], path])
         if path in done:
             return
         way.append(path)
@@ -140,16 +142,24 @@ def test_every_form_of_import_is_seen():
     assert ROOT / "samples" / "__init__.py" in imported(ROOT / "__init__.pyi")
 
 
-@pytest.mark.parametrize("door", [igl_spheremap, igl_spheremap.shapes], ids=lambda door: door.__name__)
+@pytest.mark.parametrize(
+    "door", [igl_spheremap, igl_spheremap.shapes], ids=lambda door: door.__name__
+)
 def test_each_public_name_is_listed_once_for_readers_type_checkers_and_the_front_door(door):
     stub = ast.parse(Path(door.__file__).with_suffix(".pyi").read_text("utf-8")).body
     imports = [node for node in stub if isinstance(node, ast.ImportFrom)]
-    assert all(node.level == len(node.names) == 1 and node.names[0].name == node.names[0].asname for node in imports)
+    assert all(
+        node.level == len(node.names) == 1 and node.names[0].name == node.names[0].asname
+        for node in imports
+    )
     names = [node.names[0].name for node in imports]
     assert sorted(names) == sorted(set(names)) == door.__all__ == dir(door)
     for node in imports:
         public = getattr(door, node.names[0].name)
-        assert getattr(public, "__module__", f"{door.__name__}.{node.module}") == f"{door.__name__}.{node.module}"
+        assert (
+            getattr(public, "__module__", f"{door.__name__}.{node.module}")
+            == f"{door.__name__}.{node.module}"
+        )
     with pytest.raises(AttributeError, match="no_such_name"):
         door.no_such_name  # noqa: B018
 
@@ -160,10 +170,14 @@ def test_the_core_needs_no_extra():
     Not in the list are the solvers: scipy.optimize itself looks for scikit-sparse, and cvxopt, where it is installed,
     is imported with what factorises, so that no process's first map waits for it.
     """
-    code = ("import sys, igl_spheremap as ism\n"
-            "[getattr(door, name) for door in (ism, ism.shapes) for name in dir(door)]\n"
-            "print(' '.join(sorted({m.split('.')[0] for m in sys.modules})))")
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    code = (
+        "import sys, igl_spheremap as ism\n"
+        "[getattr(door, name) for door in (ism, ism.shapes) for name in dir(door)]\n"
+        "print(' '.join(sorted({m.split('.')[0] for m in sys.modules})))"
+    )
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
     assert not {"polyscope", "matplotlib", "nibabel", "trimesh"} & set(loaded)
 
 
@@ -228,6 +242,11 @@ print("done")
 def test_nothing_needs_what_windows_lacks(tmp_path):
     """Jobs run, manifests are locked, and a run is ended, by what Windows has in the place of POSIX's calls."""
     places = os.pathsep.join([str(ROOT.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
-    done = subprocess.run([sys.executable, "-c", WINDOWS], cwd=tmp_path, capture_output=True, text=True,
-                          env=os.environ | {"PYTHONPATH": places})
+    done = subprocess.run(
+        [sys.executable, "-c", WINDOWS],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": places},
+    )
     assert done.stdout.endswith("done\n"), done.stderr

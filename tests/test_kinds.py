@@ -11,12 +11,34 @@ from igl_spheremap.errors import _kinds
 
 TRIANGLE = {"v": np.eye(3), "f": [[0, 1, 2]]}
 #: Stand-ins for records, which are known by the names of their classes.
-RECORDS = [type(name, (), {})() for name in ("SphereMap", "PlaneMap", "SurfaceMap", "Group", "SphericalHarmonics")]
+RECORDS = [
+    type(name, (), {})()
+    for name in ("SphereMap", "PlaneMap", "SurfaceMap", "Group", "SphericalHarmonics")
+]
 #: Values of all kinds: what an argument takes is given to it, what it does not take must be refused.
-VALUES = [3, -1, 0.5, float("nan"), "abc", [1, 2], len, True, {}, *RECORDS, None, b"x", np.zeros((2, 2, 2)), object()]
-CASES = [pytest.param(function, argument, id=f"{name}-{argument}")
-         for name, function in PUBLIC.items() if inspect.isfunction(function)
-         for argument, parameter in inspect.signature(function).parameters.items() if _kinds(str(parameter.annotation))]
+VALUES = [
+    3,
+    -1,
+    0.5,
+    float("nan"),
+    "abc",
+    [1, 2],
+    len,
+    True,
+    {},
+    *RECORDS,
+    None,
+    b"x",
+    np.zeros((2, 2, 2)),
+    object(),
+]
+CASES = [
+    pytest.param(function, argument, id=f"{name}-{argument}")
+    for name, function in PUBLIC.items()
+    if inspect.isfunction(function)
+    for argument, parameter in inspect.signature(function).parameters.items()
+    if _kinds(str(parameter.annotation))
+]
 
 
 def taken(parameter, value):
@@ -28,8 +50,11 @@ def taken(parameter, value):
 @pytest.mark.parametrize(("function", "argument"), CASES)
 def test_an_argument_of_another_kind_is_named(function, argument):
     parameters = inspect.signature(function).parameters
-    given = {name: TRIANGLE.get(name, next(value for value in VALUES if taken(one, value)))
-             for name, one in parameters.items() if one.default is one.empty or name in TRIANGLE}
+    given = {
+        name: TRIANGLE.get(name, next(value for value in VALUES if taken(one, value)))
+        for name, one in parameters.items()
+        if one.default is one.empty or name in TRIANGLE
+    }
     wrong = [value for value in VALUES if not taken(parameters[argument], value)]
     assert len(wrong) > 5
     for value in wrong:

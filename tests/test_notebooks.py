@@ -26,7 +26,9 @@ def test_a_notebook_prints_what_it_shows(path, capsys):
         if cell["cell_type"] == "code":
             exec("".join(cell["source"]), names)
             outputs = cell["outputs"]
-            printed = "".join("".join(each["text"]) for each in outputs if each["output_type"] == "stream")
+            printed = "".join(
+                "".join(each["text"]) for each in outputs if each["output_type"] == "stream"
+            )
             assert words(capsys.readouterr().out) == words(printed)
             pictures += sum("image/png" in each.get("data", {}) for each in outputs)
     pyplot.close("all")

@@ -15,7 +15,9 @@ from doors import PUBLIC
 import igl_spheremap as ism
 from igl_spheremap.maps.sphere_map import SphereMap
 
-REFERENCE = "".join(path.read_text("utf-8") for path in (ROOT / "docs" / "reference").glob("api*.md"))
+REFERENCE = "".join(
+    path.read_text("utf-8") for path in (ROOT / "docs" / "reference").glob("api*.md")
+)
 V, F = ism.samples.make("spheroid", n_vertices=300)
 CLASSES = [one for one in PUBLIC.values() if inspect.isclass(one)]
 
@@ -35,17 +37,24 @@ def hints(name):
         return [get_type_hints(public, localns={"SphereMap": SphereMap})["return"]]
     if not inspect.isclass(public):
         return []
-    members = [value.fget if isinstance(value, property) else value
-               for key, value in vars(public).items() if not key.startswith("_")]
-    results = [get_type_hints(member).get("return") for member in members if inspect.isfunction(member)]
+    members = [
+        value.fget if isinstance(value, property) else value
+        for key, value in vars(public).items()
+        if not key.startswith("_")
+    ]
+    results = [
+        get_type_hints(member).get("return") for member in members if inspect.isfunction(member)
+    ]
     return [*results, *get_type_hints(public).values()]
 
 
 @pytest.mark.parametrize("name", PUBLIC)
 def test_records_that_come_from_public_names_are_public_or_in_the_reference(name):
-    documented = {getattr(import_module(f"{door}.{module}"), record)
-                  for door, listed in re.findall(r"currentmodule:: (\S+)\n(.*?)```", REFERENCE, re.DOTALL)
-                  for module, record in re.findall(r"^   ([\w.]+)\.([A-Z]\w+)$", listed, re.MULTILINE)}
+    documented = {
+        getattr(import_module(f"{door}.{module}"), record)
+        for door, listed in re.findall(r"currentmodule:: (\S+)\n(.*?)```", REFERENCE, re.DOTALL)
+        for module, record in re.findall(r"^   ([\w.]+)\.([A-Z]\w+)$", listed, re.MULTILINE)
+    }
     assert {one for hint in hints(name) for one in own(hint)} <= {*CLASSES, *documented}
 
 
@@ -61,14 +70,21 @@ def functions():
         elif inspect.isclass(public):
             if not is_dataclass(public) and not issubclass(public, Exception | Enum | tuple):
                 yield name, public.__init__
-            yield from ((f"{name}.{key}", value) for key, value in vars(public).items()
-                        if inspect.isfunction(value) and not key.startswith("_"))
+            yield from (
+                (f"{name}.{key}", value)
+                for key, value in vars(public).items()
+                if inspect.isfunction(value) and not key.startswith("_")
+            )
 
 
 @pytest.mark.parametrize(("name", "function"), [*functions()])
 def test_options_go_by_name_after_the_data(name, function):
     parameters = inspect.signature(function).parameters.values()
-    placed = {one.name for one in parameters if one.kind is not one.KEYWORD_ONLY and one.default is not one.empty}
+    placed = {
+        one.name
+        for one in parameters
+        if one.kind is not one.KEYWORD_ONLY and one.default is not one.empty
+    }
     assert placed <= LEFT_OUT
 
 

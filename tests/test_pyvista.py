@@ -39,7 +39,10 @@ def test_the_sphere_is_that_of_the_arrays_with_the_data_of_the_mesh(mesh):
 
 
 def test_balance_goes_from_angles_to_areas(mesh):
-    kept = [np.abs(mesh.spheremap.balance(balance).cell_data[ours.AREAS]).mean() for balance in (0, 0.5, 1)]
+    kept = [
+        np.abs(mesh.spheremap.balance(balance).cell_data[ours.AREAS]).mean()
+        for balance in (0, 0.5, 1)
+    ]
     assert kept[0] > kept[1] > kept[2]
     assert kept[2] < 0.1 * kept[0]
 

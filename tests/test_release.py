@@ -12,18 +12,41 @@ from packaging.requirements import Requirement
 
 from igl_spheremap import __version__
 
-tomllib = pytest.importorskip("tomllib") if sys.version_info >= (3, 11) else pytest.importorskip("tomli")
+tomllib = (
+    pytest.importorskip("tomllib") if sys.version_info >= (3, 11) else pytest.importorskip("tomli")
+)
 ROOT = Path(__file__).parent.parent
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 PROJECT = PYPROJECT["project"]
 #: Of the linters, of what draws pages and of the peers any version will do that can be had.
-UNPINNED = {"ruff", "mypy", "sphinx", "numpydoc", "furo", "myst-nb", "sphinx-gallery", "imageio-ffmpeg", "dask",
-            "distributed", "ktch", "mne", "neuromaps", "nilearn", "nitransforms", "pyvista", "vtk"}
+UNPINNED = {
+    "ruff",
+    "mypy",
+    "sphinx",
+    "numpydoc",
+    "furo",
+    "myst-nb",
+    "sphinx-gallery",
+    "imageio-ffmpeg",
+    "dask",
+    "distributed",
+    "ktch",
+    "mne",
+    "neuromaps",
+    "nilearn",
+    "nitransforms",
+    "pyvista",
+    "vtk",
+}
 
 
 def pins(name):
     """Versions of a constraints file by project."""
-    lines = [line for line in (ROOT / ".ci" / name).read_text("utf-8").splitlines() if not line.startswith("#")]
+    lines = [
+        line
+        for line in (ROOT / ".ci" / name).read_text("utf-8").splitlines()
+        if not line.startswith("#")
+    ]
     return dict(line.split("==") for line in lines)
 
 
@@ -35,7 +58,12 @@ def parts(version):
 def bounds():
     """The lower bounds of all dependencies and extras."""
     groups = [PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()]
-    found = [re.fullmatch(r"([\w.-]+)>=([\d.]+)(;.*)?", line) for group in groups for line in group if "[" not in line]
+    found = [
+        re.fullmatch(r"([\w.-]+)>=([\d.]+)(;.*)?", line)
+        for group in groups
+        for line in group
+        if "[" not in line
+    ]
     assert all(found), "a dependency without a lower bound"
     return {match[1]: match[2] for match in found}
 
@@ -49,7 +77,9 @@ def test_each_lower_bound_is_the_oldest_version_that_is_tried():
 
 def test_citation_and_changelog_are_of_this_version():
     version = __version__.removesuffix(".dev0")
-    citation, changelog = ((ROOT / name).read_text("utf-8") for name in ("CITATION.cff", "CHANGELOG.md"))
+    citation, changelog = (
+        (ROOT / name).read_text("utf-8") for name in ("CITATION.cff", "CHANGELOG.md")
+    )
     newest, day = re.search(r"^## (\S+) \((.+)\)", changelog, re.M).groups()
     assert newest == version
     assert f"\nversion: {version}\n" in citation
@@ -58,13 +88,18 @@ def test_citation_and_changelog_are_of_this_version():
 
 
 def test_archive_and_paper_are_of_the_authors_and_the_title_of_the_citation():
-    citation, deposit = ((ROOT / name).read_text("utf-8") for name in ("CITATION.cff", ".zenodo.json"))
+    citation, deposit = (
+        (ROOT / name).read_text("utf-8") for name in ("CITATION.cff", ".zenodo.json")
+    )
     deposit = json.loads(deposit)
     own = citation.partition("preferred-citation")[0]
     said = pytest.importorskip("yaml").safe_load(own)["authors"]
     authors = [one.get("name") or f"{one['given-names']} {one['family-names']}" for one in said]
     assert [author["name"] for author in deposit["creators"]] == authors
-    assert re.findall(r"^  - name: (.+)$", (ROOT / "paper" / "paper.md").read_text("utf-8"), re.M) == authors
+    assert (
+        re.findall(r"^  - name: (.+)$", (ROOT / "paper" / "paper.md").read_text("utf-8"), re.M)
+        == authors
+    )
     assert [author["name"] for author in PROJECT["authors"]] == authors
     assert f'\ntitle: "{deposit["title"]}"\n' in own
     assert f"\nversion: {deposit['version']}\n" in own
@@ -75,10 +110,14 @@ def test_archive_and_paper_are_of_the_authors_and_the_title_of_the_citation():
 
 
 def test_the_conda_recipe_has_the_bounds_of_the_core():
-    recipe = pytest.importorskip("yaml").safe_load((ROOT / "recipe" / "recipe.yaml").read_text("utf-8"))
+    recipe = pytest.importorskip("yaml").safe_load(
+        (ROOT / "recipe" / "recipe.yaml").read_text("utf-8")
+    )
     assert recipe["context"]["version"] == __version__
     assert recipe["about"]["license"] == PROJECT["license"]
-    wanted = {line.replace(">=", " >=").replace("libigl", "igl") for line in PROJECT["dependencies"]}
+    wanted = {
+        line.replace(">=", " >=").replace("libigl", "igl") for line in PROJECT["dependencies"]
+    }
     assert set(recipe["requirements"]["run"]) - {"python >=${{ python_min }}"} == wanted
 
 
@@ -86,8 +125,12 @@ def test_the_workflow_runs_what_contributing_says_on_the_oldest_and_the_newest_v
     text = (ROOT / ".github" / "workflows" / "tests.yml").read_text("utf-8")
     jobs = pytest.importorskip("yaml").safe_load(text)["jobs"]
     contributing = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
-    for command in ("python -m pytest", "ruff check igl_spheremap tests demos benchmarks docs && mypy",
-                    "sphinx-build -W -b html docs docs/_build", ".ci/release"):
+    for command in (
+        "python -m pytest",
+        "ruff check igl_spheremap tests demos benchmarks docs && mypy",
+        "sphinx-build -W -b html docs docs/_build",
+        ".ci/release",
+    ):
         assert command in contributing
         assert f"- run: {command}" in text
     matrix = jobs["tests"]["strategy"]["matrix"]

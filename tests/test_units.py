@@ -19,7 +19,10 @@ from igl_spheremap.shapes.correspondence.surface_map import nearest
 
 @pytest.fixture(scope="module")
 def pair():
-    return [ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=300)) for name in ("pear", "spheroid")]
+    return [
+        ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=300))
+        for name in ("pear", "spheroid")
+    ]
 
 
 def scaled(result, unit):
@@ -31,15 +34,22 @@ def scaled(result, unit):
 def test_measures_do_not_depend_on_the_unit(pair, unit):
     a, b = pair
     far_a, far_b = (scaled(each, unit) for each in pair)
-    weights, far = (ism.transfer_matrix(*pair, method="adaptive-area") for pair in ((a, b), (far_a, far_b)))
+    weights, far = (
+        ism.transfer_matrix(*pair, method="adaptive-area") for pair in ((a, b), (far_a, far_b))
+    )
     assert np.array_equal(weights.matrix.toarray(), far.matrix.toarray())
-    harmonics, far = ism.shapes.spherical_harmonics(a, degree=3), ism.shapes.spherical_harmonics(far_a, degree=3)
+    harmonics, far = (
+        ism.shapes.spherical_harmonics(a, degree=3),
+        ism.shapes.spherical_harmonics(far_a, degree=3),
+    )
     assert np.array_equal(harmonics.error(), far.error())
     assert np.allclose(harmonics.align().skew, far.align().skew, atol=1e-9)
     found, far = overlay(a, b), overlay(far_a, far_b)
     assert np.array_equal(found.faces, far.faces)
     assert np.array_equal(found.on_target, far.on_target / unit)
-    measures = [Distortion.of(each.on_source, each.on_target, each.faces).figures for each in (found, far)]
+    measures = [
+        Distortion.of(each.on_source, each.on_target, each.faces).figures for each in (found, far)
+    ]
     assert measures[0] == measures[1]
     points = 1.01 * a.vertices[:20]
     assert np.array_equal(nearest(a, points, "A").face, nearest(far_a, unit * points, "A").face)
@@ -89,7 +99,9 @@ CALLS = {
 
 def test_the_table_has_every_function_of_v_and_f():
     def takes(public):
-        ours = inspect.isfunction(public) or (inspect.isclass(public) and not issubclass(public, Exception))
+        ours = inspect.isfunction(public) or (
+            inspect.isclass(public) and not issubclass(public, Exception)
+        )
         return ours and list(inspect.signature(public).parameters)[:2] == ["v", "f"]
 
     calls = {name.removeprefix("shapes.") for name, public in PUBLIC.items() if takes(public)}
@@ -102,4 +114,7 @@ def test_results_do_not_depend_on_the_unit(name):
     expected = np.asarray(CALLS[name](1.0), dtype=float)
     assert np.isfinite(expected).all()
     for unit in (2.0**-996, 2.0**130, 2.0**990):
-        assert np.abs(np.asarray(CALLS[name](unit), dtype=float) - expected).max() <= 1e-12 * np.abs(expected).max()
+        assert (
+            np.abs(np.asarray(CALLS[name](unit), dtype=float) - expected).max()
+            <= 1e-12 * np.abs(expected).max()
+        )

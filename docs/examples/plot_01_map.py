@@ -34,6 +34,8 @@ squares = np.log((z - chart[one]) / (z - chart[other])) * 12 / np.pi
 odd = (np.floor(squares.real) + np.floor(squares.imag)) % 2
 colours = np.array(CHECKS)[odd.astype(int)]
 
-figure = draw_surfaces((f"{len(v):,} vertices", fine[:, :3], faces, colours),
-                       ("its map to the sphere", fine[:, 3:], faces, colours))
+figure = draw_surfaces(
+    (f"{len(v):,} vertices", fine[:, :3], faces, colours),
+    ("its map to the sphere", fine[:, 3:], faces, colours),
+)
 figure

@@ -25,5 +25,7 @@ assert not found.folding_free
 assert set(found.flipped) <= set(np.flatnonzero((f == moved).any(axis=1)))
 
 folded = np.array(found.flipped)
-figure = draw_surfaces(("the surface", v, f, None, folded), (f"{found.foldings} folded faces", x, f, None, folded))
+figure = draw_surfaces(
+    ("the surface", v, f, None, folded), (f"{found.foldings} folded faces", x, f, None, folded)
+)
 figure

@@ -16,5 +16,10 @@ for ax, projection in zip(axes, ("equirectangular", "octahedral"), strict=True):
     atlas = ism.texture_atlas(result, projection=projection)
     assert 0 <= atlas.uv.min() <= atlas.uv.max() <= 1
     ax.triplot(*atlas.uv.T, atlas.f, color=INK, linewidth=0.4)
-    ax.set(title=f"{projection}: {len(atlas.uv):,} vertices", aspect="equal", xticks=[0, 1], yticks=[0, 1])
+    ax.set(
+        title=f"{projection}: {len(atlas.uv):,} vertices",
+        aspect="equal",
+        xticks=[0, 1],
+        yticks=[0, 1],
+    )
 figure

@@ -22,7 +22,12 @@ print(f"integrals differ by {abs(after / before - 1):.1e}")
 assert abs(after / before - 1) < 1e-12
 
 figure = draw_surfaces(
-    (f"{len(fine.vertices):,} vertices,\ndistance from the middle", fine.vertices, fine.faces, depth),
+    (
+        f"{len(fine.vertices):,} vertices,\ndistance from the middle",
+        fine.vertices,
+        fine.faces,
+        depth,
+    ),
     (f"the same, carried to\n{len(x):,} vertices", weights.matrix @ fine.vertices, faces, carried),
     up="z",
 )

@@ -16,7 +16,10 @@ views = [("the surface, coloured by height", v, f, v[:, 2])]
 for balance in (0, 0.5, 1):
     result = ism.balanced_spherical_map(v, f, balance=balance)
     assert result.certificate.folding_free
-    angle, area = np.abs(result.angle_differences()).mean(), np.exp(np.abs(result.log_area_ratios()).mean())
+    angle, area = (
+        np.abs(result.angle_differences()).mean(),
+        np.exp(np.abs(result.log_area_ratios()).mean()),
+    )
     caption = f"balance {balance}: angles off by {angle:.1f}°,\nareas by a factor of {area:.3g}"
     views.append((caption, result.sphere, f, v[:, 2]))
 

@@ -18,7 +18,7 @@ for k in range(4):
     v = v * [1.2, 0.9, 1]
     bend, width = rng.normal(size=2)
     v[:, 0] += 0.1 * bend * v[:, 2] ** 2
-    v[:, :2] *= 1 + 0.1 * width * np.exp(-v[:, 2:] ** 2)
+    v[:, :2] *= 1 + 0.1 * width * np.exp(-(v[:, 2:] ** 2))
     sources.append((v, f))
 
 group = ism.shapes.template(sources, target="ico:3", modes=2)

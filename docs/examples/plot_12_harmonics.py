@@ -17,7 +17,9 @@ error = shape.error()
 views = [(f"{len(v):,} vertices", v, f, None)]
 for degree in (3, 10, 30):
     part = ism.shapes.SphericalHarmonics(shape.coefficients[: (degree + 1) ** 2])
-    views.append((f"degree {degree}: {error[degree]:.2f} percent off", part.evaluate(result.sphere), f, None))
+    views.append(
+        (f"degree {degree}: {error[degree]:.2f} percent off", part.evaluate(result.sphere), f, None)
+    )
 
 figure = draw_surfaces(*views, up="z")
 figure

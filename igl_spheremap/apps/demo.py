@@ -35,7 +35,9 @@ def run_demo(demo: Demo, surface: str) -> None:
         targets = [word for word in words if word.lower().endswith(_PICTURES)]
         sources = [word for word in words if word not in targets]
         if len(targets) > 1 or len(sources) > 1:
-            raise UsageError(f"give at most one surface and one picture: {script} [FILE|sample:NAME] [PICTURE.png]")
+            raise UsageError(
+                f"give at most one surface and one picture: {script} [FILE|sample:NAME] [PICTURE.png]"
+            )
         target = targets[0] if targets else None
         check_pictures(pictures_of(target))
         with Progress() as progress:

@@ -15,7 +15,17 @@ from typing import Any
 import numpy as np
 
 from .._version import __version__
-from ..draw.markup import MOST_FACES, View, made_by, page, page_file, picture, scene, small_png, table
+from ..draw.markup import (
+    MOST_FACES,
+    View,
+    made_by,
+    page,
+    page_file,
+    picture,
+    scene,
+    small_png,
+    table,
+)
 from ..draw.palette import ANGLES, AREAS, FOLDED, fitting
 from ..draw.plot import fit, pose
 from ..errors import DisplayError, import_optional
@@ -67,37 +77,73 @@ def write_report(
     'report.html'
     """
     mesh = result.mesh
-    return _write_page(place, f"{source} on the sphere", result.certificate, command, [
-        table(result_rows(result, map_findings(result))[1:]),
-        "<h2>Rounds</h2>" + table(round_rows(result), ROUNDS) if result.rounds else "",
-        "<h2>Before and after</h2>" if _began_folded(recording) else "<h2>The map</h2>",
-        _scene(mesh, result.sphere, _began_folded(recording), up),
-        "<h2>Pictures</h2>",
-        *_pictures(mesh, result.sphere, recording, up),
-        "<h2>Curves</h2>",
-        _svg(plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios())),
-    ])
+    return _write_page(
+        place,
+        f"{source} on the sphere",
+        result.certificate,
+        command,
+        [
+            table(result_rows(result, map_findings(result))[1:]),
+            "<h2>Rounds</h2>" + table(round_rows(result), ROUNDS) if result.rounds else "",
+            "<h2>Before and after</h2>" if _began_folded(recording) else "<h2>The map</h2>",
+            _scene(mesh, result.sphere, _began_folded(recording), up),
+            "<h2>Pictures</h2>",
+            *_pictures(mesh, result.sphere, recording, up),
+            "<h2>Curves</h2>",
+            _svg(
+                plot_run(
+                    recording.history,
+                    recording.foldings,
+                    result.angle_differences(),
+                    result.log_area_ratios(),
+                )
+            ),
+        ],
+    )
 
 
 def write_plane_report(
-    place: str | os.PathLike[str], result: PlaneMap, *, source: str, command: str = "", up: str = "auto"
+    place: str | os.PathLike[str],
+    result: PlaneMap,
+    *,
+    source: str,
+    command: str = "",
+    up: str = "auto",
 ) -> Path:
     """`write_report` of a map to the plane."""
     disk = result.mesh
-    return _write_page(place, f"{source} in the plane", result.certificate, command, [
-        table(result_rows(result, plane_findings(result))[1:]),
-        "<h2>The map</h2>",
-        _plane_scene(result, up),
-        "<h2>Pictures</h2>",
-        *_drawn([lambda path: present(lambda: plane_view(source, disk, result.plane, up), path, size=_SIZE)],
-                ["A checkerboard of the plane, carried to the surface: squares stay squares where angles do."]),
-        "<h2>Angles and areas</h2>",
-        _svg(result.plot()),
-    ])
+    return _write_page(
+        place,
+        f"{source} in the plane",
+        result.certificate,
+        command,
+        [
+            table(result_rows(result, plane_findings(result))[1:]),
+            "<h2>The map</h2>",
+            _plane_scene(result, up),
+            "<h2>Pictures</h2>",
+            *_drawn(
+                [
+                    lambda path: present(
+                        lambda: plane_view(source, disk, result.plane, up), path, size=_SIZE
+                    )
+                ],
+                [
+                    "A checkerboard of the plane, carried to the surface: squares stay squares where angles do."
+                ],
+            ),
+            "<h2>Angles and areas</h2>",
+            _svg(result.plot()),
+        ],
+    )
 
 
 def _write_page(
-    place: str | os.PathLike[str], title: str, certificate: Certificate, command: str, parts: list[str]
+    place: str | os.PathLike[str],
+    title: str,
+    certificate: Certificate,
+    command: str,
+    parts: list[str],
 ) -> Path:
     verdict = "free" if certificate.folding_free else "folded"
     body = [
@@ -138,7 +184,9 @@ def _plane_scene(result: PlaneMap, up: str) -> str:
 
 def _began_folded(recording: Recording) -> bool:
     """Whether a run began with the Gauss map, which folds most surfaces; others began with maps of their own."""
-    return any(step.stage == "gauss map" for step in recording.history[:1]) and bool(recording.foldings[0])
+    return any(step.stage == "gauss map" for step in recording.history[:1]) and bool(
+        recording.foldings[0]
+    )
 
 
 def _scene(mesh: Mesh, sphere: FloatArray, before: bool, up: str) -> str:
@@ -150,18 +198,37 @@ def _scene(mesh: Mesh, sphere: FloatArray, before: bool, up: str) -> str:
     maps = [("Gauss map", gauss, colouring(mesh, gauss, SUBJECTS[0]))] if before else []
     maps.append(("Result", sphere, colouring(mesh, sphere, SUBJECTS[0])))
     by = "folded by the Gauss map" if before else "folded"
-    views = [View("Surface", fit(mesh.unit, turn), maps[0][2].colours, maps[0][2].folded,
-                  (f"{by}; same colour: same place", FOLDED))]
+    views = [
+        View(
+            "Surface",
+            fit(mesh.unit, turn),
+            maps[0][2].colours,
+            maps[0][2].folded,
+            (f"{by}; same colour: same place", FOLDED),
+        )
+    ]
     for name, x, colours in maps:
-        views.append(View(f"{name}: {count_foldings(len(colours.folded))}", x @ turn.T, colours.colours, colours.folded,
-                          sphere=True, image=True))
+        views.append(
+            View(
+                f"{name}: {count_foldings(len(colours.folded))}",
+                x @ turn.T,
+                colours.colours,
+                colours.folded,
+                sphere=True,
+                image=True,
+            )
+        )
     return f"{scene(mesh.f, views)}<p>{_TURN} {_MARKS}</p>"
 
 
 def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> list[str]:
     """The last iterate with foldings, and the result in the colours of each subject: what the scene does not show."""
     in_scene = len(mesh.f) <= MOST_FACES
-    shots = [("Result", sphere, subject) for subject in SUBJECTS if not (in_scene and subject == SUBJECTS[0])]
+    shots = [
+        ("Result", sphere, subject)
+        for subject in SUBJECTS
+        if not (in_scene and subject == SUBJECTS[0])
+    ]
     folded = [frame.iterate for frame in recording.frames if frame.foldings]
     if folded and folded[-1].stage != "gauss map":
         shots.insert(0, (f"Last with foldings: {title_of(folded[-1])}", folded[-1].x, SUBJECTS[0]))
@@ -169,10 +236,14 @@ def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> 
         shots.insert(0, ("Gauss map", vertex_normals(mesh.unit, mesh.f), SUBJECTS[0]))
 
     def draw(x: FloatArray, title: str, subject: str) -> Callable[[Path], object]:
-        return lambda path: picture_of(mesh, x, path, caption=title, subject=subject, up=up, size=_SIZE)
+        return lambda path: picture_of(
+            mesh, x, path, caption=title, subject=subject, up=up, size=_SIZE
+        )
 
-    return _drawn([draw(x, title, subject) for title, x, subject in shots],
-                  [f"{title}. {_CAPTIONS[subject]}" for title, _, subject in shots])
+    return _drawn(
+        [draw(x, title, subject) for title, x, subject in shots],
+        [f"{title}. {_CAPTIONS[subject]}" for title, _, subject in shots],
+    )
 
 
 def _drawn(draws: Iterable[Callable[[Path], object]], captions: Iterable[str]) -> list[str]:
@@ -202,5 +273,9 @@ def _svg(figure: Any) -> str:
 def _versions() -> list[tuple[str, str]]:
     packages = ("libigl", "numpy", "scipy", "polyscope", "matplotlib")
     there = [name for name in packages if any(metadata.distributions(name=name))]
-    return [("python", platform.python_version()), ("system", f"{platform.system()} {platform.machine()}"),
-            ("igl_spheremap", __version__), *((name, metadata.version(name)) for name in there)]
+    return [
+        ("python", platform.python_version()),
+        ("system", f"{platform.system()} {platform.machine()}"),
+        ("igl_spheremap", __version__),
+        *((name, metadata.version(name)) for name in there),
+    ]

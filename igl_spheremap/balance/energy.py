@@ -86,7 +86,9 @@ class BalancedEnergy:
 
     def area_error(self, x: FloatArray) -> float:
         """Mean of |p - target| over the source's area."""
-        return float((self.area * np.abs(log_areas(self.source, x) - self.target)).sum() / self.area.sum())
+        return float(
+            (self.area * np.abs(log_areas(self.source, x) - self.target)).sum() / self.area.sum()
+        )
 
     def phi(self, ratio: FloatArray) -> FloatArray:
         """u^2, or 2 (cosh(k u) - 1) / k^2, of the logarithm u of a ratio, docs/balance.md (4)."""
@@ -102,7 +104,9 @@ class BalancedEnergy:
         power = ratio**self.power
         return (power - 1 / power) / self.power, power + 1 / power
 
-    def derivatives(self, x: FloatArray, axes: FloatArray, convex: bool = True) -> tuple[FloatArray, FloatArray]:
+    def derivatives(
+        self, x: FloatArray, axes: FloatArray, convex: bool = True
+    ) -> tuple[FloatArray, FloatArray]:
         """Gradient (k, n) as vertices of a map without foldings move along axes (k, d, n), and the Hessian's blocks.
 
         The blocks (6, k, k, m) belong to the corner pairs `PAIRS`; `convex` projects the Hessian of each face. It is
@@ -121,10 +125,13 @@ class BalancedEnergy:
             for k, (i, j) in enumerate(PAIRS):
                 np.einsum("kam,kbm->abm", left[:, :, i], modes[:, :, j], out=blocks[k, :, :, chunk])
         corner = corners.ravel()
-        return np.stack([np.bincount(corner, part.ravel(), self.source.n) for part in gradient]), blocks
+        return np.stack(
+            [np.bincount(corner, part.ravel(), self.source.n) for part in gradient]
+        ), blocks
 
-    def _modes(self, images: FaceImages, axes: FloatArray, chunk: slice,
-               convex: bool) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def _modes(
+        self, images: FaceImages, axes: FloatArray, chunk: slice, convex: bool
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Modes of some faces, slopes along the two stretches, and the Hessian's curvatures (4, m) along the modes.
 
         The first curvature is that of mode 0 with `mix` times mode 1 added to it.
@@ -147,12 +154,17 @@ class BalancedEnergy:
             twist = np.maximum(twist, _TWIST_FLOOR * (p2 + q2))
             shear = np.maximum(shear, _FLOOR * (p2 + q2))
         mix = h12 / h11
-        return (images.modes(axes), area * np.stack((r1, r2)), area * np.stack((h11, h22 - mix * h12, twist, shear)),
-                mix)
+        return (
+            images.modes(axes),
+            area * np.stack((r1, r2)),
+            area * np.stack((h11, h22 - mix * h12, twist, shear)),
+            mix,
+        )
 
 
-def _raised(h11: FloatArray, h22: FloatArray, h12: FloatArray,
-            least: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _raised(
+    h11: FloatArray, h22: FloatArray, h12: FloatArray, least: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Symmetric 2 by 2 matrices, their eigenvalues raised to `least`."""
     mean, half = (h11 + h22) / 2, (h11 - h22) / 2
     radius = np.sqrt(half * half + h12 * h12)

@@ -58,8 +58,13 @@ _SHORT = 0.3
 _SMOOTHINGS = 2
 
 
-def balanced_map(mesh: Mesh, conformal: FloatArray, x: FloatArray, balance: float,
-                 listener: Listener | None = None) -> tuple[FloatArray, Certificate, Run]:
+def balanced_map(
+    mesh: Mesh,
+    conformal: FloatArray,
+    x: FloatArray,
+    balance: float,
+    listener: Listener | None = None,
+) -> tuple[FloatArray, Certificate, Run]:
     """The map of a balance from a map x without foldings, and how the minimisation ended.
 
     `conformal` is the conformal map of the mesh. The result is turned to the Gauss map.
@@ -67,12 +72,19 @@ def balanced_map(mesh: Mesh, conformal: FloatArray, x: FloatArray, balance: floa
     source = FlatFaces.of(mesh.unit, mesh.f)
     energy = balanced_energy(source, conformal, balance)
     with phase("balance"):
-        minimum = minimize_balanced(partial(FaceProblem, turns=False), VertexSystem(source.f, source.n), energy,
-                                    stretched(mesh, x), listener)
+        minimum = minimize_balanced(
+            partial(FaceProblem, turns=False),
+            VertexSystem(source.f, source.n),
+            energy,
+            stretched(mesh, x),
+            listener,
+        )
     short, status, notes = energy.area_error(minimum.last.x), minimum.status, tuple[str, ...]()
     if short > _SHORT and status is not Status.STOPPED:
-        notes = (f"areas are off what balance {balance:g} aims at by a factor of {np.exp(short):.3g} on average; "
-                 f"{status.value}",)
+        notes = (
+            f"areas are off what balance {balance:g} aims at by a factor of {np.exp(short):.3g} on average; "
+            f"{status.value}",
+        )
         status = Status.SHORT
     y = turn_to_gauss_map(mesh, minimum.last.x)
     certificate = Certificate.of(y, mesh.f)
@@ -90,8 +102,13 @@ def balanced_energy(source: FlatFaces, conformal: FloatArray, balance: float) ->
     return BalancedEnergy(source, min(balance, MOST_WEIGHT), POWER, target)
 
 
-def minimize_balanced(problem: Callable[[BalancedEnergy], FaceProblem], system: VertexSystem, energy: BalancedEnergy,
-                      x: FloatArray, listener: Listener | None = None) -> Minimum:
+def minimize_balanced(
+    problem: Callable[[BalancedEnergy], FaceProblem],
+    system: VertexSystem,
+    energy: BalancedEnergy,
+    x: FloatArray,
+    listener: Listener | None = None,
+) -> Minimum:
     """Minimise from a map free of foldings; where its areas are far off, by squares of logarithms first.
 
     `problem` says on what surface maps of an energy lie, and what else they may not do.
@@ -100,17 +117,27 @@ def minimize_balanced(problem: Callable[[BalancedEnergy], FaceProblem], system: 
     if energy.by_face(x).sum() > _FAR * squares.by_face(x).sum():
         opening = replace(squares, weight=min(energy.weight, _OPENING_WEIGHT))
         search.tolerance = _OPENING_TOLERANCE
-        opened = minimize(balanced_iterates(problem(opening), search, x, "opening"), tolerance=_OPENING_TOLERANCE,
-                          max_iterations=_STEPS // 2, listener=listener)
+        opened = minimize(
+            balanced_iterates(problem(opening), search, x, "opening"),
+            tolerance=_OPENING_TOLERANCE,
+            max_iterations=_STEPS // 2,
+            listener=listener,
+        )
         if opened.status is Status.STOPPED:
             return opened
         x, left = opened.last.x, _STEPS - opened.last.iteration
     search.tolerance = TOLERANCE
-    return minimize(balanced_iterates(problem(energy), search, x, "balance"), tolerance=TOLERANCE,
-                    max_iterations=left, listener=listener)
+    return minimize(
+        balanced_iterates(problem(energy), search, x, "balance"),
+        tolerance=TOLERANCE,
+        max_iterations=left,
+        listener=listener,
+    )
 
 
-def balanced_iterates(problem: FaceProblem, search: KeptFactor, x: FloatArray, stage: str) -> Iterator[Iterate]:
+def balanced_iterates(
+    problem: FaceProblem, search: KeptFactor, x: FloatArray, stage: str
+) -> Iterator[Iterate]:
     """Newton iterates from a map free of foldings; the residual is the share of the energy that is still to gain.
 
     After a full step that is the geometric series of the last two gains, after a shortened one the largest of the last,
@@ -122,8 +149,18 @@ def balanced_iterates(problem: FaceProblem, search: KeptFactor, x: FloatArray, s
     for k, trial in enumerate(newton(problem, search, x), 1):
         gains.append((value - trial.value) / max(trial.value, zero))
         value, ratio = trial.value, min(gains[-1] / gains[-2], _LARGEST_RATIO)
-        residual = gains[-1] * ratio / (1 - ratio) if search.length == 1 else max(gains[-_PATIENCE:])
-        yield Iterate(stage, 0, k, trial.x, value, 0.0 if value < zero else min(residual, search.ahead), search.length)
+        residual = (
+            gains[-1] * ratio / (1 - ratio) if search.length == 1 else max(gains[-_PATIENCE:])
+        )
+        yield Iterate(
+            stage,
+            0,
+            k,
+            trial.x,
+            value,
+            0.0 if value < zero else min(residual, search.ahead),
+            search.length,
+        )
 
 
 def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:

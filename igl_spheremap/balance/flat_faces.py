@@ -34,7 +34,9 @@ class FlatFaces:
     n: int
     area: FloatArray
     hats: FloatArray
-    _known: list[tuple[FloatArray, bool, FaceImages]] = field(default_factory=list, init=False, repr=False)
+    _known: list[tuple[FloatArray, bool, FaceImages]] = field(
+        default_factory=list, init=False, repr=False
+    )
 
     @classmethod
     def of(cls, v: FloatArray, f: IntArray) -> FlatFaces:
@@ -46,7 +48,9 @@ class FlatFaces:
         area = area * scale**2
         cot = 2 * np.asarray(igl.cotmatrix_entries(l=lengths))[:, 0]
         # Corner 0 lies at the origin, corner 1 at (c, 0), corner 2 at h (cot_0, 1) with h = 2 area / c.
-        return cls(f, len(v), area, np.array([[1 / c, np.zeros_like(c)], [-cot / c, c / (2 * area)]]))
+        return cls(
+            f, len(v), area, np.array([[1 / c, np.zeros_like(c)], [-cot / c, c / (2 * area)]])
+        )
 
     @cached_property
     def corners(self) -> IntArray:
@@ -88,7 +92,9 @@ class FaceImages:
     beta: tuple[FloatArray, FloatArray, FloatArray]
 
     @classmethod
-    def of(cls, source: FlatFaces, x: FloatArray, faces: IntArray | slice = slice(None)) -> FaceImages:
+    def of(
+        cls, source: FlatFaces, x: FloatArray, faces: IntArray | slice = slice(None)
+    ) -> FaceImages:
         """Images of some faces of a map."""
         # coordinate, corner, face
         p = np.ascontiguousarray(x.T).take(source.corners[:, faces], axis=1)
@@ -106,10 +112,14 @@ class FaceImages:
         u /= np.where(first > 0, first, 1.0)
         v = np.stack((-u[1], u[0])) if len(p) == 2 else column_crosses(outward, u)
         across, up = _dots(sides[:, 1], u), _dots(sides[:, 1], v)
-        return cls._laid(hats, area, (first, across, up), heights / np.where(length > 0, length, 1.0), (u, v))
+        return cls._laid(
+            hats, area, (first, across, up), heights / np.where(length > 0, length, 1.0), (u, v)
+        )
 
     @classmethod
-    def spanned(cls, source: FlatFaces, p: FloatArray, faces: IntArray | slice = slice(None)) -> FaceImages:
+    def spanned(
+        cls, source: FlatFaces, p: FloatArray, faces: IntArray | slice = slice(None)
+    ) -> FaceImages:
         """Some faces as flat triangles with corners in a space of any dimension, (n, d), each seen in its own plane."""
         q = np.ascontiguousarray(p.T).take(source.corners[:, faces], axis=1)
         sides = q[:, 1:] - q[:, :1]
@@ -120,17 +130,30 @@ class FaceImages:
         v = v - across * u
         up = np.sqrt(_dots(v, v))
         v /= np.where(up > 0, up, 1.0)
-        return cls._laid(source.hats[:, :, faces], source.area[faces], (first, across, up),
-                         np.zeros((2, len(first))), (u, v))
+        return cls._laid(
+            source.hats[:, :, faces],
+            source.area[faces],
+            (first, across, up),
+            np.zeros((2, len(first))),
+            (u, v),
+        )
 
     @classmethod
-    def _laid(cls, hats: FloatArray, area: FloatArray, corners: tuple[FloatArray, FloatArray, FloatArray],
-              heights: FloatArray, plane: tuple[FloatArray, FloatArray]) -> FaceImages:
+    def _laid(
+        cls,
+        hats: FloatArray,
+        area: FloatArray,
+        corners: tuple[FloatArray, FloatArray, FloatArray],
+        heights: FloatArray,
+        plane: tuple[FloatArray, FloatArray],
+    ) -> FaceImages:
         """Images whose corner 1 lies at (first, 0), and corner 2 at (across, up)."""
         first, across, up = corners
         straight, turned = first * hats[:, 0] + across * hats[:, 1], up * hats[:, 1]
-        alpha, beta = ((straight[0] + turned[1], turned[0] - straight[1]),
-                       (straight[0] - turned[1], turned[0] + straight[1]))
+        alpha, beta = (
+            (straight[0] + turned[1], turned[0] - straight[1]),
+            (straight[0] - turned[1], turned[0] + straight[1]),
+        )
         sizes = [np.sqrt(real * real + imag * imag) for real, imag in (alpha, beta)]
         s1 = (sizes[0] + sizes[1]) / 2
         s2 = first * up / (2 * area * np.where(s1 > 0, s1, 1.0))  # balance (1)
@@ -138,6 +161,7 @@ class FaceImages:
 
     def some(self, faces: slice) -> FaceImages:
         """The images of some of the faces."""
+
         def cut(part: Any) -> Any:
             return part[..., faces] if isinstance(part, np.ndarray) else tuple(map(cut, part))
 
@@ -158,7 +182,10 @@ class FaceImages:
         u, v = self.plane
         # The plane of projection turns with the corners, by their sum's share across it.
         turn = self.heights[0] * self.hats[:, 0] + self.heights[1] * self.hats[:, 1]
-        hats = np.stack((-self.hats[:, 0] - self.hats[:, 1], self.hats[:, 0], self.hats[:, 1]), axis=1) - turn[:, None]
+        hats = (
+            np.stack((-self.hats[:, 0] - self.hats[:, 1], self.hats[:, 0], self.hats[:, 1]), axis=1)
+            - turn[:, None]
+        )
         right = np.stack((cos * hats[0] - sin * hats[1], cos * hats[1] + sin * hats[0]))
         return (left_cos * u + left_sin * v, left_cos * v - left_sin * u), right
 

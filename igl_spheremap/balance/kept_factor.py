@@ -45,7 +45,9 @@ class KeptFactor(LineSearch):
             return trial
         return super().step(problem, x, model)
 
-    def search(self, problem: NewtonProblem, x: FloatArray, model: Model, factor: Factor) -> Trial | None:
+    def search(
+        self, problem: NewtonProblem, x: FloatArray, model: Model, factor: Factor
+    ) -> Trial | None:
         """The search of the base, which keeps the factor of a whole step that was predicted well."""
         trial, self._kept = super().search(problem, x, model, factor), None
         if trial is not None:
@@ -80,13 +82,22 @@ class KeptFactor(LineSearch):
         return trial
 
 
-def _turned(f: IntArray, x: FloatArray, axes: FloatArray, y: FloatArray, other: FloatArray) -> ComplexArray:
+def _turned(
+    f: IntArray, x: FloatArray, axes: FloatArray, y: FloatArray, other: FloatArray
+) -> ComplexArray:
     """Complex factor by which the surroundings of each vertex turn and grow from x to y, in the axes of each map."""
     # each edge once from either side, but at a boundary
     start, end = f.T.ravel(), f.T[[1, 2, 0]].ravel()
-    p, q = (np.einsum("aie,ie->ae", at.take(start, axis=2), (z.take(end, axis=0) - z.take(start, axis=0)).T)
-            for z, at in ((x, axes), (y, other)))
+    p, q = (
+        np.einsum(
+            "aie,ie->ae", at.take(start, axis=2), (z.take(end, axis=0) - z.take(start, axis=0)).T
+        )
+        for z, at in ((x, axes), (y, other))
+    )
     n = len(x)
     weight = np.bincount(start, p[0] * p[0] + p[1] * p[1], n)
-    real, imag = (np.bincount(start, part, n) for part in (p[0] * q[0] + p[1] * q[1], p[0] * q[1] - p[1] * q[0]))
+    real, imag = (
+        np.bincount(start, part, n)
+        for part in (p[0] * q[0] + p[1] * q[1], p[0] * q[1] - p[1] * q[0])
+    )
     return np.asarray((real + 1j * imag) / np.where(weight > 0, weight, 1.0))

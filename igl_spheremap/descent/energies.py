@@ -102,14 +102,22 @@ class PHarmonicEnergy:
     def of(cls, mesh: Mesh, p: float) -> PHarmonicEnergy:
         """The energy of a mesh, with mollified lengths where its own are unusable; a ValueError unless p is above 1."""
         if not 1 < p < np.inf:
-            raise ValueError(f"p = {p:g} is out of range: the p-harmonic energy needs a finite p above 1")
+            raise ValueError(
+                f"p = {p:g} is out of range: the p-harmonic energy needs a finite p above 1"
+            )
         n, m = len(mesh.v), len(mesh.f)
         usable = is_usable(laplacian(mesh.unit, mesh.f, "cotangent", mesh.edges))
-        lengths = igl.edge_lengths(mesh.unit, mesh.f) if usable else mollified_edge_lengths(mesh.unit, mesh.f)
+        lengths = (
+            igl.edge_lengths(mesh.unit, mesh.f)
+            if usable
+            else mollified_edge_lengths(mesh.unit, mesh.f)
+        )
         rows = np.arange(3 * m)
         head, tail = np.roll(mesh.f, -1, axis=1).ravel(), np.roll(mesh.f, -2, axis=1).ravel()
         ones = np.ones(3 * m)
-        sides = sp.csr_matrix((np.r_[ones, -ones], (np.r_[rows, rows], np.r_[head, tail])), shape=(3 * m, n))
+        sides = sp.csr_matrix(
+            (np.r_[ones, -ones], (np.r_[rows, rows], np.r_[head, tail])), shape=(3 * m, n)
+        )
         areas = np.asarray(igl.doublearea(l=lengths, nan_replacement=0.0)).ravel() / 2
         return cls(p, sides, np.asarray(igl.cotmatrix_entries(lengths)), areas)
 
@@ -190,14 +198,21 @@ class OwnEnergy:
         found = self.function(given)
         pair = isinstance(found, tuple | list) and len(found) == 2
         if not pair or np.ndim(found[0]) != 0 or np.asarray(found[0]).dtype.kind not in "iuf":
-            raise TypeError(f"the fidelity term did not return a number and an array; return its value and its "
-                            f"({len(x)}, 3) derivatives")
-        value, derivatives = float(found[0]), check_rows(found[1], len(x), "derivatives of the fidelity term")
+            raise TypeError(
+                f"the fidelity term did not return a number and an array; return its value and its "
+                f"({len(x)}, 3) derivatives"
+            )
+        value, derivatives = (
+            float(found[0]),
+            check_rows(found[1], len(x), "derivatives of the fidelity term"),
+        )
         if np.isfinite(value) and not np.isfinite(derivatives).all():
             bad = np.flatnonzero(~np.isfinite(derivatives).all(axis=1))
             where = f"{count(bad, 'vertex', 'vertices')}, {examples(bad)}"
-            raise ValueError(f"derivatives of the fidelity term are not finite at {where}; return finite ones, or an "
-                             "infinite value")
+            raise ValueError(
+                f"derivatives of the fidelity term are not finite at {where}; return finite ones, or an "
+                "infinite value"
+            )
         return value, derivatives
 
 

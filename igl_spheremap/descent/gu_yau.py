@@ -14,7 +14,9 @@ from ..start.punctured import OFF_CENTRE
 from .problem import Diagonal, Problem, remove_boosts
 
 
-def projected_descent(problem: Problem, x: FloatArray, step: float = 1.8, stage: str = "harmonic") -> Iterator[Iterate]:
+def projected_descent(
+    problem: Problem, x: FloatArray, step: float = 1.8, stage: str = "harmonic"
+) -> Iterator[Iterate]:
     """Yield the start, centred, and every iterate after it, without end.
 
     Descent by the "absolute derivative" with fixed steps, and zero mass-centre by a Moebius map. The length of a `step`

@@ -26,11 +26,22 @@ class Minimum:
 
     def as_round(self, mesh: Mesh, start: Iterate) -> Round:
         """The record of a minimisation from `start`, with foldings before and after; of degree 0 the map collapsed."""
-        before, after = Certificate.of(start.x, mesh.f).foldings, Certificate.of(self.last.x, mesh.f)
+        before, after = (
+            Certificate.of(start.x, mesh.f).foldings,
+            Certificate.of(self.last.x, mesh.f),
+        )
         collapsed = after.degree == 0 and self.status is not Status.STOPPED
-        return Round(start.round, start.stage, before, after.foldings, self.last.iteration, self.last.energy,
-                     mean_angle_difference(mesh, self.last.x), Status.COLLAPSED if collapsed else self.status,
-                     self.seconds)
+        return Round(
+            start.round,
+            start.stage,
+            before,
+            after.foldings,
+            self.last.iteration,
+            self.last.energy,
+            mean_angle_difference(mesh, self.last.x),
+            Status.COLLAPSED if collapsed else self.status,
+            self.seconds,
+        )
 
 
 def minimize(

@@ -105,7 +105,10 @@ def _correct_quadrupoles(D: FloatArray, x: FloatArray, g: FloatArray) -> float:
     4 pi |Q|^2 / 5, the Hessian is 4 times that, and P^-1 g has 4/3 and 2/3 of the Newton step.
     """
     x_columns, g_columns = np.ascontiguousarray(x.T), np.ascontiguousarray(g.T)
-    moments = (np.einsum("ji,ki->jk", x_columns, y) for y in (g_columns, column_crosses(g_columns, x_columns)))
+    moments = (
+        np.einsum("ji,ki->jk", x_columns, y)
+        for y in (g_columns, column_crosses(g_columns, x_columns))
+    )
     Q, turned = (5 / (16 * np.pi) * ((M + M.T) / 2 - np.trace(M) / 3 * np.eye(3)) for M in moments)
     y = np.einsum("jk,ki->ji", turned, x_columns)
     y += column_crosses(x_columns, np.einsum("jk,ki->ji", Q, x_columns))
@@ -128,12 +131,26 @@ def harmonic_map(
     On a mesh so coarse that its faces cut deep through the sphere the chord energy has no useful minimiser: there the
     start is returned in place of the last iterate if it keeps angles better.
     """
-    problem = Problem.of(mesh, HarmonicEnergy(operators.L), SobolevH1(operators.factor, operators.L))
-    start = punctured_start(mesh, operators) if x is None else Start.of(problem.centred(x, OFF_CENTRE), operators)
-    minimum = minimize(preconditioned_cayley(problem, start), tolerance=tolerance, max_iterations=max_iterations,
-                       listener=listener)
+    problem = Problem.of(
+        mesh, HarmonicEnergy(operators.L), SobolevH1(operators.factor, operators.L)
+    )
+    start = (
+        punctured_start(mesh, operators)
+        if x is None
+        else Start.of(problem.centred(x, OFF_CENTRE), operators)
+    )
+    minimum = minimize(
+        preconditioned_cayley(problem, start),
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        listener=listener,
+    )
     last = minimum.last
-    if minimum.status is Status.STOPPED or last.details is None or not is_coarse(last.details["area"]):
+    if (
+        minimum.status is Status.STOPPED
+        or last.details is None
+        or not is_coarse(last.details["area"])
+    ):
         return minimum
     if _start_is_better(mesh, start.x, last.x):
         return replace(minimum, last=Iterate("sobolev", 0, 0, start.x, start.energy, np.inf))

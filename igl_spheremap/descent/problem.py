@@ -134,7 +134,9 @@ class Problem:
     share: FloatArray | None = None
 
     @classmethod
-    def of(cls, mesh: Mesh, energy: Energy, metric: Metric | None = None, gauge: bool = True) -> Problem:
+    def of(
+        cls, mesh: Mesh, energy: Energy, metric: Metric | None = None, gauge: bool = True
+    ) -> Problem:
         """An energy over the maps of a mesh, in the L2 metric by libigl's mass matrix unless another is given."""
         if metric is not None:
             share = mesh.areas / metric.weights if isinstance(metric, Diagonal) else None
@@ -163,7 +165,9 @@ class Problem:
 
     def centred(self, x: FloatArray, off: float = 0.0) -> FloatArray:
         """The map in the Moebius gauge; `x` itself where there is none or its mean is at most `off` from the origin."""
-        return center(x, self.A) if self.gauge and np.linalg.norm(weighted_sum(self.A, x)) > off else x
+        return (
+            center(x, self.A) if self.gauge and np.linalg.norm(weighted_sum(self.A, x)) > off else x
+        )
 
 
 def p_harmonic_problem(mesh: Mesh, p: float) -> Problem:

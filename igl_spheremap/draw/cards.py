@@ -54,33 +54,52 @@ class Card:
     good: bool = True
 
 
-def card_sheet(cards: Sequence[Card], figures: Mapping[str, str], legends: Iterable[Ramp | tuple[str, Colour]]) -> str:
+def card_sheet(
+    cards: Sequence[Card], figures: Mapping[str, str], legends: Iterable[Ramp | tuple[str, Colour]]
+) -> str:
     """Cards in their order, with what sorts, filters and exports them; figures are what to sort by, with labels."""
     entries = []
     for rank, card in enumerate(cards):
-        row = {name: None if isinstance(value, float) and not math.isfinite(value) else value
-               for name, value in card.row.items()}
+        row = {
+            name: None if isinstance(value, float) and not math.isfinite(value) else value
+            for name, value in card.row.items()
+        }
         more = [f"and {len(card.reasons) - _BADGES} more"] if len(card.reasons) > _BADGES else []
-        entries.append(asdict(card) | {"rank": rank, "row": row, "badges": [*card.reasons[:_BADGES], *more]})
-    sorts = "".join(f'<option value="{key}">{escape(label)}</option>'
-                    for key, label in {"rank": "worst first", "source": "name", **figures}.items())
-    shown = ["all", *sorted({card.row["status"] for card in cards}), "outliers", "passed", "failed by you", "not rated"]
+        entries.append(
+            asdict(card) | {"rank": rank, "row": row, "badges": [*card.reasons[:_BADGES], *more]}
+        )
+    sorts = "".join(
+        f'<option value="{key}">{escape(label)}</option>'
+        for key, label in {"rank": "worst first", "source": "name", **figures}.items()
+    )
+    shown = [
+        "all",
+        *sorted({card.row["status"] for card in cards}),
+        "outliers",
+        "passed",
+        "failed by you",
+        "not rated",
+    ]
     statuses = "".join(f"<option>{escape(one)}</option>" for one in shown)
     code = files(__package__).joinpath("cards.js").read_text(encoding="utf-8")
     known = {"cards": entries, "labels": figures}
     data = json.dumps(known).replace("<", "\\u003c")  # no text ends the element that holds it
-    return (f'<div class="legends">{"".join(map(legend, legends))}</div>'
-            f'<form class="toolbar"><label>sort by <select name="sort">{sorts}</select></label> '
-            f'<label>show <select name="status">{statuses}</select></label> '
-            '<label>name has <input name="text" type="search"></label> '
-            '<button type="button" name="bars" hidden></button> '
-            '<button type="button" name="export">Save ratings as TSV</button> '
-            '<label>load ratings <input name="load" type="file" accept=".tsv"></label> <output></output></form>'
-            '<div class="sheet"></div><dialog></dialog>'
-            f'<script type="application/json" class="cards">{data}</script><script>{code}</script>')
+    return (
+        f'<div class="legends">{"".join(map(legend, legends))}</div>'
+        f'<form class="toolbar"><label>sort by <select name="sort">{sorts}</select></label> '
+        f'<label>show <select name="status">{statuses}</select></label> '
+        '<label>name has <input name="text" type="search"></label> '
+        '<button type="button" name="bars" hidden></button> '
+        '<button type="button" name="export">Save ratings as TSV</button> '
+        '<label>load ratings <input name="load" type="file" accept=".tsv"></label> <output></output></form>'
+        '<div class="sheet"></div><dialog></dialog>'
+        f'<script type="application/json" class="cards">{data}</script><script>{code}</script>'
+    )
 
 
-def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str, nouns: str) -> str:
+def histogram(
+    name: str, label: str, values: FloatArray, limit: float, axis: str, nouns: str
+) -> str:
     """Bars of cards by a figure, those above the limit in one of their own; a sentence where all are equal.
 
     Each is a button that filters the cards. Empty where no value is finite.
@@ -96,18 +115,24 @@ def histogram(name: str, label: str, values: FloatArray, limit: float, axis: str
         ends = ends[0] - 0.5, ends[1] + 0.5
     counts, edges = np.histogram(values, bins=_BINS, range=ends)
     edges[-1] = np.nextafter(edges[-1], math.inf)  # the last bar has its upper end
-    bars = [*zip(counts.tolist(), edges[:-1].tolist(), edges[1:].tolist(), strict=True),
-            (int((values > limit).sum()), limit, math.inf)]
+    bars = [
+        *zip(counts.tolist(), edges[:-1].tolist(), edges[1:].tolist(), strict=True),
+        (int((values > limit).sum()), limit, math.inf),
+    ]
     most, drawn = max(count for count, _, _ in bars), []
     for count, low, high in bars:
         kind, end, said = "bar", repr(high), f"{count} from {low:.3g} to {high:.3g}"
         if high == math.inf:
             kind, end, said = "bar outliers", "", f"{count} above {low:.3g}"
-        drawn.append(f'<button type="button" class="{kind}" data-figure="{name}" data-low="{low!r}" data-high="{end}" '
-                     f'data-said="{label} {said}" title="{said}" style="--share: {count / most:.1%}"'
-                     f'{" disabled" * (not count)}></button>')
+        drawn.append(
+            f'<button type="button" class="{kind}" data-figure="{name}" data-low="{low!r}" data-high="{end}" '
+            f'data-said="{label} {said}" title="{said}" style="--share: {count / most:.1%}"'
+            f"{' disabled' * (not count)}></button>"
+        )
     caption = f"{label}: median {np.median(values):.3g}, largest {values.max():.3g}"
     counted = f"{most} {nouns if most > 1 else nouns.removesuffix('s')}"
-    return (f'<figure class="histogram"><small>{escape(counted)}</small><div class="bars">{"".join(drawn)}</div>'
-            f"<small><span>{edges[0]:.3g}</span><span>{escape(axis)}</span><span>{edges[-1]:.3g}</span></small>"
-            f"<figcaption>{caption}</figcaption></figure>")
+    return (
+        f'<figure class="histogram"><small>{escape(counted)}</small><div class="bars">{"".join(drawn)}</div>'
+        f"<small><span>{edges[0]:.3g}</span><span>{escape(axis)}</span><span>{edges[-1]:.3g}</span></small>"
+        f"<figcaption>{caption}</figcaption></figure>"
+    )

@@ -46,13 +46,17 @@ class Clusters:
         names, local = np.unique(f[folded], return_inverse=True)
         local = local.reshape(-1, 3)
         tail, head = local[:, [0, 1]].ravel(), local[:, [1, 2]].ravel()
-        links = coo_matrix((np.ones(len(tail), dtype=bool), (tail, head)), shape=(len(names), len(names)))
+        links = coo_matrix(
+            (np.ones(len(tail), dtype=bool), (tail, head)), shape=(len(names), len(names))
+        )
         label = connected_components(links, directed=False)[1][local[:, 0]]
         _, label, sizes = np.unique(label, return_inverse=True, return_counts=True)
         rank = np.empty(len(sizes), dtype=np.int64)
         rank[np.argsort(-sizes, kind="stable")] = np.arange(len(sizes))
         order = np.argsort(rank[label], kind="stable")
-        return cls(folded[order], np.cumsum(np.append(0, np.sort(sizes)[::-1]))[:-1].astype(np.int64))
+        return cls(
+            folded[order], np.cumsum(np.append(0, np.sort(sizes)[::-1]))[:-1].astype(np.int64)
+        )
 
     @property
     def sizes(self) -> IntArray:
@@ -93,14 +97,22 @@ class Marks:
     def of(cls, x: FloatArray, f: IntArray, folded: IntArray, sphere: bool) -> Marks:
         """Marks of faces that are folded, on a map to the sphere or the plane z = 0, or on a surface."""
         areas = face_areas(x, f)
-        clusters = Clusters.of(f, folded if areas[folded].sum() < MANY * areas.sum() else folded[:0])
+        clusters = Clusters.of(
+            f, folded if areas[folded].sum() < MANY * areas.sum() else folded[:0]
+        )
         a, b, c = (x[f[clusters.faces, k]] for k in range(3))
         outward, middles = row_crosses(b - a, c - a) / 2, (a + b + c) / 3
         plane = not x[:, 2].any()
         if plane or sphere:  # of a map: a face that is flipped turns the other way
-            way = np.array([[0.0, 0.0, 1.0]]) if plane else middles / np.maximum(row_lengths(middles), 1e-300)[:, None]
+            way = (
+                np.array([[0.0, 0.0, 1.0]])
+                if plane
+                else middles / np.maximum(row_lengths(middles), 1e-300)[:, None]
+            )
             outward = row_lengths(outward)[:, None] * way
-        longest = np.max(np.array([row_lengths(p - q) for p, q in ((a, b), (b, c), (c, a))]), axis=0)
+        longest = np.max(
+            np.array([row_lengths(p - q) for p, q in ((a, b), (b, c), (c, a))]), axis=0
+        )
         return cls(clusters, clusters.sums(middles) / clusters.sizes[:, None], outward, longest)
 
     def unseen(self, towards: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:

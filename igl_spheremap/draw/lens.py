@@ -64,7 +64,10 @@ def follow(
         return [Lens()] * len(maps)
     lenses = [look_at(x, f[faces]) for x in maps]
     shared = lenses[aim].power if power is None else power
-    return [replace(lens, power=shared, facing=np.eye(3) if facing is None else facing) for lens in lenses]
+    return [
+        replace(lens, power=shared, facing=np.eye(3) if facing is None else facing)
+        for lens in lenses
+    ]
 
 
 def look_at(x: FloatArray, faces: IntArray) -> Lens:
@@ -74,4 +77,6 @@ def look_at(x: FloatArray, faces: IntArray) -> Lens:
     # 2 tan of half the angle
     radius = float(np.percentile(np.abs(to_chart(corners, place[None])), _WITHIN))
     spread = min(_SPREAD, _FACE * float(np.sqrt(len(faces))))
-    return Lens(place, float(np.clip(2 * np.tan(spread / 2) / max(radius, _TINIEST), 1.0, STRONGEST)))
+    return Lens(
+        place, float(np.clip(2 * np.tan(spread / 2) / max(radius, _TINIEST), 1.0, STRONGEST))
+    )

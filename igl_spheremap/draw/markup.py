@@ -61,8 +61,10 @@ def png(image: NDArray[np.uint8]) -> bytes:
         b"IDAT": zlib.compress(np.insert(steps, 0, 1, axis=1).tobytes()),
         b"IEND": b"",
     }
-    parts = [struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-             for kind, data in chunks.items()]
+    parts = [
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        for kind, data in chunks.items()
+    ]
     return b"".join((b"\x89PNG\r\n\x1a\n", *parts))
 
 
@@ -76,7 +78,9 @@ def small_png(path: Path) -> bytes:
     images = import_optional("PIL.Image", "a report", "io")
     stream = io.BytesIO()
     with images.open(path) as image:
-        image.convert("RGB").quantize(256, kmeans=2, dither=images.Dither.NONE).save(stream, "PNG", optimize=True)
+        image.convert("RGB").quantize(256, kmeans=2, dither=images.Dither.NONE).save(
+            stream, "PNG", optimize=True
+        )
     return stream.getvalue()
 
 
@@ -101,7 +105,9 @@ def page_file(place: str | os.PathLike[str], name: str) -> Path:
         return path
     folder = path.is_dir() or str(place).endswith(("/", os.sep)) or not path.suffix
     if not folder or path.is_file():
-        raise ValueError(f"{place}: give a file that ends in .html, or a folder, whose name has no ending or ends in /")
+        raise ValueError(
+            f"{place}: give a file that ends in .html, or a folder, whose name has no ending or ends in /"
+        )
     return path / name
 
 
@@ -116,10 +122,15 @@ def legend(shown: Ramp | tuple[str, Colour]) -> str:
     if not isinstance(shown, Ramp):
         label, colour = shown
         return f'<p class="legend"><span class="swatch" style="background: {_css(colour)}"></span> {escape(label)}</p>'
-    (low, high), stops = map(escape, shown.ends), ", ".join(_css(colour) for colour in shown.stops.tolist())
+    (low, high), stops = (
+        map(escape, shown.ends),
+        ", ".join(_css(colour) for colour in shown.stops.tolist()),
+    )
     label = escape(shown.label)
-    return (f'<p class="legend" title="{label}">{low} <span class="bar" style="background: linear-gradient(to right, '
-            f'{stops})"></span> {high}<br>{label}</p>')
+    return (
+        f'<p class="legend" title="{label}">{low} <span class="bar" style="background: linear-gradient(to right, '
+        f'{stops})"></span> {high}<br>{label}</p>'
+    )
 
 
 def _css(colour: Iterable[float]) -> str:
@@ -149,8 +160,12 @@ class View:
 
 def scene(f: IntArray, views: Sequence[View]) -> str:
     """HTML with views of the same faces side by side."""
-    content = {"faces": _base64(f.astype("<u4")), "seen": SEEN, "colour": _css(FOLDED),
-               "views": [_content(f, view) for view in views]}
+    content = {
+        "faces": _base64(f.astype("<u4")),
+        "seen": SEEN,
+        "colour": _css(FOLDED),
+        "views": [_content(f, view) for view in views],
+    }
     code = files(__package__).joinpath("scene.js").read_text(encoding="utf-8")
     return f'<div class="scene" data-scene="{escape(json.dumps(content))}"></div><script>{code}</script>'
 

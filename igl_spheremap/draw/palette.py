@@ -40,6 +40,7 @@ _VIRIDIS = "440154 472c7a 3b518b 2c718e 21908d 27ad81 5cc863 aadc32 fde725"
 _LIGHT_BLUE = "ffffd9 edf8b1 c7e9b4 7fcdbb 41b6c4 1d91c0 225ea8 253494 081d58"
 _PURPLE_GREEN = "762a83 9970ab c2a5cf e7d4e8 f7f7f7 d9f0d3 a6dba0 5aae61 1b7837"
 
+
 @dataclass(frozen=True, eq=False)
 class Ramp:
     """A colour scale from `low` to `high`: evenly spaced colours (k, 3) between 0 and 1, and a label with the unit.
@@ -61,7 +62,9 @@ class Ramp:
     def colours(self, values: FloatArray) -> FloatArray:
         """Colours (n, 3) of values (n,), clamped to the ends; NaN counts as the lower end."""
         span = self.high - self.low
-        t = (np.clip(np.nan_to_num(values, nan=self.low), self.low, self.high) - self.low) / (span if span > 0 else 1)
+        t = (np.clip(np.nan_to_num(values, nan=self.low), self.low, self.high) - self.low) / (
+            span if span > 0 else 1
+        )
         places = np.linspace(0, 1, len(self.stops))
         return np.column_stack([np.interp(t, places, self.stops[:, k]) for k in range(3)])
 
@@ -96,7 +99,10 @@ def areas(factor: float) -> Ramp:
     >>> areas(10000).ends
     ('1/10000', '10000')
     """
-    return replace(diverging("image area / source area", math.log(factor)), names=(f"1/{factor:g}", f"{factor:g}"))
+    return replace(
+        diverging("image area / source area", math.log(factor)),
+        names=(f"1/{factor:g}", f"{factor:g}"),
+    )
 
 
 def fitting(ramps: Sequence[Ramp], values: FloatArray) -> Ramp:

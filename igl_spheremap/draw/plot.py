@@ -26,7 +26,9 @@ _BEYOND = 0.5  # percent of the values of a histogram that lie beyond its axis
 _CURVE = 1000  # bins of a curve: more than it is pixels wide
 
 
-def new_figure(rows: int, columns: int, title: str, size: tuple[float, float] = (3.2, 3.4)) -> tuple[Any, Any]:
+def new_figure(
+    rows: int, columns: int, title: str, size: tuple[float, float] = (3.2, 3.4)
+) -> tuple[Any, Any]:
     """A matplotlib figure without pyplot, which opens no window, and its axes (rows, columns) of `size` in inches."""
     base = import_optional("matplotlib.figure", "a figure", "plot").Figure
     # Notebooks show a bare figure only after pyplot was imported there, but anything with this method at once.
@@ -55,7 +57,9 @@ def plot_angles(ax: Any, differences: FloatArray) -> None:
 def plot_areas(ax: Any, ratios: FloatArray) -> None:
     """Histogram of logarithms of area ratios; the outermost half percent are in the bars at the ends."""
     ax.set_xlabel("ln(image area / source area)", fontsize=SMALL)
-    _histogram(ax, ratios[~np.isnan(ratios)], "of the faces", "areas: mean size of the logarithm", "")
+    _histogram(
+        ax, ratios[~np.isnan(ratios)], "of the faces", "areas: mean size of the logarithm", ""
+    )
 
 
 def _histogram(ax: Any, values: FloatArray, of: str, name: str, unit: str) -> None:
@@ -90,15 +94,21 @@ def colour_bar(ax: Any, ramp: Ramp) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LinearSegmentedColormap, Normalize
 
-    scale = ScalarMappable(Normalize(ramp.low, ramp.high), LinearSegmentedColormap.from_list("", ramp.stops))
-    bar = ax.figure.colorbar(scale, ax=ax, orientation="horizontal", shrink=0.6, aspect=30, pad=0.02)
+    scale = ScalarMappable(
+        Normalize(ramp.low, ramp.high), LinearSegmentedColormap.from_list("", ramp.stops)
+    )
+    bar = ax.figure.colorbar(
+        scale, ax=ax, orientation="horizontal", shrink=0.6, aspect=30, pad=0.02
+    )
     bar.set_ticks([ramp.low, ramp.high], labels=ramp.ends)
     bar.ax.tick_params(labelsize=SMALL, length=0)
     bar.set_label(ramp.label, fontsize=SMALL)
     bar.outline.set_visible(False)
 
 
-def plot_plane(p: FloatArray, f: IntArray, differences: FloatArray, ratios: FloatArray, title: str) -> Any:
+def plot_plane(
+    p: FloatArray, f: IntArray, differences: FloatArray, ratios: FloatArray, title: str
+) -> Any:
     """A figure of a map: its image, coloured by area ratios, folded faces in their own colour, and two histograms.
 
     It takes images (n, 2), faces, angle differences in degrees, and logarithms of area ratios.
@@ -107,7 +117,9 @@ def plot_plane(p: FloatArray, f: IntArray, differences: FloatArray, ratios: Floa
     ramp, corners = fitting(AREAS, ratios), p[f]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     folded = np.flatnonzero(a[:, 0] * b[:, 1] <= a[:, 1] * b[:, 0])
-    left.imshow(raster(np.column_stack((p, np.zeros(len(p)))), f, ramp.colours(ratios), _PIXELS, folded))
+    left.imshow(
+        raster(np.column_stack((p, np.zeros(len(p)))), f, ramp.colours(ratios), _PIXELS, folded)
+    )
     left.set_axis_off()
     colour_bar(left, ramp)
     plot_angles(middle, differences)
@@ -128,7 +140,14 @@ _AZIMUTH, _ELEVATION = np.radians(28), np.radians(16)
 #: Share of the height that is the lowest part of a surface, on which it may stand.
 _LOWEST = 0.04
 #: Directions that may be up, by the names that users give.
-UPS = {"x": (1, 0, 0), "-x": (-1, 0, 0), "y": (0, 1, 0), "-y": (0, -1, 0), "z": (0, 0, 1), "-z": (0, 0, -1)}
+UPS = {
+    "x": (1, 0, 0),
+    "-x": (-1, 0, 0),
+    "y": (0, 1, 0),
+    "-y": (0, -1, 0),
+    "z": (0, 0, 1),
+    "-z": (0, 0, -1),
+}
 #: Views from a side, where z is up, y ahead and x to the right, as in neuroimaging: right, up and towards the viewer.
 SIDES = {"left": ((0, -1, 0), (0, 0, 1), (-1, 0, 0)), "right": ((0, 1, 0), (0, 0, 1), (1, 0, 0))}
 
@@ -164,7 +183,9 @@ def vertical(v: FloatArray, up: str = "auto") -> FloatArray:
     """
     named = upright(v) if up == "auto" else "z" if up in SIDES else up
     if named not in UPS:
-        raise ValueError(f"unknown direction {up!r}: choose one of auto, {', '.join((*UPS, *SIDES))}")
+        raise ValueError(
+            f"unknown direction {up!r}: choose one of auto, {', '.join((*UPS, *SIDES))}"
+        )
     return np.array(UPS[named], dtype=np.float64)
 
 
@@ -206,8 +227,13 @@ def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float = 0.6) 
 
 
 def raster(
-    y: FloatArray, f: IntArray, colours: FloatArray, size: int, folded: IntArray | None = None,
-    shown: tuple[FloatArray, float] | None = None, least: int = SEEN,
+    y: FloatArray,
+    f: IntArray,
+    colours: FloatArray,
+    size: int,
+    folded: IntArray | None = None,
+    shown: tuple[FloatArray, float] | None = None,
+    least: int = SEEN,
 ) -> NDArray[np.uint8]:
     """A picture (size, size, 3) of a surface in face colours (m, 3), seen along -z and fitted into the square.
 
@@ -236,17 +262,29 @@ def raster(
             for place, _, _ in _samples(pixels, near, size):
                 seen[place] = len(f) + 1
             seen[_blocks(pixels, near, size, least)] = len(f) + 1
-    palette = np.rint(255 * np.clip(np.vstack((colours, np.ones(3), FOLDED)), 0, 1)).astype(np.uint8)
+    palette = np.rint(255 * np.clip(np.vstack((colours, np.ones(3), FOLDED)), 0, 1)).astype(
+        np.uint8
+    )
     return palette[seen].reshape(size, size, 3)
 
 
 def both_sides(
-    bodies: Sequence[FloatArray], f: IntArray, colours: FloatArray, view: FloatArray, size: int,
+    bodies: Sequence[FloatArray],
+    f: IntArray,
+    colours: FloatArray,
+    view: FloatArray,
+    size: int,
     folded: IntArray | None = None,
 ) -> NDArray[np.uint8]:
     """A picture of bodies with the same faces in shaded colours, side by side: from the front, then from behind."""
-    return np.concatenate([raster(v @ turn, f, colours * shading(v, f, turn)[:, None], size, folded)
-                           for turn in (view, view * BEHIND) for v in bodies], axis=1)
+    return np.concatenate(
+        [
+            raster(v @ turn, f, colours * shading(v, f, turn)[:, None], size, folded)
+            for turn in (view, view * BEHIND)
+            for v in bodies
+        ],
+        axis=1,
+    )
 
 
 def _blocks(pixels: FloatArray, f: IntArray, size: int, least: int) -> IntArray:
@@ -254,7 +292,9 @@ def _blocks(pixels: FloatArray, f: IntArray, size: int, least: int) -> IntArray:
     corners = pixels[f][:, :, :2]
     small = corners[np.ptp(corners, axis=1).max(axis=1) < least].mean(axis=1)
     around = np.arange(least) - least // 2
-    column, row = (np.clip(small[:, k, None] + around, 0, size - 1).astype(np.int32) for k in (0, 1))
+    column, row = (
+        np.clip(small[:, k, None] + around, 0, size - 1).astype(np.int32) for k in (0, 1)
+    )
     return np.asarray((row[:, :, None] * size + column[:, None, :]).ravel())
 
 
@@ -264,7 +304,9 @@ def frame(y: FloatArray) -> tuple[FloatArray, float]:
     return (low + high) / 2, max(float((high - low)[:2].max()) / 2, _POINT) * _MARGIN
 
 
-def _samples(pixels: FloatArray, f: IntArray, size: int) -> Iterator[tuple[IntArray, FloatArray, IntArray]]:
+def _samples(
+    pixels: FloatArray, f: IntArray, size: int
+) -> Iterator[tuple[IntArray, FloatArray, IntArray]]:
     """Places in the picture, depths and faces of points that lie less than a pixel apart on every face, in parts."""
     corners = pixels[f]
     longest = np.abs(corners - corners[:, [1, 2, 0]])[:, :, :2].max(axis=(1, 2))

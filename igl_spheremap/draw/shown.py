@@ -46,8 +46,16 @@ class Drawing:
             # maps that are given hold anything
             y = own_unit(np.nan_to_num(body, posinf=0.0, neginf=0.0))[0] @ turn.T
             shaded = self.colours * shading(y, self.f, np.eye(3))[:, None]
-            drawn.append(raster(y, self.f, shaded, 2 * _SIZE, self.folded if len(self.folded) else None,
-                                least=_MARK))
+            drawn.append(
+                raster(
+                    y,
+                    self.f,
+                    shaded,
+                    2 * _SIZE,
+                    self.folded if len(self.folded) else None,
+                    least=_MARK,
+                )
+            )
         fine = np.concatenate(drawn, axis=1).astype(np.uint16)
         # so that borders are smooth
         sums = fine[::2, ::2] + fine[1::2, ::2] + fine[::2, 1::2] + fine[1::2, 1::2]
@@ -81,18 +89,32 @@ def area_drawing(
     folded[certificate.flipped] = folded[certificate.degenerate] = True
     kept = np.flatnonzero(folded[mesh.surface])
     below, above = ramp.ends
-    caption = (f"Left: the surface; right: its image {target}. The same colour is the same face: purple where the map "
-               f"shrinks areas ({below} at the darkest), green where it magnifies them ({above})")
+    caption = (
+        f"Left: the surface; right: its image {target}. The same colour is the same face: purple where the map "
+        f"shrinks areas ({below} at the darkest), green where it magnifies them ({above})"
+    )
     caption += f"; {len(kept):,} folded faces are red." if len(kept) else "."
     turn = pose(mesh.unit)
     turns = (turn, turn if image[:, 2].any() else np.eye(3))
-    return Drawing(caption, (mesh.unit, image), turns, mesh.f[mesh.surface], ramp.colours(ratios), kept)
+    return Drawing(
+        caption, (mesh.unit, image), turns, mesh.f[mesh.surface], ramp.colours(ratios), kept
+    )
 
 
 def place_drawing(
-    bodies: Sequence[FloatArray], f: IntArray, caption: str, turns: Sequence[FloatArray] | None = None
+    bodies: Sequence[FloatArray],
+    f: IntArray,
+    caption: str,
+    turns: Sequence[FloatArray] | None = None,
 ) -> Drawing:
     """Bodies in colours by place along the longest side of the first, seen as it stands unless `turns` are given."""
     along = bodies[0][:, int(np.argmax(np.ptp(bodies[0], axis=0)))][f].mean(axis=1)
     colours = pale("", float(along.min()), float(along.max())).colours(along)
-    return Drawing(caption, bodies, turns or [pose(bodies[0])] * len(bodies), f, colours, np.empty(0, dtype=np.int64))
+    return Drawing(
+        caption,
+        bodies,
+        turns or [pose(bodies[0])] * len(bodies),
+        f,
+        colours,
+        np.empty(0, dtype=np.int64),
+    )

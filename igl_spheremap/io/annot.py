@@ -31,7 +31,9 @@ def _number(file: BytesIO) -> int:
 
 
 def _text_of(file: BytesIO) -> str:
-    return printable(_bytes_of(file, _number(file)).split(b"\0")[0].decode("utf-8", errors="replace"))
+    return printable(
+        _bytes_of(file, _number(file)).split(b"\0")[0].decode("utf-8", errors="replace")
+    )
 
 
 def read_scalars(path: Path) -> dict[str, IntArray]:
@@ -42,7 +44,11 @@ def read_scalars(path: Path) -> dict[str, IntArray]:
     order = np.argsort(codes, kind="stable")  # of labels of one colour the first is taken
     place = np.append(order, len(codes))[np.searchsorted(codes, colours, sorter=order)]
     found = np.append(codes, -1)[place] == colours
-    return {path.name.removesuffix(SUFFIX).partition(".")[2] or path.name: np.where(found, keys[place], -1)}
+    return {
+        path.name.removesuffix(SUFFIX).partition(".")[2] or path.name: np.where(
+            found, keys[place], -1
+        )
+    }
 
 
 def read_table(path: Path) -> tuple[Label, ...]:
@@ -57,7 +63,9 @@ def _read(path: Path) -> tuple[IntArray, tuple[Label, ...]]:
     if not np.array_equal(np.sort(rows[:, 0]), np.arange(n)):
         raise MeshError("damaged: it does not name each vertex once; write the file anew")
     if not any(file.read(4)):
-        raise MeshError("the annotation has no table of labels; write the file anew with its colours")
+        raise MeshError(
+            "the annotation has no table of labels; write the file anew with its colours"
+        )
     count = _number(file)
     placed = count == _VERSION
     if placed:
@@ -75,23 +83,34 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
     """Write one map of labels with the table that `metadata` has as ``labels``; keys become places in the table."""
     table = metadata.get("labels")
     if not table:
-        raise MeshError("an .annot file names labels, and the data have no table of them; write .label.gii or .npz")
+        raise MeshError(
+            "an .annot file names labels, and the data have no table of them; write .label.gii or .npz"
+        )
     name, values = only(maps)
     codes = {label.key: _code(label) for label in table}
     names: dict[int, str] = {}
     for label in table:
         other = names.setdefault(_code(label), label.name)
         if other is not label.name:
-            raise MeshError(f"an .annot file distinguishes labels by their colours, and {other!r} and {label.name!r} "
-                            "have the same; write .label.gii or .npz")
+            raise MeshError(
+                f"an .annot file distinguishes labels by their colours, and {other!r} and {label.name!r} "
+                "have the same; write .label.gii or .npz"
+            )
     keys, place = np.unique(values.astype(np.int64), return_inverse=True)
     unknown = set(keys.tolist()) - codes.keys() - {-1}
     if unknown:
-        raise MeshError(f"{name} has the label {min(unknown)}, which its table lacks; write .label.gii or .npz")
+        raise MeshError(
+            f"{name} has the label {min(unknown)}, which its table lacks; write .label.gii or .npz"
+        )
     colours = np.array([codes.get(key, 0) for key in keys.tolist()])[place]
     rows = np.stack([np.arange(len(colours)), colours], axis=1).astype(">i4")
-    parts = [struct.pack(">i", len(rows)), rows.tobytes(), struct.pack(">3i", 1, _VERSION, len(table)), _text("NOFILE"),
-             struct.pack(">i", len(table))]
+    parts = [
+        struct.pack(">i", len(rows)),
+        rows.tobytes(),
+        struct.pack(">3i", 1, _VERSION, len(table)),
+        _text("NOFILE"),
+        struct.pack(">i", len(table)),
+    ]
     for k, label in enumerate(table):
         parts += [struct.pack(">i", k), _text(label.name), struct.pack(">4i", *_bytes(label))]
     path.write_bytes(b"".join(parts))
@@ -105,7 +124,9 @@ def _text(words: str) -> bytes:
 def _bytes(label: Label) -> tuple[int, int, int, int]:
     """Red, green, blue, and transparency: FreeSurfer's 0 is opaque."""
     if not all(0 <= part <= 1 for part in label.rgba):
-        raise MeshError(f"the colour of {label.name!r} is not from 0 to 1 but {label.rgba}; divide it by 255")
+        raise MeshError(
+            f"the colour of {label.name!r} is not from 0 to 1 but {label.rgba}; divide it by 255"
+        )
     red, green, blue, alpha = (round(255 * part) for part in label.rgba)
     return red, green, blue, 255 - alpha
 

@@ -27,18 +27,26 @@ def _by_place(table: NDArray[Any]) -> dict[str, NDArray[Any]]:
     """Name the columns of an array by their places; take a single row for a column."""
     columns = table.reshape(-1, 1) if table.ndim < 2 or len(table) == 1 else table
     if table.ndim > 2 or columns.shape[1] > len(columns):
-        raise MeshError(f"it holds an array of {' x '.join(map(str, table.shape))}; give one row a vertex")
+        raise MeshError(
+            f"it holds an array of {' x '.join(map(str, table.shape))}; give one row a vertex"
+        )
     return {str(k): column for k, column in enumerate(columns.T)}
 
 
 def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
     """The columns of an array, or of a table."""
-    return _by_place(array_of(path.read_bytes())) if path.suffix.lower() == _ARRAY else _read_table(path)
+    return (
+        _by_place(array_of(path.read_bytes()))
+        if path.suffix.lower() == _ARRAY
+        else _read_table(path)
+    )
 
 
 def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
     """Write maps as columns, labels as whole numbers; names go to .csv and .tsv, one map to an .npy file as (n,)."""
-    columns = np.stack(list(maps.values()), axis=1).astype(np.int64 if "labels" in metadata else np.float64)
+    columns = np.stack(list(maps.values()), axis=1).astype(
+        np.int64 if "labels" in metadata else np.float64
+    )
     suffix = path.suffix.lower()
     if suffix == _ARRAY:
         with path.open("wb") as file:
@@ -51,22 +59,33 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
 
 def _read_table(path: Path) -> dict[str, NDArray[Any]]:
     """The columns of a table by its header, or else by their places; columns that begin with a text are left out."""
-    lines = [(number, line) for number, line in enumerate(path.read_bytes().decode("utf-8-sig").splitlines(), 1)
-             if line.strip() and not line.lstrip().startswith("#")]
+    lines = [
+        (number, line)
+        for number, line in enumerate(path.read_bytes().decode("utf-8-sig").splitlines(), 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
     if not lines:
         raise MeshError("it holds no numbers; give one row a vertex")
     text = [line for _, line in lines]
     if path.suffix.lower() in _SEPARATED:
         unquoted = _QUOTED.sub("", text[0])
-        rows = list(csv.reader(text, delimiter=next((mark for mark in _SEPARATORS if mark in unquoted), ",")))
+        rows = list(
+            csv.reader(
+                text, delimiter=next((mark for mark in _SEPARATORS if mark in unquoted), ",")
+            )
+        )
     else:
         rows = [re.split(r"\s*,\s*|\s+", line.strip()) for line in text]
     for (number, _), row in zip(lines, rows, strict=True):
         if len(row) != len(rows[0]):
-            raise MeshError(f"line {number} has {len(row)} fields where line {lines[0][0]} has {len(rows[0])}; correct "
-                            "the table")
+            raise MeshError(
+                f"line {number} has {len(row)} fields where line {lines[0][0]} has {len(rows[0])}; correct "
+                "the table"
+            )
     if len(rows[0]) > len(rows) > 1:
-        raise MeshError(f"it holds {len(rows)} lines of {len(rows[0])} fields; give one line a vertex")
+        raise MeshError(
+            f"it holds {len(rows)} lines of {len(rows[0])} fields; give one line a vertex"
+        )
     headed = not any(map(_is_number, rows[0]))
     names = [(headed and _name_of(name.strip())) or str(k) for k, name in enumerate(rows[0])]
     if len(set(names)) < len(names):
@@ -77,11 +96,17 @@ def _read_table(path: Path) -> dict[str, NDArray[Any]]:
         fields = [row[k] for row in body]
         bad = next((i for i, field in enumerate(fields) if not _is_number(field)), -1)
         if bad > 0 or (bad == 0 and len(names) == 1):
-            raise MeshError(f"line {lines[headed + bad][0]} reads {fields[bad][:40]!a} in column {name[:40]!a} where a "
-                            "number is expected; correct the table")
+            raise MeshError(
+                f"line {lines[headed + bad][0]} reads {fields[bad][:40]!a} in column {name[:40]!a} where a "
+                "number is expected; correct the table"
+            )
         if bad < 0 and fields:
             columns[name] = np.fromiter(map(float, fields), dtype=np.float64, count=len(fields))
-    return columns if headed or len(body) > 1 else _by_place(np.concatenate([np.empty(0), *columns.values()]))
+    return (
+        columns
+        if headed or len(body) > 1
+        else _by_place(np.concatenate([np.empty(0), *columns.values()]))
+    )
 
 
 def _is_number(field: str) -> bool:

@@ -101,7 +101,12 @@ def _read(path: PathLike, sphere: bool = False, triangulate: bool = False) -> Lo
         raw: RawMesh = format_of(path).functions.read(path)
         positions = raw.sphere if sphere and raw.sphere is not None else raw.v
         v, f = check_rows(positions, name="vertices"), raw.faces.triangles(triangulate)
-        return LoadedMesh(v, f, structure_of(path) | dict(raw.metadata), int(np.count_nonzero(raw.faces.sizes > 3)))
+        return LoadedMesh(
+            v,
+            f,
+            structure_of(path) | dict(raw.metadata),
+            int(np.count_nonzero(raw.faces.sizes > 3)),
+        )
 
 
 def part_of(name: PathLike) -> tuple[Path, int | None]:
@@ -111,7 +116,11 @@ def part_of(name: PathLike) -> tuple[Path, int | None]:
     (12, None)
     """
     found = re.fullmatch(r"(.+):(\d+)", str(name))
-    return (Path(name), None) if found is None or Path(name).exists() else (Path(found[1]), int(found[2]))
+    return (
+        (Path(name), None)
+        if found is None or Path(name).exists()
+        else (Path(found[1]), int(found[2]))
+    )
 
 
 def own_name(name: PathLike) -> Path:
@@ -145,14 +154,20 @@ def _part(path: Path, part: int, triangulate: bool) -> LoadedMesh:
     """The mesh of one closed part, whose vertices keep their order."""
     mesh, parts = _parts_of(path, triangulate)
     if part >= len(parts):
-        raise MeshError(f"{path}: {len(parts)} parts of it are closed, numbered from 0; there is no part {part}")
+        raise MeshError(
+            f"{path}: {len(parts)} parts of it are closed, numbered from 0; there is no part {part}"
+        )
     used, faces = np.unique(mesh.f[parts[part]], return_inverse=True)
     return LoadedMesh(mesh.v[used], faces.reshape(-1, 3).astype(np.int64), structure_of(path))
 
 
 @gate
 def write_mesh(
-    path: PathLike, v: ArrayLike | MeshLike, f: ArrayLike | None = None, *, force: bool = False,
+    path: PathLike,
+    v: ArrayLike | MeshLike,
+    f: ArrayLike | None = None,
+    *,
+    force: bool = False,
     metadata: Metadata | None = None,
 ) -> None:
     """Write a triangle mesh; the end of the file's name decides the format.

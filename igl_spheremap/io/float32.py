@@ -89,4 +89,9 @@ def as_mapped(x: FloatArray, f: IntArray, pole: FloatArray) -> Placed:
 def _certificate(x: FloatArray, f: IntArray) -> Certificate:
     """Certificate of directions, whatever the length of the rows."""
     signs = orientation_signs(x, f)
-    return Certificate(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), Certificate.of(x, f).degree, faces=len(f))
+    return Certificate(
+        np.flatnonzero(signs < 0),
+        np.flatnonzero(signs == 0),
+        Certificate.of(x, f).degree,
+        faces=len(f),
+    )

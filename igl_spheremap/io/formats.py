@@ -39,8 +39,21 @@ class Format:
 
 
 #: FreeSurfer's kinds of surfaces, and two of this package, so that its results take no name of FreeSurfer's files.
-_KINDS = ("pial", "white", "sphere", "inflated", "smoothwm", "orig", "midthickness", "graymid", "qsphere", "reg",
-          "surf", "conformal", "balanced")
+_KINDS = (
+    "pial",
+    "white",
+    "sphere",
+    "inflated",
+    "smoothwm",
+    "orig",
+    "midthickness",
+    "graymid",
+    "qsphere",
+    "reg",
+    "surf",
+    "conformal",
+    "balanced",
+)
 #: How names of FreeSurfer's files begin.
 HEMISPHERES = ("lh.", "rh.")
 #: All formats of meshes. A further one is a module with `read` and `write`, and a row here.
@@ -52,11 +65,26 @@ FORMATS = (
     Format("VTK", "vtk", (".vtk",), magic=(b"# vtk DataFile",), data=True),
     Format("shape model", "plates", (".tab", ".ver", ".icq")),
     Format("glTF", "gltf", (".glb", ".gltf"), magic=(b"glTF",), single=True, package="trimesh"),
-    Format("GIFTI", "gifti", (".gii", ".gii.gz"), magic=(b"<?xml", b"\x1f\x8b"), radius=100.0, single=True,
-           package="nibabel", data=True),
-    Format("FreeSurfer", "freesurfer", tuple(f".{kind}" for kind in _KINDS),
-           magic=(b"\xff\xff\xfe", b"\xff\xff\xff"), radius=100.0, single=True, package="nibabel",
-           data=True),
+    Format(
+        "GIFTI",
+        "gifti",
+        (".gii", ".gii.gz"),
+        magic=(b"<?xml", b"\x1f\x8b"),
+        radius=100.0,
+        single=True,
+        package="nibabel",
+        data=True,
+    ),
+    Format(
+        "FreeSurfer",
+        "freesurfer",
+        tuple(f".{kind}" for kind in _KINDS),
+        magic=(b"\xff\xff\xfe", b"\xff\xff\xff"),
+        radius=100.0,
+        single=True,
+        package="nibabel",
+        data=True,
+    ),
     Format("NPZ", "npz", (".npz",), magic=(b"PK\x03\x04",), both=True, data=True),
 )
 #: Ends of names of files that are read only: their tables of plates are laid out in other ways than the one written.

@@ -29,7 +29,9 @@ def read(path: Path) -> RawMesh:
             file.readline()
             _check_size(file, 12, *struct.unpack(">ii", file.read(8)))
     v, f, volume = freesurfer.read_geometry(path, read_metadata=True)
-    return RawMesh(v, of_triangles(f), {"volume": dict(volume)} if volume and "volume" in volume else {})
+    return RawMesh(
+        v, of_triangles(f), {"volume": dict(volume)} if volume and "volume" in volume else {}
+    )
 
 
 def _check_size(file: BinaryIO, size: int, *announced: int) -> None:
@@ -52,7 +54,9 @@ def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer data", "io")
     with path.open("rb") as file:
         if file.read(3) != CURVATURE:
-            raise MeshError("the file holds no data over vertices; give a curvature file, such as lh.thickness")
+            raise MeshError(
+                "the file holds no data over vertices; give a curvature file, such as lh.thickness"
+            )
         _check_size(file, 4, int.from_bytes(file.read(4), "big", signed=True))
     return {path.name.rpartition(".")[2]: freesurfer.read_morph_data(path)}
 
@@ -67,7 +71,9 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
 def only(maps: dict[str, FloatArray]) -> tuple[str, FloatArray]:
     """Name and values of the one map that FreeSurfer's files hold."""
     if len(maps) != 1:
-        raise FileError(f"FreeSurfer's files hold one map, not {len(maps)}: {', '.join(maps)}; choose one")
+        raise FileError(
+            f"FreeSurfer's files hold one map, not {len(maps)}: {', '.join(maps)}; choose one"
+        )
     return next(iter(maps.items()))
 
 

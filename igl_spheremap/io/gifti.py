@@ -75,16 +75,28 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     """
     gifti = import_optional("nibabel.gifti", "GIFTI", "io")
     meta = _meta(gifti, metadata, GeometricType=metadata.get("geometric_type", "Anatomical"))
-    points = gifti.GiftiDataArray(v.astype(np.float32), "NIFTI_INTENT_POINTSET", "NIFTI_TYPE_FLOAT32", meta=meta,
-                                  coordsys=metadata.get("coordinate_system"))
-    triangles = gifti.GiftiDataArray(f.astype(np.int32), "NIFTI_INTENT_TRIANGLE", "NIFTI_TYPE_INT32",
-                                     meta=gifti.GiftiMetaData(TopologicalType="Closed"))
+    points = gifti.GiftiDataArray(
+        v.astype(np.float32),
+        "NIFTI_INTENT_POINTSET",
+        "NIFTI_TYPE_FLOAT32",
+        meta=meta,
+        coordsys=metadata.get("coordinate_system"),
+    )
+    triangles = gifti.GiftiDataArray(
+        f.astype(np.int32),
+        "NIFTI_INTENT_TRIANGLE",
+        "NIFTI_TYPE_INT32",
+        meta=gifti.GiftiMetaData(TopologicalType="Closed"),
+    )
     _save(gifti, path, [points, triangles], metadata)
 
 
 def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
     """The data arrays by their names, or else their places."""
-    return {dict(array.meta).get("Name") or str(k): array.data for k, array in enumerate(_load(path).darrays)}
+    return {
+        dict(array.meta).get("Name") or str(k): array.data
+        for k, array in enumerate(_load(path).darrays)
+    }
 
 
 def read_table(path: Path) -> tuple[Label, ...] | None:
@@ -92,16 +104,27 @@ def read_table(path: Path) -> tuple[Label, ...] | None:
     image = _load(path)
     if not image.get_arrays_from_intent("NIFTI_INTENT_LABEL"):
         return None
-    return tuple(Label(int(row.key), printable(row.label or ""), row.rgba) for row in image.labeltable.labels)
+    return tuple(
+        Label(int(row.key), printable(row.label or ""), row.rgba) for row in image.labeltable.labels
+    )
 
 
 def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
     """Write maps, one data array each, in float32, or in int32 with their table if ``labels`` are known."""
     gifti = import_optional("nibabel.gifti", "GIFTI", "io")
     labelled = "labels" in metadata
-    intent, code, kind = ("LABEL", "INT32", np.int32) if labelled else ("SHAPE", "FLOAT32", np.float32)
-    arrays = [gifti.GiftiDataArray(values.astype(kind), f"NIFTI_INTENT_{intent}", f"NIFTI_TYPE_{code}",
-                                   meta=gifti.GiftiMetaData(Name=name)) for name, values in maps.items()]
+    intent, code, kind = (
+        ("LABEL", "INT32", np.int32) if labelled else ("SHAPE", "FLOAT32", np.float32)
+    )
+    arrays = [
+        gifti.GiftiDataArray(
+            values.astype(kind),
+            f"NIFTI_INTENT_{intent}",
+            f"NIFTI_TYPE_{code}",
+            meta=gifti.GiftiMetaData(Name=name),
+        )
+        for name, values in maps.items()
+    ]
     _save(gifti, path, arrays, metadata)
 
 

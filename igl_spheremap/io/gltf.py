@@ -40,8 +40,11 @@ def parts(path: Path, textures: bool = False) -> list[Any]:
     tree = json.loads(data[20:head] if binary else data)
     if not textures:
         tree["images"] = []
-    named = [entry for entry in (*tree.get("buffers", []), *tree.get("images", []))
-             if not entry.get("uri", "data:").startswith("data:")]
+    named = [
+        entry
+        for entry in (*tree.get("buffers", []), *tree.get("images", []))
+        if not entry.get("uri", "data:").startswith("data:")
+    ]
     stored = len(data)
     if len({entry["uri"] for entry in named}) < len(named):
         raise MeshError("it names a file twice, for two buffers or pictures; write it anew")
@@ -57,8 +60,12 @@ def parts(path: Path, textures: bool = False) -> list[Any]:
         for entry in sparse:
             _fill(tree, entry)
         binary, data = False, json.dumps(tree).encode()
-    scene = trimesh.load_scene(BytesIO(data), file_type="glb" if binary else "gltf", process=False,
-                               skip_materials=not textures)
+    scene = trimesh.load_scene(
+        BytesIO(data),
+        file_type="glb" if binary else "gltf",
+        process=False,
+        skip_materials=not textures,
+    )
     meshes = [part for part in scene.dump() if isinstance(part, trimesh.Trimesh)]
     if not meshes:
         raise MeshError("no triangles in the glTF file; give a closed triangle mesh")
@@ -69,7 +76,9 @@ def joined(meshes: list[Any]) -> tuple[FloatArray, IntArray]:
     """The vertices and faces of several meshes."""
     offset = np.cumsum([0] + [len(part.vertices) for part in meshes])
     v = np.concatenate([part.vertices for part in meshes])
-    return v, np.concatenate([part.faces + start for part, start in zip(meshes, offset[:-1], strict=True)])
+    return v, np.concatenate(
+        [part.faces + start for part, start in zip(meshes, offset[:-1], strict=True)]
+    )
 
 
 def _embedded(content: bytes) -> str:
@@ -83,14 +92,18 @@ def _fill(tree: dict[str, Any], accessor: dict[str, Any]) -> None:
     array = np.zeros((count, width), dtype=kind)
     if "bufferView" in accessor:
         array[:] = _rows(tree, accessor, count, kind, width)
-    places = _rows(tree, sparse["indices"], sparse["count"], _KINDS[sparse["indices"]["componentType"]], 1)
+    places = _rows(
+        tree, sparse["indices"], sparse["count"], _KINDS[sparse["indices"]["componentType"]], 1
+    )
     array[places[:, 0]] = _rows(tree, sparse["values"], sparse["count"], kind, width)
     tree["buffers"].append({"uri": _embedded(array.tobytes()), "byteLength": array.nbytes})
     tree["bufferViews"].append({"buffer": len(tree["buffers"]) - 1, "byteLength": array.nbytes})
     accessor |= {"bufferView": len(tree["bufferViews"]) - 1, "byteOffset": 0}
 
 
-def _rows(tree: dict[str, Any], entry: dict[str, Any], count: int, kind: str, width: int) -> NDArray[Any]:
+def _rows(
+    tree: dict[str, Any], entry: dict[str, Any], count: int, kind: str, width: int
+) -> NDArray[Any]:
     """Read `count` rows from the place in a buffer that an entry of the tree names."""
     view = tree["bufferViews"][entry["bufferView"]]
     data = base64.b64decode(tree["buffers"][view["buffer"]]["uri"].partition(",")[2])
@@ -100,18 +113,31 @@ def _rows(tree: dict[str, Any], entry: dict[str, Any], count: int, kind: str, wi
 
 def _check_tree(tree: dict[str, Any], stored: int) -> None:
     """Refuse scenes that ask for far more memory or time than their files are large."""
-    sizes = [8 * (abs(entry["count"]) + abs(entry.get("sparse", {}).get("count", 0))) * _WIDTHS[entry["type"]]
-             for entry in tree.get("accessors", [])]
+    sizes = [
+        8
+        * (abs(entry["count"]) + abs(entry.get("sparse", {}).get("count", 0)))
+        * _WIDTHS[entry["type"]]
+        for entry in tree.get("accessors", [])
+    ]
     views = [abs(view["byteLength"]) for view in tree.get("bufferViews", [])]
     nodes = tree.get("nodes", [])
-    parts = [part for node in nodes if "mesh" in node for part in tree["meshes"][node["mesh"]]["primitives"]]
-    drawn = [sizes[k] for part in parts for k in (part["attributes"]["POSITION"], part.get("indices", 0))]
+    parts = [
+        part
+        for node in nodes
+        if "mesh" in node
+        for part in tree["meshes"][node["mesh"]]["primitives"]
+    ]
+    drawn = [
+        sizes[k] for part in parts for k in (part["attributes"]["POSITION"], part.get("indices", 0))
+    ]
     check_expansion(sum(sizes) + sum(views) + sum(drawn), stored)
     level = set(range(len(nodes)))
     for _ in range(_DEEPEST):
         level = {child for k in level for child in nodes[k].get("children", [])}
     if level:
-        raise MeshError(f"its nodes lie more than {_DEEPEST} deep, or in a cycle; write the mesh as one node")
+        raise MeshError(
+            f"its nodes lie more than {_DEEPEST} deep, or in a cycle; write the mesh as one node"
+        )
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
@@ -122,8 +148,14 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     """
     trimesh = import_optional("trimesh", "glTF", "io")
     properties = metadata.get("vertex_properties", {})
-    rgb = np.column_stack([properties[name] for name in _RGB]) if set(_RGB) <= set(properties) else None
-    write_body(path, trimesh.Trimesh(v, f, process=False, validate=False, vertex_colors=rgb), metadata)
+    rgb = (
+        np.column_stack([properties[name] for name in _RGB])
+        if set(_RGB) <= set(properties)
+        else None
+    )
+    write_body(
+        path, trimesh.Trimesh(v, f, process=False, validate=False, vertex_colors=rgb), metadata
+    )
 
 
 def write_body(path: Path, body: Any, metadata: Metadata) -> None:
@@ -136,7 +168,9 @@ def write_body(path: Path, body: Any, metadata: Metadata) -> None:
     right = np.eye(3)[int(up[0] != 0)]
     turn[:3, :3] = right, up, np.cross(right, up)
     scene = trimesh.Scene()
-    scene.add_geometry(body, node_name=metadata.get("name"), geom_name=metadata.get("name"), transform=turn)
+    scene.add_geometry(
+        body, node_name=metadata.get("name"), geom_name=metadata.get("name"), transform=turn
+    )
 
     def marked(tree: dict[str, Any]) -> None:
         tree["asset"]["generator"] = metadata.get("mark", tree["asset"]["generator"])
@@ -146,5 +180,7 @@ def write_body(path: Path, body: Any, metadata: Metadata) -> None:
     if path.suffix.lower() == ".glb":
         path.write_bytes(trimesh.exchange.gltf.export_glb(scene, tree_postprocessor=marked))
     else:
-        files = trimesh.exchange.gltf.export_gltf(scene, embed_buffers=True, tree_postprocessor=marked)
+        files = trimesh.exchange.gltf.export_gltf(
+            scene, embed_buffers=True, tree_postprocessor=marked
+        )
         path.write_bytes(files["model.gltf"])

@@ -13,8 +13,14 @@ LEFT, RIGHT = "CortexLeft", "CortexRight"
 #: The structures by the letters that stand for them.
 SIDES = {"L": LEFT, "R": RIGHT}
 #: Words of names for kinds of surfaces.
-_KINDS = {"white": "white", "smoothwm": "white", "pial": "pial", "midthickness": "midthickness",
-          "graymid": "midthickness", "central": "midthickness"}
+_KINDS = {
+    "white": "white",
+    "smoothwm": "white",
+    "pial": "pial",
+    "midthickness": "midthickness",
+    "graymid": "midthickness",
+    "central": "midthickness",
+}
 _STRUCTURE = re.compile(r"(?:^|[._-])(lh|rh|hemi-[LR])(?:[._-]|$)|\.([LR])\.|_(left|right)\.gii")
 _WORD = re.compile(r"[A-Za-z0-9]+")
 _BIDS = re.compile(r"(sub-[A-Za-z0-9]+(?:_[a-z]+-[A-Za-z0-9]+)*?)_hemi-[LR]_")
@@ -98,14 +104,24 @@ def hemisphere_of(path: PathLike, structure: str | None = None) -> Hemisphere:
     path = Path(path)
     structure = structure_of(path.name).get("structure", structure)
     if structure not in (LEFT, RIGHT):
-        raise FileError(f"{path} does not say which hemisphere it is: name it lh.NAME, rh.NAME or NAME_hemi-L, or give "
-                        f"{Remedy(options={'hemisphere': None})} L or R")
-    kind = next((_KINDS[word] for word in _WORD.findall(path.name) if word in _KINDS), "midthickness")
+        raise FileError(
+            f"{path} does not say which hemisphere it is: name it lh.NAME, rh.NAME or NAME_hemi-L, or give "
+            f"{Remedy(options={'hemisphere': None})} L or R"
+        )
+    kind = next(
+        (_KINDS[word] for word in _WORD.findall(path.name) if word in _KINDS), "midthickness"
+    )
     if found := _BIDS.match(path.name):
         entities = found[1]
         return Hemisphere(entities.partition("_")[0], entities, structure, kind)
     hcp = _HCP.match(path.name)
-    subject = path.resolve().parts[-3] if path.resolve().parent.name == "surf" else hcp[1] if hcp else _rest(path.name)
+    subject = (
+        path.resolve().parts[-3]
+        if path.resolve().parent.name == "surf"
+        else hcp[1]
+        if hcp
+        else _rest(path.name)
+    )
     label = re.sub(r"[^A-Za-z0-9]", "", subject.removeprefix("sub-")) or "x"
     return Hemisphere(subject, f"sub-{label}", structure, kind)
 
@@ -116,7 +132,22 @@ def _rest(name: str) -> str:
     >>> _rest("lh.central.bert.gii"), _rest("white.surf.gii")
     ('bert', 'x')
     """
-    known = {*_KINDS, "lh", "rh", "left", "right", "surf", "gii", "gz", "obj", "ply", "stl", "vtk", "off", ""}
+    known = {
+        *_KINDS,
+        "lh",
+        "rh",
+        "left",
+        "right",
+        "surf",
+        "gii",
+        "gz",
+        "obj",
+        "ply",
+        "stl",
+        "vtk",
+        "off",
+        "",
+    }
     return "_".join(word for word in re.split(r"[._]", name) if word not in known) or "x"
 
 
@@ -148,15 +179,31 @@ _ENDINGS = {
     "area": ("area.shape.gii", "area", "area.native.shape.gii"),
     "sphere": ("sphere.surf.gii", "sphere", "sphere.native.surf.gii"),
     "midthickness": ("midthickness.surf.gii", "midthickness", "midthickness.native.surf.gii"),
-    "registered": ("space-{label}_desc-reg{mirrored}_sphere.surf.gii", "{frame}sphere.reg",
-                   "{registered}{dotted}.native.surf.gii"),
-    "distortion": ("space-{label}_desc-reg{mirrored}_arealdistortion.shape.gii", "{frame}distortion",
-                   "ArealDistortion_{name}{dotted}.native.shape.gii"),
-    "resampled": ("space-{label}_den-{density}{desc}_{kind}.surf.gii", "{kind}{dotted}.{name}",
-                  "{kind}{dotted}.{density}_{mesh}.surf.gii"),
-    "labels": ("seg-{label}{desc}_dseg.label.gii", "{name}{dotted}.annot", "{name}{dotted}.native.label.gii"),
-    "margin": ("seg-{label}_desc-margin{mirrored}_probseg.shape.gii", "{name}{dotted}.margin",
-               "{name}_margin{dotted}.native.shape.gii"),
+    "registered": (
+        "space-{label}_desc-reg{mirrored}_sphere.surf.gii",
+        "{frame}sphere.reg",
+        "{registered}{dotted}.native.surf.gii",
+    ),
+    "distortion": (
+        "space-{label}_desc-reg{mirrored}_arealdistortion.shape.gii",
+        "{frame}distortion",
+        "ArealDistortion_{name}{dotted}.native.shape.gii",
+    ),
+    "resampled": (
+        "space-{label}_den-{density}{desc}_{kind}.surf.gii",
+        "{kind}{dotted}.{name}",
+        "{kind}{dotted}.{density}_{mesh}.surf.gii",
+    ),
+    "labels": (
+        "seg-{label}{desc}_dseg.label.gii",
+        "{name}{dotted}.annot",
+        "{name}{dotted}.native.label.gii",
+    ),
+    "margin": (
+        "seg-{label}_desc-margin{mirrored}_probseg.shape.gii",
+        "{name}{dotted}.margin",
+        "{name}_margin{dotted}.native.shape.gii",
+    ),
     "white": ("white.surf.gii",),
     "pial": ("pial.surf.gii",),
     "thickness": ("thickness.shape.gii",),
@@ -183,18 +230,29 @@ class Names:
         h, mirrored = self.hemisphere, "mirrored" * self.mirrored
         side = _letter(h.other if self.mirrored else h.structure)
         words = {
-            "name": name, "kind": kind, "mirrored": mirrored,
+            "name": name,
+            "kind": kind,
+            "mirrored": mirrored,
             "label": re.sub(r"[^A-Za-z0-9]", "", name) or "x",  # of an entity of BIDS
-            "dotted": mirrored and f".{mirrored}", "desc": mirrored and f"_desc-{mirrored}",
+            "dotted": mirrored and f".{mirrored}",
+            "desc": mirrored and f"_desc-{mirrored}",
             # FreeSurfer's own frame is not named; others are, as `surfreg` names them: lh.fsLR.sphere.reg.
-            "frame": "".join(f"{word}." for word in (name, mirrored) if word not in ("fsaverage", "")),
-            "registered": {"fsaverage": "sphere.reg", "fsLR": "sphere.reg.reg_LR"}.get(name, f"sphere.reg.{name}"),
+            "frame": "".join(
+                f"{word}." for word in (name, mirrored) if word not in ("fsaverage", "")
+            ),
+            "registered": {"fsaverage": "sphere.reg", "fsLR": "sphere.reg.reg_LR"}.get(
+                name, f"sphere.reg.{name}"
+            ),
             "density": f"{round(vertices / 1000)}k" if vertices >= 1000 else str(vertices),
             "mesh": {"fsaverage": f"fsavg_{side}", "fsLR": "fs_LR"}.get(name, name),
         }
         convention = "bids" if self.convention == "fmriprep" else self.convention
         end = _ENDINGS[what][CONVENTIONS.index(convention)]
-        begin = {"bids": f"{h.entities}_hemi-{h.side}_", "freesurfer": f"{h.hemi}.", "hcp": f"{h.subject}.{h.side}."}
+        begin = {
+            "bids": f"{h.entities}_hemi-{h.side}_",
+            "freesurfer": f"{h.hemi}.",
+            "hcp": f"{h.subject}.{h.side}.",
+        }
         return begin[convention] + end.format(**words)
 
 

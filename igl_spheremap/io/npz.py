@@ -28,7 +28,10 @@ from .replacing import replacing
 
 #: The array beside maps of labels that holds their table.
 LABEL_TABLE = "label_table"
-_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+_HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
 # those of NumPy, whose expansion can be bounded
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
@@ -39,8 +42,10 @@ def read(path: Path) -> RawMesh:
     v = next((arrays[name] for name in ("vertices", "sphere", "v") if name in arrays), None)
     f = arrays.get("faces", arrays.get("f"))
     if v is None or f is None:
-        raise MeshError(f"the archive holds no arrays 'vertices' and 'faces' but: {', '.join(arrays) or 'nothing'}; "
-                        "save them under these names, or as 'v' and 'f'")
+        raise MeshError(
+            f"the archive holds no arrays 'vertices' and 'faces' but: {', '.join(arrays) or 'nothing'}; "
+            "save them under these names, or as 'v' and 'f'"
+        )
     metadata = {"caps": arrays["caps"]} if "caps" in arrays else {}
     return RawMesh(v, of_triangles(f), metadata, arrays.get("sphere"))
 
@@ -58,24 +63,34 @@ def read_map(path: Path) -> SphereMap:
 def map_of(arrays: dict[str, NDArray[Any]]) -> SphereMap:
     """The map whose arrays these are."""
     if not {"vertices", "faces", "sphere", "json"} <= arrays.keys():
-        raise MeshError("the archive holds no map; give a file that was written by "
-                        f"{Remedy('write_map', given='path, result')}")
+        raise MeshError(
+            "the archive holds no map; give a file that was written by "
+            f"{Remedy('write_map', given='path, result')}"
+        )
     mesh = check_mesh(arrays["vertices"], arrays["faces"], caps=arrays.get("caps"))
     runs = json.loads(str(arrays["json"]))
     if not isinstance(runs.get("sphere"), dict):
-        raise MeshError("damaged: the archive does not say how its map was made; its surfaces can be read, and "
-                        f"{Remedy('sphere_map', given='v, f, x')} certifies them")
+        raise MeshError(
+            "damaged: the archive does not say how its map was made; its surfaces can be read, and "
+            f"{Remedy('sphere_map', given='v, f, x')} certifies them"
+        )
 
     def stored(name: str) -> SphereMap:
         x = check_rows(arrays[name], len(mesh.v), name)
         return SphereMap(mesh, x, Certificate.of(x, mesh.f), _unpack(runs[name]))
 
-    return replace(stored("sphere"), conformal=stored("conformal") if "conformal" in arrays else None)
+    return replace(
+        stored("sphere"), conformal=stored("conformal") if "conformal" in arrays else None
+    )
 
 
 def write_map(path: Path, result: SphereMap, metadata: Metadata) -> None:
     """Write a map with all that is known of it, its conformal factor, and the versions of what made it."""
-    versions = {"libigl": getattr(igl, "__version__", ""), "numpy": np.__version__, "scipy": scipy.__version__}
+    versions = {
+        "libigl": getattr(igl, "__version__", ""),
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+    }
     more = {"conformal_factor": result.conformal_factor(), "versions": json.dumps(versions)}
     write_arrays(path, arrays_of(result) | more, metadata)
 
@@ -87,7 +102,9 @@ def arrays_of(result: SphereMap) -> dict[str, Any]:
     arrays |= {name: each.sphere for name, each in maps.items()}
     if result.mesh.caps is not None:
         arrays["caps"] = result.mesh.caps
-    return arrays | {"json": json.dumps({name: _pack(each.run) for name, each in maps.items()}, default=_plain)}
+    return arrays | {
+        "json": json.dumps({name: _pack(each.run) for name, each in maps.items()}, default=_plain)
+    }
 
 
 def read_arrays(path: PathLike) -> dict[str, NDArray[Any]]:
@@ -97,8 +114,13 @@ def read_arrays(path: PathLike) -> dict[str, NDArray[Any]]:
         members = archive.infolist()
         check_expansion(sum(member.file_size for member in members), len(data))
         if any(member.compress_type not in _COMPRESSIONS for member in members):
-            raise MeshError("the archive is packed by a method other than NumPy's; save it by numpy.savez")
-        return {member.filename.removesuffix(".npy"): array_of(_content(archive, member)) for member in members}
+            raise MeshError(
+                "the archive is packed by a method other than NumPy's; save it by numpy.savez"
+            )
+        return {
+            member.filename.removesuffix(".npy"): array_of(_content(archive, member))
+            for member in members
+        }
 
 
 read_scalars = read_arrays
@@ -123,8 +145,10 @@ def read_table(path: Path) -> tuple[Label, ...] | None:
     if LABEL_TABLE not in arrays:
         return None
     rows = json.loads(str(arrays[LABEL_TABLE]))
-    return tuple(Label(int(key), printable(str(name)), (float(r), float(g), float(b), float(a)))
-                 for key, name, (r, g, b, a) in rows)
+    return tuple(
+        Label(int(key), printable(str(name)), (float(r), float(g), float(b), float(a)))
+        for key, name, (r, g, b, a) in rows
+    )
 
 
 def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
@@ -133,12 +157,17 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
         write_arrays(path, maps)
         return
     table = json.dumps([(label.key, label.name, label.rgba) for label in metadata["labels"]])
-    write_arrays(path, {name: values.astype(np.int64) for name, values in maps.items()} | {LABEL_TABLE: table})
+    write_arrays(
+        path,
+        {name: values.astype(np.int64) for name, values in maps.items()} | {LABEL_TABLE: table},
+    )
 
 
 def write_arrays(path: Path, arrays: dict[str, Any], metadata: Metadata | None = None) -> None:
     """Write an archive; the mark comes first, so that it is found without unpacking."""
-    mark: dict[str, Any] = {"mark": np.bytes_(metadata["mark"])} if metadata and "mark" in metadata else {}
+    mark: dict[str, Any] = (
+        {"mark": np.bytes_(metadata["mark"])} if metadata and "mark" in metadata else {}
+    )
     # arguments of numpy.savez could not be names of arrays
     with zipfile.ZipFile(path, "w") as archive:
         for name, array in (mark | arrays).items():
@@ -159,7 +188,13 @@ def _pack(run: Run) -> dict[str, Any]:
 
 def _plain(value: Any) -> Any:
     """Convert what JSON does not know: statuses and NumPy's numbers."""
-    return value.name if isinstance(value, Status) else value.item() if isinstance(value, np.generic) else str(value)
+    return (
+        value.name
+        if isinstance(value, Status)
+        else value.item()
+        if isinstance(value, np.generic)
+        else str(value)
+    )
 
 
 def _printable(value: Any) -> Any:
@@ -168,12 +203,23 @@ def _printable(value: Any) -> Any:
         return printable(value)
     if isinstance(value, list):
         return [_printable(item) for item in value]
-    return {printable(key): _printable(item) for key, item in value.items()} if isinstance(value, dict) else value
+    return (
+        {printable(key): _printable(item) for key, item in value.items()}
+        if isinstance(value, dict)
+        else value
+    )
 
 
 def _unpack(known: dict[str, Any]) -> Run:
     """The record that `_pack` took apart."""
     rounds = tuple(Round(**each | {"status": Status[each["status"]]}) for each in known["rounds"])
     known = _printable(known)
-    return Run(**known | {"status": Status[known["status"]], "history": tuple(Step(*step) for step in known["history"]),
-                          "rounds": rounds, "notes": tuple(known["notes"])})
+    return Run(
+        **known
+        | {
+            "status": Status[known["status"]],
+            "history": tuple(Step(*step) for step in known["history"]),
+            "rounds": rounds,
+            "notes": tuple(known["notes"]),
+        }
+    )

@@ -56,9 +56,13 @@ def texture(data: bytes) -> ObjTexture | None:
     text = faces.bytes()
     pairs = re.findall(rb"(?<!\S)(\d+)/(\d+)(?=[/\s])", text)
     if len(pairs) != len(text.split()):
-        raise MeshError("faces without texture coordinates, or with negative numbers; write it anew")
+        raise MeshError(
+            "faces without texture coordinates, or with negative numbers; write it anew"
+        )
     vertex, row = np.array(pairs, dtype=np.int64).T - 1
     if min(vertex.min(), row.min()) < 0 or row.max() >= len(uv):
-        raise MeshError(f"faces name texture coordinates beyond the {len(uv)} that it has; write it anew")
+        raise MeshError(
+            f"faces name texture coordinates beyond the {len(uv)} that it has; write it anew"
+        )
     corners = (Polygons(each, faces.counts).triangles(triangulate=True) for each in (vertex, row))
     return ObjTexture(numbers(uv, 2, "texture coordinate"), *corners)

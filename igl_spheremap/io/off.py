@@ -15,7 +15,9 @@ from .text import counted_indices, numbers, read_rows, write_text
 
 _GAP = rb"(?:\s|#.*\n)"
 #: How OFF files begin: name, which may be missing, numbers of vertices and faces, and what follows in the line.
-_HEADER = re.compile(rb"GAP*(?:(?:ST)?C?N?OFFGAP+)?(\d+)GAP+(\d+)(?=[\s#]|\Z).*\n?".replace(b"GAP", _GAP))
+_HEADER = re.compile(
+    rb"GAP*(?:(?:ST)?C?N?OFFGAP+)?(\d+)GAP+(\d+)(?=[\s#]|\Z).*\n?".replace(b"GAP", _GAP)
+)
 
 
 def read(path: Path) -> RawMesh:
@@ -36,4 +38,6 @@ def read(path: Path) -> RawMesh:
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     """Write all digits, and the mark as a comment."""
     counts = np.array([[len(v), len(f)]])
-    write_text(path, "OFF\n", metadata, ("%r %r 0\n", counts), ("%r %r %r\n", v), ("3 %r %r %r\n", f))
+    write_text(
+        path, "OFF\n", metadata, ("%r %r 0\n", counts), ("%r %r %r\n", v), ("3 %r %r %r\n", f)
+    )

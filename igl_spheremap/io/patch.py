@@ -63,8 +63,10 @@ class Patch:
         """
         v, f = check_rows(v, name="vertices"), check_triangles(f)
         if self.rows.max() >= len(v):
-            raise MeshError(f"the patch names vertex {self.rows.max()} but the surface has {len(v)}; give the surface "
-                            "that it was cut from")
+            raise MeshError(
+                f"the patch names vertex {self.rows.max()} but the surface has {len(v)}; give the surface "
+                "that it was cut from"
+            )
         number = np.full(len(v), -1)
         number[self.rows] = np.arange(len(self.rows))
         faces = number[f]
@@ -110,14 +112,21 @@ def read_patch(path: PathLike) -> Patch:
         data = path.read_bytes()
         version, count = np.frombuffer(data[:_HEADER], ">i4")
         if version != -1:
-            raise MeshError(f"the file begins with {version} where patches have -1; give a patch of FreeSurfer's")
-        check_complete(len(data) == _HEADER + count * _VERTEX.itemsize, f"{len(data) - _HEADER} bytes",
-                       f"{count} vertices of {_VERTEX.itemsize}")
+            raise MeshError(
+                f"the file begins with {version} where patches have -1; give a patch of FreeSurfer's"
+            )
+        check_complete(
+            len(data) == _HEADER + count * _VERTEX.itemsize,
+            f"{len(data) - _HEADER} bytes",
+            f"{count} vertices of {_VERTEX.itemsize}",
+        )
         table = np.frombuffer(data[_HEADER:], _VERTEX)
         number = table["number"].astype(np.int64)
         rows = np.abs(number) - 1
         if count < 1 or rows.min() < 0 or len(np.unique(rows)) < count:
-            raise MeshError("damaged: no vertices, or vertices without a number of their own; write it anew")
+            raise MeshError(
+                "damaged: no vertices, or vertices without a number of their own; write it anew"
+            )
         return Patch(rows, table["position"].astype(np.float64), number < 0)
 
 

@@ -36,7 +36,12 @@ def is_patch(path: PathLike) -> bool:
 
 @gate
 def write_plane_map(
-    path: PathLike, result: PlaneMap, *, force: bool = False, rows: IntArray | None = None, up: str = "y"
+    path: PathLike,
+    result: PlaneMap,
+    *,
+    force: bool = False,
+    rows: IntArray | None = None,
+    up: str = "y",
 ) -> Certificate:
     """Write a map to the plane, read it back, and certify what is in the file.
 
@@ -86,12 +91,16 @@ def write_plane_map(
     mark = {"mark": make_mark(mesh.v, mesh.f, result.run.method, result.run.settings)}
     vertex = np.arange(len(mesh.v)) if rows is None else plain_array(rows, "rows")
     if vertex.dtype.kind not in "iu" or vertex.shape != (len(mesh.v),):
-        raise MeshError(f"rows is {shown(rows)}; give a whole number for each of the {len(mesh.v)} vertices")
+        raise MeshError(
+            f"rows is {shown(rows)}; give a whole number for each of the {len(mesh.v)} vertices"
+        )
     uv, known = unit_square(result.plane)
     if is_patch(path):
         if len(np.unique(vertex)) < len(vertex) or (vertex < 0).any():
-            raise FileError(f"{path}: a patch holds vertices of the whole surface, each once; write a surface that was "
-                            "cut or filled to .obj, .glb or .npz")
+            raise FileError(
+                f"{path}: a patch holds vertices of the whole surface, each once; write a surface that was "
+                "cut or filled to .obj, .glb or .npz"
+            )
         border = np.zeros(len(mesh.v), dtype=bool)
         border[mesh.rim] = True
         write_patch(path, Patch(vertex, result.image, border), force=force)
@@ -102,20 +111,39 @@ def write_plane_map(
         if mesh.caps is not None:
             groups += [("g caps\n", np.empty((1, 0))), (groups[0][0], corners[mesh.caps])]
         with replacing(path, force) as partial:
-            write_text(partial, f"# vt: {json.dumps(known)}\n", mark, ("v %r %r %r\n", mesh.v[first]),
-                       ("vt %r %r\n", uv), *groups)
+            write_text(
+                partial,
+                f"# vt: {json.dumps(known)}\n",
+                mark,
+                ("v %r %r %r\n", mesh.v[first]),
+                ("vt %r %r\n", uv),
+                *groups,
+            )
     elif str(path).lower().endswith(".glb"):
         atlas = plane_atlas(uv, mesh.f, np.arange(len(mesh.v)), len(mesh.v))
-        write_textured(path, mesh.v, mesh.f, atlas, checker_image(), force=force,
-                       metadata={"up": up, "extras": known} | mark)
+        write_textured(
+            path,
+            mesh.v,
+            mesh.f,
+            atlas,
+            checker_image(),
+            force=force,
+            metadata={"up": up, "extras": known} | mark,
+        )
     elif format_of(path).name == "NPZ":
-        arrays: dict[str, NDArray[Any]] = {"vertices": mesh.v, "faces": mesh.f, "plane": result.plane}
+        arrays: dict[str, NDArray[Any]] = {
+            "vertices": mesh.v,
+            "faces": mesh.f,
+            "plane": result.plane,
+        }
         arrays |= {} if rows is None else {"vertex_source": vertex}
         arrays |= {} if mesh.caps is None else {"caps": mesh.caps}
         with replacing(path, force) as partial:
             npz.write_arrays(partial, arrays, mark)
     else:
-        write_mesh(path, result.image, mesh.f, force=force, metadata={"geometric_type": "Flat"} | mark)
+        write_mesh(
+            path, result.image, mesh.f, force=force, metadata={"geometric_type": "Flat"} | mark
+        )
     return Certificate.of_plane(read_images(path).plane, mesh.f, mesh.rim)
 
 
@@ -162,7 +190,9 @@ def read_plane_map(path: PathLike, *, surface: MeshLike | None = None) -> PlaneM
     if surface is not None:
         v, f = vertices_and_faces(surface)
     elif not images.has_surface:
-        raise MeshError(f"{path} holds no surface, only its image; give the surface: surface=read_mesh(...)")
+        raise MeshError(
+            f"{path} holds no surface, only its image; give the surface: surface=read_mesh(...)"
+        )
     else:
         (v, f), caps = (known := read_mesh(path)), known.caps
     v, f = images.cut(v, f, path)
@@ -190,8 +220,10 @@ class PlaneImages:
             return self.patch.part(v, f)
         rows, n = check_rows(v, name="vertices"), self.size or len(self.plane)
         if len(rows) != n:
-            raise MeshError(f"{path} has {n} vertices but the surface has {len(rows)}; give the surface that was "
-                            "mapped")
+            raise MeshError(
+                f"{path} has {n} vertices but the surface has {len(rows)}; give the surface that was "
+                "mapped"
+            )
         if self.vertex is None or self.faces is None:
             return rows, check_triangles(f)
         return rows[self.vertex], self.faces
@@ -224,8 +256,10 @@ def read_images(path: PathLike) -> PlaneImages:
 def _flat(x: FloatArray, path: Path) -> PlaneImages:
     """Images whose third coordinates agree."""
     if np.ptp(x[:, 2]) != 0:
-        raise MeshError(f"{path} holds no map to the plane: its third coordinates differ, and it has no texture "
-                        "coordinates; give a flat mesh, or a surface with texture coordinates")
+        raise MeshError(
+            f"{path} holds no map to the plane: its third coordinates differ, and it has no texture "
+            "coordinates; give a flat mesh, or a surface with texture coordinates"
+        )
     return PlaneImages(np.ascontiguousarray(x[:, :2]))
 
 

@@ -26,7 +26,9 @@ def read(path: Path) -> RawMesh:
     n, *more = indices(rows[:1]).corners.tolist() or [0]
     if not more and len(rows) == 1 + 6 * (n + 1) ** 2:
         return _icq(numbers(rows[1:], 3, "vertex"), n)
-    check_complete(0 < n < len(rows) - 1, f"{len(rows) - 1} lines", f"{n} vertices and their plates")
+    check_complete(
+        0 < n < len(rows) - 1, f"{len(rows) - 1} lines", f"{n} vertices and their plates"
+    )
     v = numbers(rows[1 : n + 1], int(rows.counts[1]), "vertex")
     rest = rows[n + 1 :]
     if not more:
@@ -43,13 +45,27 @@ def _icq(points: FloatArray, q: int) -> RawMesh:
     """Six grids (q + 1)^2, those of the faces of a cube; each square becomes two triangles, in its direction."""
     j, i = np.indices((q + 1, q + 1))
     o, e = 0 * i, q + 0 * i
-    cube = np.array([(i, j, e), (i, e, q - j), (o, i, q - j), (q - i, o, q - j), (e, q - i, q - j), (i, q - j, o)])
+    cube = np.array(
+        [
+            (i, j, e),
+            (i, e, q - j),
+            (o, i, q - j),
+            (q - i, o, q - j),
+            (e, q - i, q - j),
+            (i, q - j, o),
+        ]
+    )
     place = np.moveaxis(cube, 1, -1).reshape(-1, 3) @ [(q + 1) ** 2, q + 1, 1]
     _, first, vertex = np.unique(place, return_index=True, return_inverse=True)
     if not np.array_equal(points[first[vertex]], points):
-        raise MeshError("damaged: the grids of its faces do not meet along the edges of a cube; write the file anew")
+        raise MeshError(
+            "damaged: the grids of its faces do not meet along the edges of a cube; write the file anew"
+        )
     grid = vertex.reshape(6, q + 1, q + 1)
-    a, b, c, d = (part.ravel() for part in (grid[:, :-1, :-1], grid[:, 1:, :-1], grid[:, 1:, 1:], grid[:, :-1, 1:]))
+    a, b, c, d = (
+        part.ravel()
+        for part in (grid[:, :-1, :-1], grid[:, 1:, :-1], grid[:, 1:, 1:], grid[:, :-1, 1:])
+    )
     triangles = np.concatenate([np.column_stack((a, b, c)), np.column_stack((a, c, d))])
     return RawMesh(points[first], of_triangles(triangles))
 
@@ -57,5 +73,11 @@ def _icq(points: FloatArray, q: int) -> RawMesh:
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     """Write two numbered tables, each behind its count, with all digits; nothing else can be kept."""
     vertices, plates = (np.column_stack([np.arange(len(rows)) + 1, rows]) for rows in (v, f + 1))
-    write_text(path, f"{len(v)}\n", {}, ("%d %r %r %r\n", vertices), ("%d\n", np.array([[len(f)]])),
-               ("%d %d %d %d\n", plates))
+    write_text(
+        path,
+        f"{len(v)}\n",
+        {},
+        ("%d %r %r %r\n", vertices),
+        ("%d\n", np.array([[len(f)]])),
+        ("%d %d %d %d\n", plates),
+    )

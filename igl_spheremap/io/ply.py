@@ -28,8 +28,16 @@ _TYPES = {
     "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
     "double": "f8", "float64": "f8",
 }  # fmt: skip
-_NAMES = {"u1": "uchar", "i1": "char", "u2": "ushort", "i2": "short", "u4": "uint", "i4": "int", "f4": "float",
-          "f8": "double"}
+_NAMES = {
+    "u1": "uchar",
+    "i1": "char",
+    "u2": "ushort",
+    "i2": "short",
+    "u4": "uint",
+    "i4": "int",
+    "f4": "float",
+    "f8": "double",
+}
 _CORNERS = ("vertex_indices", "vertex_index")
 #: Names of the properties that hold positions.
 POSITIONS, SPHERE = ("x", "y", "z"), ("px", "py", "pz")
@@ -69,7 +77,9 @@ def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
     return {name: column for name, column in zip(names, x.T, strict=True) if name not in POSITIONS}
 
 
-def _read(path: Path, wanted: tuple[str, ...] | None = None) -> tuple[tuple[str, ...], FloatArray, Polygons]:
+def _read(
+    path: Path, wanted: tuple[str, ...] | None = None
+) -> tuple[tuple[str, ...], FloatArray, Polygons]:
     """Names and columns of the wanted properties of vertices, by default of all that are numbers, and faces."""
     data = path.read_bytes()
     found = _HEADER.match(data[:_LONGEST])
@@ -78,14 +88,19 @@ def _read(path: Path, wanted: tuple[str, ...] | None = None) -> tuple[tuple[str,
     order, layout = _layout([line.decode("ascii", "replace") for line in found[0].split(found[1])])
     body = data[found.end() :]
     for element in layout:
-        least = sum(each.type.itemsize if each.count is None else each.count.itemsize for each in element.properties)
+        least = sum(
+            each.type.itemsize if each.count is None else each.count.itemsize
+            for each in element.properties
+        )
         if not order:
             least = len(element.properties)
         fit = 0 <= element.size * max(1, least) <= len(body)
         check_complete(fit, f"{len(body)} bytes", f"{element.size} rows of {element.name}")
     numbers, corners = _mesh_columns(layout)
     names = tuple(numbers if wanted is None else (name for name in wanted if name in numbers))
-    x, faces = (_read_binary if order else _read_text)(body, layout, [numbers[name] for name in names], corners)
+    x, faces = (_read_binary if order else _read_text)(
+        body, layout, [numbers[name] for name in names], corners
+    )
     return names, x, faces
 
 
@@ -103,7 +118,9 @@ def _layout(lines: list[str]) -> tuple[str, list[PlyElement]]:
                 case ["property", "list", count, kind, name]:
                     if _type(count, order).kind == "f":
                         raise ValueError
-                    layout[-1].properties.append(PlyProperty(name, _type(kind, order), _type(count, order)))
+                    layout[-1].properties.append(
+                        PlyProperty(name, _type(kind, order), _type(count, order))
+                    )
                 case ["property", kind, name]:
                     layout[-1].properties.append(PlyProperty(name, _type(kind, order)))
                 case [] | ["comment" | "obj_info" | "end_header", *_]:
@@ -111,7 +128,9 @@ def _layout(lines: list[str]) -> tuple[str, list[PlyElement]]:
                 case _:
                     raise ValueError
         except (IndexError, KeyError, ValueError):
-            raise MeshError(f"damaged: the PLY header reads {line.strip()[:60]!a}; write the file anew") from None
+            raise MeshError(
+                f"damaged: the PLY header reads {line.strip()[:60]!a}; write the file anew"
+            ) from None
     if order is None:
         raise MeshError("damaged: the PLY header announces no format; write the file anew")
     return order, layout
@@ -125,8 +144,10 @@ def _place(layout: list[PlyElement], name: str) -> int:
     """The place of the last element of that name; a MeshError if there is none."""
     places = [k for k, element in enumerate(layout) if element.name == name]
     if not places:
-        raise MeshError(f"no {name} element in the PLY header: a point cloud or another kind of data; give a closed "
-                        "triangle mesh")
+        raise MeshError(
+            f"no {name} element in the PLY header: a point cloud or another kind of data; give a closed "
+            "triangle mesh"
+        )
     return places[-1]
 
 
@@ -138,24 +159,32 @@ def _mesh_columns(layout: list[PlyElement]) -> tuple[dict[str, int], int]:
         raise MeshError("damaged: the PLY header announces no x, y, z; write the file anew")
     corners = max(map(face.index, _CORNERS))
     if corners < 0 or (found := face.properties[corners]).count is None or found.type.kind == "f":
-        raise MeshError(f"damaged: the PLY header announces no list {_CORNERS[0]} of whole numbers; write the file "
-                        "anew")
+        raise MeshError(
+            f"damaged: the PLY header announces no list {_CORNERS[0]} of whole numbers; write the file "
+            "anew"
+        )
     return numbers, corners
 
 
-def _read_text(body: bytes, layout: list[PlyElement], columns: list[int], corners: int) -> tuple[FloatArray, Polygons]:
+def _read_text(
+    body: bytes, layout: list[PlyElement], columns: list[int], corners: int
+) -> tuple[FloatArray, Polygons]:
     rows, end = read_rows(body), np.cumsum([element.size for element in layout])
     check_complete(len(rows) >= end[-1], f"{len(rows)} lines", f"{end[-1]}")
 
     def own(name: str, wanted: int | None = None) -> TextRows:
         k = _place(layout, name)
         if any(each.count is not None for each in layout[k].properties[:wanted]):
-            raise MeshError(f"lists before {_CORNERS[0]} or among the numbers of a vertex are not read from text; "
-                            "write it anew in binary")
+            raise MeshError(
+                f"lists before {_CORNERS[0]} or among the numbers of a vertex are not read from text; "
+                "write it anew in binary"
+            )
         return rows[end[k] - layout[k].size : end[k]]
 
     width = len(layout[_place(layout, "vertex")].properties)
-    return numbers(own("vertex"), width, "vertex")[:, columns], counted_indices(own("face", corners), corners)
+    return numbers(own("vertex"), width, "vertex")[:, columns], counted_indices(
+        own("face", corners), corners
+    )
 
 
 def _read_binary(
@@ -167,7 +196,9 @@ def _read_binary(
         values, counts, at = _rows(body, at, element, wanted.get(k, []))
         found[k] = values, counts
     (rows, _), ((faces,), sizes) = (found[k] for k in wanted)
-    return np.column_stack([column.astype(np.float64) for column in rows]), Polygons(faces.astype(np.int64), sizes)
+    return np.column_stack([column.astype(np.float64) for column in rows]), Polygons(
+        faces.astype(np.int64), sizes
+    )
 
 
 def _rows(
@@ -179,10 +210,18 @@ def _rows(
     """
     columns = element.properties
     first, _ = _walk(body, at, element, 1) if element.size else ([[b""]] * len(columns), at)
-    lengths = [len(part[0]) // each.type.itemsize for part, each in zip(first, columns, strict=True)]
+    lengths = [
+        len(part[0]) // each.type.itemsize for part, each in zip(first, columns, strict=True)
+    ]
     lists = [k for k, each in enumerate(columns) if each.count is not None]
-    row = np.dtype([part for k, (each, length) in enumerate(zip(columns, lengths, strict=True))
-                    for part in ((f"count{k}", each.count), (f"{k}", each.type, (length,))) if part[1] is not None])
+    row = np.dtype(
+        [
+            part
+            for k, (each, length) in enumerate(zip(columns, lengths, strict=True))
+            for part in ((f"count{k}", each.count), (f"{k}", each.type, (length,)))
+            if part[1] is not None
+        ]
+    )
     end = at + element.size * row.itemsize
     if end <= len(body):
         table = np.frombuffer(body, row, element.size, at)
@@ -191,7 +230,11 @@ def _rows(
             return [table[str(k)].ravel() for k in wanted], counts, end
     check_complete(bool(lists), f"{len(body) - at} bytes", f"{element.size} rows of {element.name}")
     parts, end = _walk(body, at, element, element.size)
-    counts = np.array([len(part) // columns[wanted[-1]].type.itemsize for part in parts[wanted[-1]]] if wanted else [])
+    counts = np.array(
+        [len(part) // columns[wanted[-1]].type.itemsize for part in parts[wanted[-1]]]
+        if wanted
+        else []
+    )
     return [np.frombuffer(b"".join(parts[k]), columns[k].type) for k in wanted], counts, end
 
 
@@ -206,8 +249,10 @@ def _walk(body: bytes, at: int, element: PlyElement, rows: int) -> tuple[list[li
                 size *= int(np.frombuffer(number, column.count)[0])
                 at += len(number)
             if size < 0 or at + size > len(body):
-                raise MeshError(f"damaged: {size} bytes of {column.name} in a row of {element.name}, where the file "
-                                "holds fewer; it seems cut off, write it anew")
+                raise MeshError(
+                    f"damaged: {size} bytes of {column.name} in a row of {element.name}, where the file "
+                    "holds fewer; it seems cut off, write it anew"
+                )
             part.append(body[at : at + size])
             at += size
     return parts, at
@@ -225,17 +270,31 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     for name, values in metadata.get("vertex_properties", {}).items():
         word = re.sub("[^!-~]+", "_", name) or "_"
         if word in (*columns, *SPHERE):
-            raise FileError(f"a .ply file can't hold data called {word}, a name that is taken; write .vtk")
+            raise FileError(
+                f"a .ply file can't hold data called {word}, a name that is taken; write .vtk"
+            )
         columns[word] = values
-    vertices = np.empty(len(v), dtype=[(name, column.dtype.newbyteorder("<")) for name, column in columns.items()])
+    vertices = np.empty(
+        len(v), dtype=[(name, column.dtype.newbyteorder("<")) for name, column in columns.items()]
+    )
     for name, column in columns.items():
         vertices[name] = column
     faces = np.empty(len(f), dtype=[("size", "u1"), ("corners", "<i4", (3,))])
     faces["size"], faces["corners"] = 3, f
     comments = [f"comment {metadata['mark']}"] if "mark" in metadata else []
-    properties = [f"property {_NAMES[column.dtype.str[1:]]} {name}" for name, column in columns.items()]
-    head = ["ply", "format binary_little_endian 1.0", *comments, f"element vertex {len(v)}", *properties,
-            f"element face {len(f)}", f"property list uchar int {_CORNERS[0]}", "end_header"]
+    properties = [
+        f"property {_NAMES[column.dtype.str[1:]]} {name}" for name, column in columns.items()
+    ]
+    head = [
+        "ply",
+        "format binary_little_endian 1.0",
+        *comments,
+        f"element vertex {len(v)}",
+        *properties,
+        f"element face {len(f)}",
+        f"property list uchar int {_CORNERS[0]}",
+        "end_header",
+    ]
     with path.open("wb") as file:
         file.write("".join(f"{line}\n" for line in head).encode("ascii"))
         file.write(vertices.tobytes())

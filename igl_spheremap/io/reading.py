@@ -37,7 +37,8 @@ def reading(path: Path) -> Iterator[None]:
     except Exception as error:  # other packages' parsers raise anything on damaged files
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise MeshError(
-            f"{path}: damaged, or of another format than its name says ({reason}); write it anew") from error
+            f"{path}: damaged, or of another format than its name says ({reason}); write it anew"
+        ) from error
 
 
 @contextlib.contextmanager
@@ -59,7 +60,9 @@ def check_regular(path: Path) -> None:
     if stat.S_ISDIR(mode):
         raise FileError(f"can't read {path}: it is a directory; give a file in it")
     if not stat.S_ISREG(mode):
-        raise FileError(f"can't read {path}: it is a device or a pipe; write its content to a file first")
+        raise FileError(
+            f"can't read {path}: it is a device or a pipe; write its content to a file first"
+        )
 
 
 def read_lines(path: PathLike, *, pipes: bool = False) -> list[str]:
@@ -79,11 +82,15 @@ def expansion_limit(stored: int) -> int:
 def check_expansion(expanded: int, stored: int) -> None:
     """Refuse what would take far more memory than a mesh in a file of that size."""
     if expanded > expansion_limit(stored):
-        raise MeshError(f"its {stored} bytes expand to {expanded} or more, which no mesh does; write it anew")
+        raise MeshError(
+            f"its {stored} bytes expand to {expanded} or more, which no mesh does; write it anew"
+        )
 
 
 def check_complete(complete: bool, found: str, announced: str) -> None:
     """Refuse a file that holds less than its header announces."""
     if not complete:
-        raise MeshError(f"damaged: {found} follow where {announced} are announced; the file seems cut off, "
-                        "write it anew")
+        raise MeshError(
+            f"damaged: {found} follow where {announced} are announced; the file seems cut off, "
+            "write it anew"
+        )

@@ -34,18 +34,26 @@ class Polygons:
             return np.ascontiguousarray(self.corners.reshape(-1, 3))
         self._refuse(np.flatnonzero(self.sizes < 3), "remove them")
         if not triangulate:
-            self._refuse(np.flatnonzero(self.sizes > 3), "triangulate them",
-                         Remedy("read_mesh", {"triangulate": True}, "path"))
+            self._refuse(
+                np.flatnonzero(self.sizes > 3),
+                "triangulate them",
+                Remedy("read_mesh", {"triangulate": True}, "path"),
+            )
         fans = self.sizes - 2
         first = np.repeat(np.cumsum(self.sizes) - self.sizes, fans)
         step = np.arange(len(first)) - np.repeat(np.cumsum(fans) - fans, fans)
-        return np.column_stack([self.corners[first], self.corners[first + step + 1], self.corners[first + step + 2]])
+        return np.column_stack(
+            [self.corners[first], self.corners[first + step + 1], self.corners[first + step + 2]]
+        )
 
     def _refuse(self, bad: IntArray, hint: str, remedy: Remedy | None = None) -> None:
         if len(bad):
             which = ", ".join(map(str, bad[:3].tolist()))
-            raise MeshError(f"faces are not triangles: {len(bad)} of {len(self.sizes)} have other than 3 corners, "
-                            f"e.g. face {which} with {self.sizes[bad[0]]}; {hint}", remedy)
+            raise MeshError(
+                f"faces are not triangles: {len(bad)} of {len(self.sizes)} have other than 3 corners, "
+                f"e.g. face {which} with {self.sizes[bad[0]]}; {hint}",
+                remedy,
+            )
 
 
 def of_triangles(f: ArrayLike) -> Polygons:

@@ -28,7 +28,9 @@ def replacing(path: PathLike, force: bool = False) -> Iterator[Path]:
     """
     check_writable(path, force)
     final = Path(os.path.realpath(path))
-    partial = final.with_name(f"{_partial(os.getpid())}{secrets.token_hex(8)}-{final.name[-_TAIL:]}")
+    partial = final.with_name(
+        f"{_partial(os.getpid())}{secrets.token_hex(8)}-{final.name[-_TAIL:]}"
+    )
     try:
         # neither a file nor a link is followed
         os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
@@ -74,7 +76,9 @@ def check_writable(path: PathLike, force: bool = False) -> None:
     """Raise a FileError before the work starts if a file could not be written, or replaced without `force`."""
     final = Path(os.path.realpath(path))
     if final.name.lower().endswith(READ_ONLY):
-        raise FileError(f"can't write {path}: {' and '.join(READ_ONLY)} files are read only; write .tab")
+        raise FileError(
+            f"can't write {path}: {' and '.join(READ_ONLY)} files are read only; write .tab"
+        )
     if final.is_dir():
         raise FileError(f"can't write {path}: it is a directory; give the name of a file")
     if final.exists() and not final.is_file():
@@ -84,4 +88,6 @@ def check_writable(path: PathLike, force: bool = False) -> None:
     if not final.parent.is_dir():
         raise FileError(f"can't write {path}: there is no folder {final.parent}; make it first")
     if not os.access(final.parent, os.W_OK):
-        raise FileError(f"can't write {path}: no permission to write in {final.parent}; give another folder")
+        raise FileError(
+            f"can't write {path}: no permission to write in {final.parent}; give another folder"
+        )

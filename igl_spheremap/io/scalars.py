@@ -42,8 +42,11 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     source = Path(path)
     with reading(source):
         found = format_of(source, data=True).functions.read_scalars(source)
-        maps = {printable(name): values.astype(np.float64) for name, values in found.items()
-                if values.ndim == 1 and values.dtype.kind in "fiub"}
+        maps = {
+            printable(name): values.astype(np.float64)
+            for name, values in found.items()
+            if values.ndim == 1 and values.dtype.kind in "fiub"
+        }
         if not maps:
             raise MeshError("the file holds no scalar map; give arrays of one number a vertex")
         return maps
@@ -93,7 +96,9 @@ def read_labels(path: PathLike) -> tuple[Label, ...] | None:
     source = Path(path)
     with reading(source):
         functions = format_of(source, data=True).functions
-        table: tuple[Label, ...] | None = functions.read_table(source) if hasattr(functions, "read_table") else None
+        table: tuple[Label, ...] | None = (
+            functions.read_table(source) if hasattr(functions, "read_table") else None
+        )
         return table
 
 
@@ -134,17 +139,34 @@ def write_scalars(
     known = metadata or {}
     functions = format_of(path, data=True).functions
     for name in maps:
-        if not name or printable(name).strip() != name or ("labels" in known and name == LABEL_TABLE):
-            raise FileError(f"{path}: no map can be called {name!r}; give it a name of one line that nothing else has")
+        if (
+            not name
+            or printable(name).strip() != name
+            or ("labels" in known and name == LABEL_TABLE)
+        ):
+            raise FileError(
+                f"{path}: no map can be called {name!r}; give it a name of one line that nothing else has"
+            )
     if "labels" in known:
         for name, values in maps.items():
             if not (np.abs(values) < 2**31).all() or (values != np.floor(values)).any():
                 raise MeshError(f"{name} holds no labels; give whole numbers of at most 32 bits")
     if not hasattr(functions, "write_scalars"):
         if surface is None:
-            raise FileError(f"{path}: such a file holds data with their surface; give it as `surface=(v, f)`")
-        kept = {name: values.astype(np.int32) for name, values in maps.items()} if "labels" in known else dict(maps)
-        write_mesh(path, *surface, force=force, metadata={**known, "vertex_properties": kept, "point_data": kept})
+            raise FileError(
+                f"{path}: such a file holds data with their surface; give it as `surface=(v, f)`"
+            )
+        kept = (
+            {name: values.astype(np.int32) for name, values in maps.items()}
+            if "labels" in known
+            else dict(maps)
+        )
+        write_mesh(
+            path,
+            *surface,
+            force=force,
+            metadata={**known, "vertex_properties": kept, "point_data": kept},
+        )
         return
     with replacing(path, force) as partial:
         functions.write_scalars(partial, dict(maps), known)
@@ -186,8 +208,12 @@ def read_landmarks(path: PathLike) -> IntArray:
         words = words[1:] if words[:1] == ["lk"] else words
         if not words:
             continue
-        if len(words) not in (1, 4) or not (words[0].isascii() and words[0].isdigit() and len(words[0]) < 19):
-            raise FileError(f"{path}, line {number}: give a vertex, from 0, and nothing or its position behind it")
+        if len(words) not in (1, 4) or not (
+            words[0].isascii() and words[0].isdigit() and len(words[0]) < 19
+        ):
+            raise FileError(
+                f"{path}, line {number}: give a vertex, from 0, and nothing or its position behind it"
+            )
         vertices.append(int(words[0]))
     if not vertices:
         raise FileError(f"{path} has no landmarks; give one vertex a line")

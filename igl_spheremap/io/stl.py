@@ -23,7 +23,11 @@ def read(path: Path) -> RawMesh:
     count = struct.unpack_from("<I", data, _HEADER - 4)[0] if len(data) >= _HEADER else None
     # binary ones may say "solid" too
     if count is not None and len(data) == _HEADER + count * _TRIANGLE.itemsize:
-        soup = np.frombuffer(data, _TRIANGLE, count, _HEADER)["corners"].reshape(-1, 3).astype(np.float64)
+        soup = (
+            np.frombuffer(data, _TRIANGLE, count, _HEADER)["corners"]
+            .reshape(-1, 3)
+            .astype(np.float64)
+        )
     elif re.match(rb"\s*solid\b", text := data.lower()):  # some programs write capitals
         rows = read_rows(text).starting_with(b"vertex")
         if len(rows) % 3 or not re.search(rb"\bendsolid\b", text):

@@ -19,7 +19,9 @@ MARKED = ("=", "+", "-", "@", "\t", "\r", "'")
 def write_cells(path: PathLike, rows: Iterable[Sequence[object]], *, force: bool = False) -> None:
     """Write rows of cells, the header first; the suffix decides what stands between them."""
     with replacing(path, force) as partial:
-        partial.write_text(text_of(rows, Path(path).suffix.lower()), encoding="utf-8", errors="backslashreplace")
+        partial.write_text(
+            text_of(rows, Path(path).suffix.lower()), encoding="utf-8", errors="backslashreplace"
+        )
 
 
 def text_of(rows: Iterable[Sequence[object]], suffix: str) -> str:
@@ -36,12 +38,17 @@ def text_of(rows: Iterable[Sequence[object]], suffix: str) -> str:
 def read_cells(path: Path) -> list[list[str]]:
     """The rows of a table, the header first, as `write_cells` was given them; empty lines are left out."""
     with path.open(encoding="utf-8-sig", newline="") as file:
-        return [[_unquoted(cell) for cell in row]
-                for row in csv.reader(file, delimiter=SEPARATORS[path.suffix.lower()]) if row]
+        return [
+            [_unquoted(cell) for cell in row]
+            for row in csv.reader(file, delimiter=SEPARATORS[path.suffix.lower()])
+            if row
+        ]
 
 
 def _cells(row: Sequence[object]) -> Iterator[object]:
-    return (f"'{cell}" if isinstance(cell, str) and cell.startswith(MARKED) else cell for cell in row)
+    return (
+        f"'{cell}" if isinstance(cell, str) and cell.startswith(MARKED) else cell for cell in row
+    )
 
 
 def _unquoted(text: str) -> str:

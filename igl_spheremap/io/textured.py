@@ -36,7 +36,9 @@ def read_picture(path: PathLike) -> NDArray[np.uint8]:
     except FileError:
         raise
     except Exception as error:  # pillow raises many kinds on damaged or huge pictures
-        raise FileError(f"can't read {path} as a picture: {getattr(error, 'strerror', None) or error}") from None
+        raise FileError(
+            f"can't read {path} as a picture: {getattr(error, 'strerror', None) or error}"
+        ) from None
 
 
 def write_picture(path: PathLike, image: NDArray[np.uint8], *, force: bool = False) -> None:
@@ -130,14 +132,18 @@ def _read_obj(path: Path) -> TexturedMesh:
     names = [path.parent / name for name in _named(data, b"mtllib")]
     for name in names:
         check_regular(name)
-    pictures = [name.parent / picture for name in names for picture in _named(name.read_bytes(), b"map_Kd")]
+    pictures = [
+        name.parent / picture for name in names for picture in _named(name.read_bytes(), b"map_Kd")
+    ]
     image = _only([read_picture(name) for name in dict.fromkeys(pictures)])
     return TexturedMesh(known.uv[known.row], read(path).v[known.vertex], image)
 
 
 def _named(data: bytes, word: bytes) -> list[str]:
     """The files that lines with a word name; before the name of a picture there may be options."""
-    found = re.findall(rb"^[ \t]*" + word + rb"[ \t]+(?:-\S+[ \t]+(?:[-.\d]+[ \t]+)*)*([^\r\n]+)", data, re.M)
+    found = re.findall(
+        rb"^[ \t]*" + word + rb"[ \t]+(?:-\S+[ \t]+(?:[-.\d]+[ \t]+)*)*([^\r\n]+)", data, re.M
+    )
     return [name.decode(errors="replace").strip() for name in dict.fromkeys(found)]
 
 
@@ -158,7 +164,13 @@ def _only(pictures: list[NDArray[np.uint8] | None]) -> NDArray[np.uint8]:
 
 
 def write_textured(
-    path: PathLike, v: ArrayLike, f: ArrayLike, atlas: Atlas, image: NDArray[np.uint8], *, force: bool = False,
+    path: PathLike,
+    v: ArrayLike,
+    f: ArrayLike,
+    atlas: Atlas,
+    image: NDArray[np.uint8],
+    *,
+    force: bool = False,
     metadata: Metadata | None = None,
 ) -> None:
     """Write a surface with texture coordinates, vertex normals and a texture.
@@ -206,30 +218,51 @@ def write_textured(
 
 
 def _write_obj(
-    path: Path, v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8], force: bool, known: Metadata
+    path: Path,
+    v: FloatArray,
+    normals: FloatArray,
+    atlas: Atlas,
+    image: NDArray[np.uint8],
+    force: bool,
+    known: Metadata,
 ) -> None:
     material, picture = path.with_suffix(".mtl"), path.with_suffix(".png")
     for each in (path, material, picture):
         check_writable(each, force)
     write_picture(picture, image, force=force)
     with replacing(material, force) as partial:
-        partial.write_text(f"newmtl texture\nKd 1 1 1\nKa 0 0 0\nKs 0 0 0\nillum 1\nmap_Kd {picture.name}\n",
-                           encoding="utf-8")
+        partial.write_text(
+            f"newmtl texture\nKd 1 1 1\nKa 0 0 0\nKs 0 0 0\nillum 1\nmap_Kd {picture.name}\n",
+            encoding="utf-8",
+        )
     # OBJ counts texture coordinates apart from vertices
     _, one = np.unique(atlas.vertex, return_index=True)
-    corners = np.stack([atlas.vertex[atlas.f], atlas.f, atlas.vertex[atlas.f]], axis=-1).reshape(-1, 9)
-    parts = (("v %r %r %r\n", v[one]), ("vt %r %r\n", atlas.uv), ("vn %r %r %r\n", normals[one]),
-             ("f %r/%r/%r %r/%r/%r %r/%r/%r\n", corners + 1))
+    corners = np.stack([atlas.vertex[atlas.f], atlas.f, atlas.vertex[atlas.f]], axis=-1).reshape(
+        -1, 9
+    )
+    parts = (
+        ("v %r %r %r\n", v[one]),
+        ("vt %r %r\n", atlas.uv),
+        ("vn %r %r %r\n", normals[one]),
+        ("f %r/%r/%r %r/%r/%r %r/%r/%r\n", corners + 1),
+    )
     with replacing(path, force) as partial:
         comment = f"# {json.dumps(known['extras'])}\n" if "extras" in known else ""
         write_text(partial, f"{comment}mtllib {material.name}\nusemtl texture\n", {}, *parts)
 
 
-def _textured_body(v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8]) -> Any:
+def _textured_body(
+    v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8]
+) -> Any:
     """A mesh of trimesh's with a texture."""
-    trimesh, pillow = import_optional("trimesh", "glTF", "io"), import_optional("PIL.Image", "writing a texture", "io")
+    trimesh, pillow = (
+        import_optional("trimesh", "glTF", "io"),
+        import_optional("PIL.Image", "writing a texture", "io"),
+    )
     material = trimesh.visual.material.PBRMaterial(
         baseColorTexture=pillow.fromarray(image), metallicFactor=0.0, roughnessFactor=1.0
     )
     visual = trimesh.visual.TextureVisuals(uv=atlas.uv, material=material)
-    return trimesh.Trimesh(v, atlas.f, vertex_normals=normals, visual=visual, process=False, validate=False)
+    return trimesh.Trimesh(
+        v, atlas.f, vertex_normals=normals, visual=visual, process=False, validate=False
+    )

@@ -19,7 +19,9 @@ from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_complete
 from .records import Metadata, Polygons, RawMesh
 
-_HEADER = re.compile(rb"# vtk DataFile Version (\d+)\.\d+[^\n]*\n[^\n]*\n\s*(ASCII|BINARY)\s*?\n", re.IGNORECASE)
+_HEADER = re.compile(
+    rb"# vtk DataFile Version (\d+)\.\d+[^\n]*\n[^\n]*\n\s*(ASCII|BINARY)\s*?\n", re.IGNORECASE
+)
 _LINE = re.compile(rb"\s*([^\r\n]*)(?:\r?\n|\r|\Z)")
 _EMPTY_LINE = re.compile(rb"\n[ \t\r]*\n|\Z")
 #: The first name of a type is the one that is written; identifiers have 8 bytes as text, and 4 in binary.
@@ -40,8 +42,10 @@ class LegacyFile:
     def __init__(self, data: bytes) -> None:
         header = _HEADER.match(data)
         if header is None:
-            raise MeshError("damaged: no header of a VTK file, which ends with ASCII or BINARY; check that the file is "
-                            "what its name says")
+            raise MeshError(
+                "damaged: no header of a VTK file, which ends with ASCII or BINARY; check that the file is "
+                "what its name says"
+            )
         self.data, self.at = data, header.end()
         self.version, self.binary = int(header[1]), header[2].upper() == b"BINARY"
         # the type of the parts of colours
@@ -75,25 +79,33 @@ class LegacyFile:
             return _numbers(words, kind)
         block = self.data[self.at : self.at + least * count]
         self.at += len(block)
-        return np.frombuffer(block, f">{kind}", count).astype("i8" if name.lower() == _IDENTIFIERS else kind)
+        return np.frombuffer(block, f">{kind}", count).astype(
+            "i8" if name.lower() == _IDENTIFIERS else kind
+        )
 
     def cells(self, count: int, size: int) -> Polygons:
         """Read cells; of the two numbers in their line, the meaning changed with version 5."""
         if self.version < 5:
             return _counted(self.array(size, "int"), count)
-        ends, corners = (self.array(length, self._typed(word)).astype(np.int64)
-                         for length, word in ((count, "OFFSETS"), (size, "CONNECTIVITY")))
+        ends, corners = (
+            self.array(length, self._typed(word)).astype(np.int64)
+            for length, word in ((count, "OFFSETS"), (size, "CONNECTIVITY"))
+        )
         sizes = np.diff(ends)
         if (sizes < 0).any() or ends[0] != 0 or ends[-1] != len(corners):
-            raise MeshError("damaged: the offsets of polygons do not rise from 0 to the number of their corners; write "
-                            "the file anew")
+            raise MeshError(
+                "damaged: the offsets of polygons do not rise from 0 to the number of their corners; write "
+                "the file anew"
+            )
         return Polygons(corners, sizes)
 
     def _typed(self, word: str) -> str:
         """The type of the array that a line of two words announces."""
         words = self.line()
         if len(words) != 2 or words[0].upper() != word:
-            raise MeshError(f"damaged: {' '.join(words)[:40]!a} where {word} is expected; write the file anew")
+            raise MeshError(
+                f"damaged: {' '.join(words)[:40]!a} where {word} is expected; write the file anew"
+            )
         return words[1]
 
 
@@ -118,7 +130,9 @@ def _counted(numbers: IntArray, count: int) -> Polygons:
         heads.append(at)
         at += 1 + max(int(numbers[at]), 0)
     if at != len(numbers) or len(heads) != count:
-        raise MeshError(f"damaged: {len(numbers)} numbers do not hold {count} cells; write the file anew")
+        raise MeshError(
+            f"damaged: {len(numbers)} numbers do not hold {count} cells; write the file anew"
+        )
     return Polygons(np.delete(numbers, heads), numbers[heads])
 
 
@@ -132,13 +146,17 @@ def read(path: Path) -> RawMesh:
         match [words[0].upper(), *words[1:]]:
             case ["DATASET", kind]:
                 if kind.upper() != "POLYDATA":
-                    raise MeshError(f"it holds {kind[:30]!a} but only POLYDATA is read; extract the surface")
+                    raise MeshError(
+                        f"it holds {kind[:30]!a} but only POLYDATA is read; extract the surface"
+                    )
             case ["POINTS", n, kind]:
                 v = file.array(3 * int(n), kind).reshape(-1, 3)
             case ["POLYGONS", n, size]:
                 faces = file.cells(int(n), int(size))
             case ["TRIANGLE_STRIPS", _, _]:
-                raise MeshError("its triangle strips are not read; write triangles, as vtkTriangleFilter does")
+                raise MeshError(
+                    "its triangle strips are not read; write triangles, as vtkTriangleFilter does"
+                )
             case ["VERTICES" | "LINES", n, size]:
                 file.cells(int(n), int(size))
             case ["METADATA"]:
@@ -151,22 +169,30 @@ def read(path: Path) -> RawMesh:
                 file.array(4 * int(n), file.colour)
             case ["COLOR_SCALARS", name, width]:
                 parts = _rows(file, count, width, file.colour)
-                found = {name: parts if file.binary else np.floor(255 * parts + 0.5).astype(np.uint8)}
+                found = {
+                    name: parts if file.binary else np.floor(255 * parts + 0.5).astype(np.uint8)
+                }
             case ["SCALARS", name, kind, *width]:
                 if file.line()[:1] != ["LOOKUP_TABLE"]:
-                    raise MeshError("damaged: scalars without the name of their LOOKUP_TABLE; write the file anew")
+                    raise MeshError(
+                        "damaged: scalars without the name of their LOOKUP_TABLE; write the file anew"
+                    )
                 found = {name: _rows(file, count, width[0] if width else 1, kind)}
             case ["TEXTURE_COORDINATES", name, width, kind]:
                 found = {name: _rows(file, count, width, kind)}
             case [attribute, name, kind] if attribute in _WIDTHS:
                 found = {name: _rows(file, count, _WIDTHS[attribute], kind)}
             case _:
-                raise MeshError(f"damaged: {' '.join(words)[:40]!a} where a keyword is expected; write the file anew")
+                raise MeshError(
+                    f"damaged: {' '.join(words)[:40]!a} where a keyword is expected; write the file anew"
+                )
         if point_data:
             kept |= {unquote(name): values for name, values in found.items()}
     if v is None or faces is None or len(faces.sizes) == 0:
-        raise MeshError("it holds no polygons: a point cloud, lines or another kind of data; give a closed triangle "
-                        "mesh")
+        raise MeshError(
+            "it holds no polygons: a point cloud, lines or another kind of data; give a closed triangle "
+            "mesh"
+        )
     fit = {name: values for name, values in kept.items() if len(values) == len(v)}
     return RawMesh(v, faces, {"point_data": fit} if fit else {})
 
@@ -198,17 +224,29 @@ def _field(file: LegacyFile, count: int) -> dict[str, NDArray[Any]]:
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     """Write version 3.0 in binary, the mark as its title, and the arrays of ``point_data`` that have a row a vertex."""
     cells = np.column_stack([np.full(len(f), 3), f]).astype(">i4")
-    arrays = {str(name): np.asarray(values) for name, values in metadata.get("point_data", {}).items()}
-    kept = {name: values for name, values in arrays.items()
-            if name and values.ndim in (1, 2) and len(values) == len(v) and values.dtype.str[1:] in _NAMES}
+    arrays = {
+        str(name): np.asarray(values) for name, values in metadata.get("point_data", {}).items()
+    }
+    kept = {
+        name: values
+        for name, values in arrays.items()
+        if name
+        and values.ndim in (1, 2)
+        and len(values) == len(v)
+        and values.dtype.str[1:] in _NAMES
+    }
     with path.open("wb") as file:
-        file.write(f"# vtk DataFile Version 3.0\n{metadata.get('mark', 'igl_spheremap')}\nBINARY\nDATASET POLYDATA\n"
-                   f"POINTS {len(v)} double\n".encode())
+        file.write(
+            f"# vtk DataFile Version 3.0\n{metadata.get('mark', 'igl_spheremap')}\nBINARY\nDATASET POLYDATA\n"
+            f"POINTS {len(v)} double\n".encode()
+        )
         file.write(v.astype(">f8").tobytes())
         file.write(f"\nPOLYGONS {len(f)} {cells.size}\n".encode() + cells.tobytes() + b"\n")
         if kept:
             file.write(f"POINT_DATA {len(v)}\nFIELD FieldData {len(kept)}\n".encode())
         for name, values in kept.items():
             kind, width = values.dtype.str[1:], values.size // max(len(v), 1)
-            file.write(f"{quote(name, safe='', errors='replace')} {width} {len(v)} {_NAMES[kind]}\n".encode())
+            file.write(
+                f"{quote(name, safe='', errors='replace')} {width} {len(v)} {_NAMES[kind]}\n".encode()
+            )
             file.write(values.astype(f">{kind}").tobytes() + b"\n")

@@ -37,7 +37,11 @@ _MARK = re.compile(rb"igl_spheremap( [!-~]+){3} [0-9a-f]{24}")
 
 
 def make_mark(
-    v: FloatArray, f: IntArray, method: str, options: Mapping[str, Any], caps: BoolArray | None = None
+    v: FloatArray,
+    f: IntArray,
+    method: str,
+    options: Mapping[str, Any],
+    caps: BoolArray | None = None,
 ) -> str:
     """The mark of the map of this mesh: program, version, method, options, and a digest of the mesh.
 
@@ -62,7 +66,9 @@ def make_mark(
 
 def mark_of(result: SphereMap) -> str:
     """The mark of a result."""
-    return make_mark(result.vertices, result.faces, result.method, result.settings, result.mesh.caps)
+    return make_mark(
+        result.vertices, result.faces, result.method, result.settings, result.mesh.caps
+    )
 
 
 def read_mark(path: PathLike) -> str | None:
@@ -210,8 +216,15 @@ def write_map(
     """
     known = dict(metadata or {}) | {"mark": mark_of(result)}
     if format_of(path).name != "NPZ":
-        return write_sphere(path, result.sphere, result.faces, force=force, radius=radius,
-                            surface=result.vertices if surface else None, metadata=known)
+        return write_sphere(
+            path,
+            result.sphere,
+            result.faces,
+            force=force,
+            radius=radius,
+            surface=result.vertices if surface else None,
+            metadata=known,
+        )
     with replacing(path, force) as partial:
         npz.write_map(partial, result, known)
         return _check_written(partial, path)
@@ -230,8 +243,14 @@ def write_sphere(
     """Write unit rows and faces as `write_map` does, beside the positions of a surface if they are given."""
     kind = format_of(path)
     if surface is not None and not kind.both:
-        raise FileError(f"{path}: {kind.name} files hold no sphere beside a surface; write .ply or .npz")
-    known = {"geometric_type": "Spherical", "name": Path(path).stem} | structure_of(path) | dict(metadata or {})
+        raise FileError(
+            f"{path}: {kind.name} files hold no sphere beside a surface; write .ply or .npz"
+        )
+    known = (
+        {"geometric_type": "Spherical", "name": Path(path).stem}
+        | structure_of(path)
+        | dict(metadata or {})
+    )
     size = kind.radius if radius is None else radius
     positions, moved = size * x, 0
     if kind.single:

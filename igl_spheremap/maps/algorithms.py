@@ -127,11 +127,20 @@ def algorithm_2(
 def _alone(setup: Setup, first: Iterate) -> tuple[FloatArray, Run]:
     """Algorithm 1 without star maps."""
     minimum, record = paper_algorithm_1(setup, first)
-    return minimum.last.x, Run(record.status, minimum.last.energy, rounds=(record,), notes=setup.notes)
+    return minimum.last.x, Run(
+        record.status, minimum.last.energy, rounds=(record,), notes=setup.notes
+    )
 
 
-def _by(algorithm: Callable[[Setup, Iterate], tuple[FloatArray, Run]], v: ArrayLike, f: ArrayLike,
-        start: ArrayLike | None, method: Lai2014, caps: ArrayLike | None, listener: Listener | None) -> SphereMap:
+def _by(
+    algorithm: Callable[[Setup, Iterate], tuple[FloatArray, Run]],
+    v: ArrayLike,
+    f: ArrayLike,
+    start: ArrayLike | None,
+    method: Lai2014,
+    caps: ArrayLike | None,
+    listener: Listener | None,
+) -> SphereMap:
     """The map of an algorithm of the paper, in its gauge, with the record of the run."""
     method_of(method, Lai2014)
     history = History(listener)

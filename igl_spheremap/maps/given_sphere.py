@@ -32,7 +32,9 @@ _ROUND = 1e-3
 
 @takes_mesh
 @timed()
-def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | None = None) -> SphereMap:
+def sphere_map(
+    v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | None = None
+) -> SphereMap:
     """Certify a sphere that another program made, as a `SphereMap`, which other functions take.
 
     Parameters
@@ -77,7 +79,9 @@ def sphere_map(v: ArrayLike, f: ArrayLike, x: ArrayLike, *, caps: ArrayLike | No
     return replace(found, run=history.complete(found.run, "given"))
 
 
-def _not_mirrored(x: FloatArray, mesh: Mesh, certificate: Certificate) -> tuple[FloatArray, Certificate, list[str]]:
+def _not_mirrored(
+    x: FloatArray, mesh: Mesh, certificate: Certificate
+) -> tuple[FloatArray, Certificate, list[str]]:
     """The map, with z negated where it is a homeomorphism that reverses orientation, and a note that says so."""
     if certificate.orientation != -1:
         return x, certificate, []
@@ -89,8 +93,10 @@ def _is_itself(mesh: Mesh, x: ArrayLike) -> list[str]:
     """A note where the images are the surface's own vertices, and these do not lie on a sphere."""
     radii = row_lengths(mesh.v)
     if np.array_equal(x, mesh.v) and np.ptp(radii) > _ROUND * radii.max():
-        return ["the images are the surface itself and not a sphere: its vertices were projected from the origin; "
-                f"{Remedy('spherical_conformal_map')} maps it"]
+        return [
+            "the images are the surface itself and not a sphere: its vertices were projected from the origin; "
+            f"{Remedy('spherical_conformal_map')} maps it"
+        ]
     return []
 
 
@@ -103,13 +109,24 @@ def certified(mesh: Mesh, x: ArrayLike) -> SphereMap:
     return _result(mesh, y, certificate)
 
 
-def _result(mesh: Mesh, y: FloatArray, certificate: Certificate, notes: Sequence[str] = ()) -> SphereMap:
+def _result(
+    mesh: Mesh, y: FloatArray, certificate: Certificate, notes: Sequence[str] = ()
+) -> SphereMap:
     """A map with its certificate as a result; a FoldingsRemain if it folds."""
-    run = Run(Status.DONE, HarmonicEnergy.of(mesh).evaluate(y)[0], "given", gauge="given", notes=tuple(notes))
+    run = Run(
+        Status.DONE,
+        HarmonicEnergy.of(mesh).evaluate(y)[0],
+        "given",
+        gauge="given",
+        notes=tuple(notes),
+    )
     result = SphereMap(mesh, y, certificate, run)
     if not certificate.folding_free:
-        raise FoldingsRemain(f"the sphere is {certificate}; {Remedy('repair_foldings', given='v, f, x')} makes it "
-                             "a bijection, unless it belongs to another mesh", result)
+        raise FoldingsRemain(
+            f"the sphere is {certificate}; {Remedy('repair_foldings', given='v, f, x')} makes it "
+            "a bijection, unless it belongs to another mesh",
+            result,
+        )
     return result
 
 
@@ -191,16 +208,34 @@ def repair_foldings(
     y, _, notes = _not_mirrored(y, mesh, before)
     notes = [*_is_itself(mesh, rows), *notes]
     if before.orientation is None:
-        y = repair_locally(mesh, y, None if listener is None else lambda part: record("repair", part))
+        y = repair_locally(
+            mesh, y, None if listener is None else lambda part: record("repair", part)
+        )
         record("repaired", y)
     after = Certificate.of(y, mesh.f)
     energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
-    done = Round(0, "map", before.foldings, after.foldings, 0, energy, mean_angle_difference(mesh, y),
-                 Status.DONE, time.perf_counter() - began)
-    if before.orientation is None and not has_few_foldings(before, mesh.f) and done.mean_angle_difference > POOR:
+    done = Round(
+        0,
+        "map",
+        before.foldings,
+        after.foldings,
+        0,
+        energy,
+        mean_angle_difference(mesh, y),
+        Status.DONE,
+        time.perf_counter() - began,
+    )
+    if (
+        before.orientation is None
+        and not has_few_foldings(before, mesh.f)
+        and done.mean_angle_difference > POOR
+    ):
         better = Remedy("spherical_conformal_map")
-        notes = [*notes, f"{before.foldings:,} of {len(mesh.f):,} faces folded, too many to keep the shape of the map: "
-                         f"angles are {done.mean_angle_difference:.3g} degrees off on average; {better} makes a map "
-                         "that keeps them, without this one"]
+        notes = [
+            *notes,
+            f"{before.foldings:,} of {len(mesh.f):,} faces folded, too many to keep the shape of the map: "
+            f"angles are {done.mean_angle_difference:.3g} degrees off on average; {better} makes a map "
+            "that keeps them, without this one",
+        ]
     run = Run(Status.DONE, energy, rounds=(done,), gauge="given", notes=tuple(notes))
     return SphereMap(mesh, y, after, history.complete(run, "repair"))

@@ -118,8 +118,10 @@ class SphereMapper:
     def _alone(self) -> Iterator[None]:
         """Refuse a call while another one uses the mesh and its operators, which belong together."""
         if not self._lock.acquire(blocking=False):
-            raise RuntimeError("this mapper is at work for another thread, or for the run whose listener calls it; "
-                               "give each thread a mapper of its own")
+            raise RuntimeError(
+                "this mapper is at work for another thread, or for the run whose listener calls it; "
+                "give each thread a mapper of its own"
+            )
         try:
             yield
         finally:

@@ -35,19 +35,31 @@ from .options import Auto, GuYau, Method, Stereographic
 from .sphere_map import SphereMap
 
 
-def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators: Operators | None = None,
-         large: Large = "embedded") -> SphereMap:
+def auto(
+    mesh: Mesh,
+    options: Auto,
+    listener: Listener | None = None,
+    operators: Operators | None = None,
+    large: Large = "embedded",
+) -> SphereMap:
     """The default: one factorisation, a start by two solves, one or two steps, and repair where the map folds.
 
     The map is certified free of foldings, unless a listener stopped it, or `large` leaves foldings in place.
     """
     if operators is None:
         operators = build_operators(mesh, options.backend)
-    minimum = harmonic_map(mesh, operators, tolerance=options.tolerance, max_iterations=options.max_iterations,
-                           listener=listener)
+    minimum = harmonic_map(
+        mesh,
+        operators,
+        tolerance=options.tolerance,
+        max_iterations=options.max_iterations,
+        listener=listener,
+    )
     x = fix_gauge(mesh, minimum.last.x)
     certificate = Certificate.of(x, mesh.f)
-    run = Run(minimum.status, minimum.last.energy, backend=operators.factor.backend, notes=operators.notes)
+    run = Run(
+        minimum.status, minimum.last.energy, backend=operators.factor.backend, notes=operators.notes
+    )
     if run.status is Status.STOPPED:
         return SphereMap(mesh, x, certificate, run)
     if 2 * certificate.foldings > len(mesh.f):
@@ -56,8 +68,16 @@ def auto(mesh: Mesh, options: Auto, listener: Listener | None = None, operators:
     plan = plan_repair(mesh, x, certificate, options.polish, options.effort, large)
     try:
         if plan.starts:
-            x, run = repair(mesh, x, run, plan, operators, listener, centred=options.gauge == "centred",
-                            effort=options.effort)
+            x, run = repair(
+                mesh,
+                x,
+                run,
+                plan,
+                operators,
+                listener,
+                centred=options.gauge == "centred",
+                effort=options.effort,
+            )
             certificate = Certificate.of(x, mesh.f)
         elif listener is not None:
             listener(Iterate("repair", 0, 0, x, run.energy, 0.0))
@@ -77,11 +97,20 @@ def _remarks(mesh: Mesh, x: FloatArray, run: Run) -> Iterator[str]:
         yield f"limbs too deep for float64 are mapped as if up to {run.stretch:.3g} times shorter"
 
 
-def lai2014(mesh: Mesh, options: Lai2014, listener: Listener, start: ArrayLike | None = None,
-            algorithm: Callable[[Setup, Iterate], tuple[FloatArray, Run]] = algorithm_2) -> SphereMap:
+def lai2014(
+    mesh: Mesh,
+    options: Lai2014,
+    listener: Listener,
+    start: ArrayLike | None = None,
+    algorithm: Callable[[Setup, Iterate], tuple[FloatArray, Run]] = algorithm_2,
+) -> SphereMap:
     """The paper: Algorithm 2 around Algorithm 1, or another, from the Gauss map or another start."""
     setup = Setup.of(mesh, options, listener)
-    first = setup.gauss_map() if start is None else setup.start("given map", check_start(start, len(mesh.v)))
+    first = (
+        setup.gauss_map()
+        if start is None
+        else setup.start("given map", check_start(start, len(mesh.v)))
+    )
     return in_gauge(mesh, *algorithm(setup, first), options.gauge)
 
 
@@ -107,7 +136,13 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
 
     name, x = "gauss map", vertex_normals(mesh.unit, mesh.f)
     if options.tutte:
-        minimum = descend(name, x, "tutte", laplacian(mesh.unit, mesh.f, "uniform", mesh.edges), options.tutte_plateau)
+        minimum = descend(
+            name,
+            x,
+            "tutte",
+            laplacian(mesh.unit, mesh.f, "uniform", mesh.edges),
+            options.tutte_plateau,
+        )
         name, x = "tutte map", minimum.last.x
     if not options.tutte or minimum.status is not Status.STOPPED:
         minimum = descend(name, x, "harmonic", energy.L, options.plateau)
@@ -120,7 +155,11 @@ def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> Sph
 
     A note names the face.
     """
-    face = next(candidate_faces(mesh)) if options.puncture is None else _checked_face(mesh, options.puncture)
+    face = (
+        next(candidate_faces(mesh))
+        if options.puncture is None
+        else _checked_face(mesh, options.puncture)
+    )
     operators = build_operators(mesh, options.backend)
     z = dipole_map(mesh, operators, face)
     if not np.isfinite(z).all():
@@ -138,13 +177,19 @@ def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> Sph
 def _checked_face(mesh: Mesh, face: int) -> int:
     """The face; an error if the mesh has none of that number."""
     if face not in range(len(mesh.f)):
-        raise ValueError(f"there is no face {face} to puncture; give one of the faces 0 to {len(mesh.f) - 1}")
+        raise ValueError(
+            f"there is no face {face} to puncture; give one of the faces 0 to {len(mesh.f) - 1}"
+        )
     return int(face)
 
 
 #: The function that maps a mesh by a method, by the class of the method's options.
 SOLVERS: dict[type[Method], Callable[..., SphereMap]] = {
-    Auto: auto, Lai2014: lai2014, GuYau: gu_yau, Stereographic: stereographic}
+    Auto: auto,
+    Lai2014: lai2014,
+    GuYau: gu_yau,
+    Stereographic: stereographic,
+}
 
 
 def in_gauge(mesh: Mesh, x: FloatArray, run: Run, gauge: PaperGauge = "centred") -> SphereMap:
@@ -154,14 +199,23 @@ def in_gauge(mesh: Mesh, x: FloatArray, run: Run, gauge: PaperGauge = "centred")
     """
     y = x if gauge == "free" else fix_gauge(mesh, x)
     certificate, notes = Certificate.of(y, mesh.f), run.notes
-    if gauge == "centred" and not certificate.folding_free and Certificate.of(x, mesh.f).folding_free:
+    if (
+        gauge == "centred"
+        and not certificate.folding_free
+        and Certificate.of(x, mesh.f).folding_free
+    ):
         y = repair_locally(mesh, y)
         certificate = Certificate.of(y, mesh.f)
         notes = (*notes, "the rounding of the last rotation folded faces, which were repaired")
     if not certificate.folding_free:
         mended = Remedy("repair_foldings", given="v, f, sphere")
         notes = (*notes, f"foldings are left; {mended} removes them, as the default method does")
-    return SphereMap(mesh, y, certificate, replace(run, gauge="free" if gauge == "free" else run.gauge, notes=notes))
+    return SphereMap(
+        mesh,
+        y,
+        certificate,
+        replace(run, gauge="free" if gauge == "free" else run.gauge, notes=notes),
+    )
 
 
 def check_start(x: ArrayLike, n: int, name: str = "start positions") -> FloatArray:

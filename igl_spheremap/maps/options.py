@@ -14,6 +14,7 @@ from ..untangle.effort import Effort
 Gauge = Literal["poles", "centred"]
 Polish = Literal["auto", "angles"]
 
+
 @dataclass(frozen=True, repr=False)
 class Auto(Method):
     """The default method: preconditioned Cayley steps, then the repair of what folds.
@@ -113,7 +114,9 @@ class Auto(Method):
         if isinstance(self.effort, Mapping):
             object.__setattr__(self, "effort", Effort(**self.effort))
         if not isinstance(self.effort, Effort):
-            raise TypeError(f"effort is {shown(self.effort)}; give a record such as Effort(systems=5)")
+            raise TypeError(
+                f"effort is {shown(self.effort)}; give a record such as Effort(systems=5)"
+            )
 
 
 @dataclass(frozen=True, repr=False)
@@ -173,7 +176,9 @@ class GuYau(Method):
         """Refuse steps that diverge, and options of the Tutte map where none is made."""
         super().__post_init__()
         if not self.tutte and "tutte_plateau" in self.settings():
-            raise ValueError("tutte_plateau is of the Tutte map, which tutte=False leaves out; drop one of them")
+            raise ValueError(
+                "tutte_plateau is of the Tutte map, which tutte=False leaves out; drop one of them"
+            )
         if not 0 < self.step < 2:
             raise ValueError(
                 f"step {self.step:g} is unstable; give one between 0 and 2, in units of what the weights allow"
@@ -220,7 +225,9 @@ class Stereographic(Method):
 
 
 #: The class of a method's options, by the name that users give.
-METHODS: dict[str, type[Method]] = {method.name: method for method in (Auto, Lai2014, GuYau, Stereographic)}
+METHODS: dict[str, type[Method]] = {
+    method.name: method for method in (Auto, Lai2014, GuYau, Stereographic)
+}
 
 
 def method_of(method: str | Method, *kinds: type[Method]) -> Method:
@@ -231,5 +238,7 @@ def method_of(method: str | Method, *kinds: type[Method]) -> Method:
         names = " or ".join(f"{kind.__name__}()" for kind in kinds or METHODS.values())
         raise TypeError(f"method is {shown(method)}; give a record of options, such as {names}")
     if method not in METHODS:
-        raise ValueError(f"unknown method {method!r}: choose one of {', '.join(METHODS)}, or a record of options")
+        raise ValueError(
+            f"unknown method {method!r}: choose one of {', '.join(METHODS)}, or a record of options"
+        )
     return METHODS[method]()

@@ -96,8 +96,13 @@ class SphereMap(Result):
         FileError
             If matplotlib is not installed.
         """
-        return plot_run(self.history, None, self.angle_differences(), self.log_area_ratios(),
-                        title=f"method {self.method}")
+        return plot_run(
+            self.history,
+            None,
+            self.angle_differences(),
+            self.log_area_ratios(),
+            title=f"method {self.method}",
+        )
 
     def _rebalanced(self, balance: float, listener: Listener | None) -> SphereMap:
         conformal = self.conformal or self
@@ -105,18 +110,29 @@ class SphereMap(Result):
             return conformal
         if not (self.certificate.folding_free and conformal.certificate.folding_free):
             repair = Remedy("repair_foldings", given="v, f, x")
-            raise FoldingsRemain(f"a map with foldings can't be balanced; remove them ({repair} does)", self)
+            raise FoldingsRemain(
+                f"a map with foldings can't be balanced; remove them ({repair} does)", self
+            )
         from ..balance.family import balanced_map  # here, since reading a map needs no solver
 
         history = History(listener, conformal.run)
-        x, certificate, run = balanced_map(self.mesh, conformal.sphere, self.sphere, balance, history)
-        run = replace(conformal.run, status=run.status, energy=run.energy, notes=(*conformal.notes, *run.notes),
-                      gauge=run.gauge)
+        x, certificate, run = balanced_map(
+            self.mesh, conformal.sphere, self.sphere, balance, history
+        )
+        run = replace(
+            conformal.run,
+            status=run.status,
+            energy=run.energy,
+            notes=(*conformal.notes, *run.notes),
+            gauge=run.gauge,
+        )
         run = history.complete(run, conformal.method, conformal.settings | {"balance": balance})
         return SphereMap(self.mesh, x, certificate, run, conformal)
 
     def _drawing(self) -> Drawing:
-        return area_drawing(self.mesh, self.sphere, self.log_area_ratios(), self.certificate, "on the sphere")
+        return area_drawing(
+            self.mesh, self.sphere, self.log_area_ratios(), self.certificate, "on the sphere"
+        )
 
     def _figures(self) -> str:
         return table(result_rows(self, map_findings(self)))
@@ -124,10 +140,16 @@ class SphereMap(Result):
 
 def map_findings(result: SphereMap) -> list[Finding]:
     """What is known of a map; the verdict comes last."""
-    found = [energy(result.energy), angles(result.angle_differences()), areas(result.log_area_ratios())]
+    found = [
+        energy(result.energy),
+        angles(result.angle_differences()),
+        areas(result.log_area_ratios()),
+    ]
     if result.stretch != 1:
         without = Remedy(options={"gauge": "centred"})
-        advice = "" if result.gauge == "poles" else f"; without {without} they may keep their angles"
+        advice = (
+            "" if result.gauge == "poles" else f"; without {without} they may keep their angles"
+        )
         text = f"limbs too deep for float64 are mapped as if {result.stretch:.3g} times shorter{advice}"
         found.append(Finding("stretch", text, {}))
     return [*found, verdict(result.certificate, result.mesh.caps)]
@@ -140,8 +162,14 @@ ROUNDS = ("round", "from", "folded faces", "iterations", "energy", "mean angle")
 def round_rows(result: SphereMap) -> list[tuple[str, ...]]:
     """Figures of each round as texts, under the header `ROUNDS`; the last row is that of the result."""
     rows: list[tuple[str, ...]] = [
-        (str(each.round), each.start, f"{each.foldings_before:,} -> {each.foldings_after:,}", f"{each.iterations:,}",
-         f"{each.energy:.6f}", f"{each.mean_angle_difference:.3g}")
+        (
+            str(each.round),
+            each.start,
+            f"{each.foldings_before:,} -> {each.foldings_after:,}",
+            f"{each.iterations:,}",
+            f"{each.energy:.6f}",
+            f"{each.mean_angle_difference:.3g}",
+        )
         for each in result.rounds
     ]
     mean = angles(result.angle_differences()).numbers["angle_differences"]["mean"]

@@ -95,8 +95,14 @@ def spherical_conformal_map(
     >>> result.certificate.folding_free, result.status.name, result.sphere.shape == v.shape
     (True, 'CONVERGED', True)
     """
-    auto = Auto(tolerance=tolerance, max_iterations=max_iterations, backend=backend, gauge=gauge, polish=polish,
-                effort=effort)
+    auto = Auto(
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        backend=backend,
+        gauge=gauge,
+        polish=polish,
+        effort=effort,
+    )
     chosen = _chosen(method, auto)
     history = History(listener)
     from ..mesh.check import check_mesh  # here, as importing the package must not load scipy
@@ -111,6 +117,8 @@ def _chosen(method: str | Method, auto: Auto) -> Method:
     if method == auto.name:
         return auto
     if auto.settings():
-        raise TypeError(f"{', '.join(auto.settings())}: an option of method 'auto' only; give another method its "
-                        "options in its record, e.g. method=Lai2014(gradient_tolerance=1e-4)")
+        raise TypeError(
+            f"{', '.join(auto.settings())}: an option of method 'auto' only; give another method its "
+            "options in its record, e.g. method=Lai2014(gradient_tolerance=1e-4)"
+        )
     return method_of(method)

@@ -133,7 +133,9 @@ def p_harmonic_map(
     mesh = check_mesh(v, f, caps=caps)
     problem = p_harmonic_problem(mesh, p)
     gauge: PaperGauge = "centred" if problem.gauge else "free"
-    return descend(mesh, problem, *start_of(mesh, start), options, gradient_tolerance, gauge, history)
+    return descend(
+        mesh, problem, *start_of(mesh, start), options, gradient_tolerance, gauge, history
+    )
 
 
 @takes_mesh
@@ -228,22 +230,37 @@ def fidelity_map(
     """
     options = Fidelity(may_fold, max_iterations, plateau, sobolev_gradient_tolerance, gauge)
     if not callable(fidelity):
-        raise TypeError(f"fidelity is {fidelity!r}; give a function of the map that returns value and derivatives")
+        raise TypeError(
+            f"fidelity is {fidelity!r}; give a function of the map that returns value and derivatives"
+        )
     history = History(listener)
     mesh = check_mesh(v, f, caps=caps)
     name, x = start_of(mesh, start)
     return _with_fidelity(mesh, OwnEnergy(fidelity), name, x, options, gauge, history)
 
 
-def _with_fidelity(mesh: Mesh, term: Energy, name: str, x: FloatArray, options: Landmarks, gauge: PaperGauge,
-                   history: History) -> SphereMap:
+def _with_fidelity(
+    mesh: Mesh,
+    term: Energy,
+    name: str,
+    x: FloatArray,
+    options: Landmarks,
+    gauge: PaperGauge,
+    history: History,
+) -> SphereMap:
     """The harmonic energy plus a term, minimised in the metric of smooth fields."""
     value = term.evaluate(x)[0]
     if not np.isfinite(value):
-        raise ValueError(f"the fidelity term is {value} at the start; give a start where it is finite")
+        raise ValueError(
+            f"the fidelity term is {value} at the start; give a start where it is finite"
+        )
     harmonic = HarmonicEnergy.of(mesh)
-    problem = Problem.of(mesh, SumEnergy((harmonic, term)), SobolevH2.of(harmonic.L, mesh.f, x), gauge == "centred")
-    return descend(mesh, problem, name, x, options, options.sobolev_gradient_tolerance, "free", history)
+    problem = Problem.of(
+        mesh, SumEnergy((harmonic, term)), SobolevH2.of(harmonic.L, mesh.f, x), gauge == "centred"
+    )
+    return descend(
+        mesh, problem, name, x, options, options.sobolev_gradient_tolerance, "free", history
+    )
 
 
 @takes_mesh
@@ -328,7 +345,9 @@ def landmark_map(
     return _with_fidelity(mesh, penalty, name, x, options, "free", history)
 
 
-def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: ArrayLike) -> LandmarkEnergy:
+def check_landmarks(
+    n: int, vertices: ArrayLike, targets: ArrayLike, weights: ArrayLike
+) -> LandmarkEnergy:
     """Landmarks of a mesh of `n` vertices as a penalty; a MeshError that names the one that is wrong, and why.
 
     >>> check_landmarks(4, [0, 2], [[0, 0, 2], [1, 0, 0]], 3.0).targets
@@ -337,7 +356,9 @@ def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: Ar
     """
     index = plain_array(vertices, "landmarks")
     if index.ndim != 1 or not len(index) or index.dtype.kind not in "iu":
-        raise MeshError("landmarks are not a list of vertex indices; give one whole number each, at least one")
+        raise MeshError(
+            "landmarks are not a list of vertex indices; give one whole number each, at least one"
+        )
     bad = np.flatnonzero((index < 0) | (index >= n))
     if len(bad):
         raise MeshError(f"landmark {bad[0]} is vertex {index[bad[0]]}; give one from 0 to {n - 1}")
@@ -346,16 +367,22 @@ def check_landmarks(n: int, vertices: ArrayLike, targets: ArrayLike, weights: Ar
         raise MeshError(f"{len(index)} landmarks have {len(y)} targets; give one row each")
     w = real_array(weights, "landmark_weights").astype(np.float64)
     if w.shape not in ((), index.shape):
-        raise MeshError(f"landmark_weights have shape {w.shape}; give one number, or one for each of {len(index)} "
-                        "landmarks")
+        raise MeshError(
+            f"landmark_weights have shape {w.shape}; give one number, or one for each of {len(index)} "
+            "landmarks"
+        )
     w = np.broadcast_to(w, index.shape)
     bad = np.flatnonzero(~np.isfinite(w) | (w < 0))
     if len(bad):
-        raise MeshError(f"the weight of landmark {bad[0]} is {w[bad[0]]:g}; give a finite one, not negative")
+        raise MeshError(
+            f"the weight of landmark {bad[0]} is {w[bad[0]]:g}; give a finite one, not negative"
+        )
     return LandmarkEnergy(index.astype(np.int64), unit_rows(y), w)
 
 
-def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float = 1e-3) -> FloatArray:
+def match_landmarks(
+    x: FloatArray, landmarks: LandmarkEnergy, stiffness: float = 1e-3
+) -> FloatArray:
     """Moebius map of `x` that brings landmarks closest to their targets.
 
     The stiffness weighs the squared length of the boost against the mean squared miss: two or three landmarks could be
@@ -386,15 +413,30 @@ def match_landmarks(x: FloatArray, landmarks: LandmarkEnergy, stiffness: float =
     return unit_rows(y @ best_rotation(y[landmarks.vertices], landmarks.targets, w))
 
 
-def descend(mesh: Mesh, problem: Problem, name: str, x: FloatArray, options: Variational, tolerance: float,
-            gauge: PaperGauge, history: History) -> SphereMap:
+def descend(
+    mesh: Mesh,
+    problem: Problem,
+    name: str,
+    x: FloatArray,
+    options: Variational,
+    tolerance: float,
+    gauge: PaperGauge,
+    history: History,
+) -> SphereMap:
     """Minimise a problem's energy by Algorithm 1, with the safeguards."""
     beside = Safeguards(mesh, problem, options.may_fold)
-    minimum = minimize(cayley_bb(problem, x, beside), tolerance=tolerance,
-                       max_iterations=options.max_iterations, plateau=options.plateau, listener=history)
+    minimum = minimize(
+        cayley_bb(problem, x, beside),
+        tolerance=tolerance,
+        max_iterations=options.max_iterations,
+        plateau=options.plateau,
+        listener=history,
+    )
     record = minimum.as_round(mesh, Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0]))
     y = minimum.last.x
-    found = in_gauge(mesh, y, Run(record.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=(record,)), gauge)
+    found = in_gauge(
+        mesh, y, Run(record.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=(record,)), gauge
+    )
     return replace(found, run=history.complete(found.run, options.name, options.settings()))
 
 

@@ -26,13 +26,17 @@ _LARGEST_WHOLE = 2.0**53
 def plain_array(values: ArrayLike, name: str) -> NDArray[Any]:
     """`values` as an array, or MeshError where they are a map, rows differ in length or entries are masked."""
     if hasattr(values, "sphere"):
-        raise MeshError(f"{name} are a {type(values).__name__}; give its vertices, its faces or its sphere")
+        raise MeshError(
+            f"{name} are a {type(values).__name__}; give its vertices, its faces or its sphere"
+        )
     if isinstance(values, np.ma.MaskedArray):
         raise MeshError(f"{name} are a masked array; give plain numbers and fill what is masked")
     try:
         return np.asarray(values)
     except ValueError as error:
-        raise MeshError(f"{name} are ragged: rows differ in length; triangulate polygons first") from error
+        raise MeshError(
+            f"{name} are ragged: rows differ in length; triangulate polygons first"
+        ) from error
 
 
 def real_array(values: ArrayLike, name: str) -> NDArray[Any]:
@@ -47,15 +51,21 @@ def check_values(values: ArrayLike, n_vertices: int, name: str = "values") -> Fl
     """Data at the vertices as (n, k) float64 rows, one for each; MeshError where one is missing or not finite."""
     array = real_array(values, name)
     if array.ndim not in (1, 2) or len(array) != n_vertices:
-        raise MeshError(f"{name} have shape {array.shape} but the mesh has {n_vertices} vertices; give one row each")
+        raise MeshError(
+            f"{name} have shape {array.shape} but the mesh has {n_vertices} vertices; give one row each"
+        )
     array = array.reshape(n_vertices, -1).astype(np.float64)
     bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
     if len(bad):
-        raise MeshError(f"{name} are not finite at {count(bad, 'vertex', 'vertices')}, {examples(bad)}; fill them in")
+        raise MeshError(
+            f"{name} are not finite at {count(bad, 'vertex', 'vertices')}, {examples(bad)}; fill them in"
+        )
     return array
 
 
-def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positions", columns: int = 3) -> FloatArray:
+def check_rows(
+    x: ArrayLike, n_vertices: int | None = None, name: str = "positions", columns: int = 3
+) -> FloatArray:
     """Real numbers of any dtype, byte order and layout as C-contiguous (n, columns) float64 rows, finite or not.
 
     Raises MeshError for anything else, for numbers that float64 would round, so that every verdict is of the numbers
@@ -63,15 +73,21 @@ def check_rows(x: ArrayLike, n_vertices: int | None = None, name: str = "positio
     """
     array = real_array(x, name)
     if array.ndim != 2 or array.shape[1] != columns:
-        raise MeshError(f"{name} have shape {array.shape}; give one row of {('two', 'three')[columns - 2]} coordinates "
-                        f"per vertex{_transposed(array)}")
+        raise MeshError(
+            f"{name} have shape {array.shape}; give one row of {('two', 'three')[columns - 2]} coordinates "
+            f"per vertex{_transposed(array)}"
+        )
     if n_vertices is not None and len(array) != n_vertices:
-        raise MeshError(f"{name} have {len(array)} rows but the mesh has {n_vertices} vertices; give one row each")
+        raise MeshError(
+            f"{name} have {len(array)} rows but the mesh has {n_vertices} vertices; give one row each"
+        )
     rows = np.ascontiguousarray(array, dtype=np.float64)
     rounded = np.flatnonzero(_rounded(x, array, rows).any(axis=1))
     if len(rounded):
-        raise MeshError(f"{name} of dtype {array.dtype} are not float64 numbers in {count(rounded, 'row')}, "
-                        f"{examples(rounded)}; round them yourself, so that the verdict is of the numbers you keep")
+        raise MeshError(
+            f"{name} of dtype {array.dtype} are not float64 numbers in {count(rounded, 'row')}, "
+            f"{examples(rounded)}; round them yourself, so that the verdict is of the numbers you keep"
+        )
     return rows
 
 
@@ -83,17 +99,23 @@ def _rounded(given: ArrayLike, array: NDArray[Any], rows: FloatArray) -> BoolArr
     # where a list mixes whole numbers with floats, numpy has rounded them: compare the list itself
     if large.any():
         each = np.array(given, dtype=object)
-        large[large] = [isinstance(a, (int, np.integer)) and int(a) != int(b)
-                        for a, b in zip(each[large], rows[large].tolist(), strict=True)]
+        large[large] = [
+            isinstance(a, (int, np.integer)) and int(a) != int(b)
+            for a, b in zip(each[large], rows[large].tolist(), strict=True)
+        ]
     return large
 
 
-def check_directions(x: ArrayLike, n_vertices: int | None = None, name: str = "positions") -> FloatArray:
+def check_directions(
+    x: ArrayLike, n_vertices: int | None = None, name: str = "positions"
+) -> FloatArray:
     """`check_rows`, and MeshError for rows that are zero or not finite."""
     rows = check_rows(x, n_vertices, name)
     bad = np.flatnonzero(~np.isfinite(rows).all(axis=1) | ~rows.any(axis=1))
     if len(bad):
-        raise MeshError(f"{name} are zero or not finite in {count(bad, 'row')}, {examples(bad)}; give each a direction")
+        raise MeshError(
+            f"{name} are zero or not finite in {count(bad, 'row')}, {examples(bad)}; give each a direction"
+        )
     return rows
 
 
@@ -106,8 +128,10 @@ def check_triangles(f: ArrayLike) -> IntArray:
     if array.size == 0:
         raise MeshError("no faces: the mesh is empty or a point cloud; give a closed triangle mesh")
     if array.ndim != 2 or array.shape[1] != 3:
-        raise MeshError(f"faces have shape {array.shape}; give triangles, one row of three indices "
-                        f"each{_transposed(array)}; triangulate polygons first")
+        raise MeshError(
+            f"faces have shape {array.shape}; give triangles, one row of three indices "
+            f"each{_transposed(array)}; triangulate polygons first"
+        )
     if array.dtype.kind == "f":
         if not np.isfinite(array).all() or (array != np.floor(array)).any():
             raise MeshError("faces are not whole numbers; give 0-based vertex indices")

@@ -13,7 +13,16 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from ..errors import MeshError, Remedy, gate
-from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles, count, examples, plain_array
+from .arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    check_rows,
+    check_triangles,
+    count,
+    examples,
+    plain_array,
+)
 from .edges import HalfEdges, half_edges
 from .explain import Refusal
 from .measure import corner_angles, face_areas, vertex_shares
@@ -164,14 +173,22 @@ def rows_and_faces(
 
     A TypeError where faces are missing.
     """
-    rows, faces, own = cast(ArrayLike, x), cast("ArrayLike | Mesh | None", f), cast("ArrayLike | Mesh | None", None)
+    rows, faces, own = (
+        cast(ArrayLike, x),
+        cast("ArrayLike | Mesh | None", f),
+        cast("ArrayLike | Mesh | None", None),
+    )
     if isinstance(x, MapLike):
         rows, own = x.sphere, x.mesh
     elif is_mesh(x):
-        rows, own = vertices_and_faces(from_file(x, "read_sphere") if isinstance(x, str | os.PathLike) else x)
+        rows, own = vertices_and_faces(
+            from_file(x, "read_sphere") if isinstance(x, str | os.PathLike) else x
+        )
     faces = own if faces is None else faces
     if faces is None:
-        raise TypeError("faces are missing: give positions and faces, or a SphereMap or a mesh alone")
+        raise TypeError(
+            "faces are missing: give positions and faces, or a SphereMap or a mesh alone"
+        )
     if not isinstance(faces, Mesh) and is_mesh(faces):
         faces = vertices_and_faces(faces)[1]
     return rows, faces
@@ -186,7 +203,9 @@ def check_faces(f: ArrayLike | Mesh, n_vertices: int) -> IntArray:
     """
     if isinstance(f, Mesh):
         if len(f.v) != n_vertices:
-            raise MeshError(f"there are {n_vertices} rows but the mesh has {len(f.v)} vertices; give one row each")
+            raise MeshError(
+                f"there are {n_vertices} rows but the mesh has {len(f.v)} vertices; give one row each"
+            )
         return f.f
     faces = check_triangles(f)
     _check_sphere(faces, n_vertices, None, Remedy("repair_mesh"))
@@ -198,8 +217,10 @@ def check_positions(v: ArrayLike) -> FloatArray:
     vertices = np.array(check_rows(v, name="vertices"))
     if not np.isfinite(vertices).all():
         bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
-        raise MeshError(f"not finite: {count(bad, 'vertex', 'vertices')} with NaN or infinite coordinates, "
-                        f"{examples(bad)}; correct or remove them")
+        raise MeshError(
+            f"not finite: {count(bad, 'vertex', 'vertices')} with NaN or infinite coordinates, "
+            f"{examples(bad)}; correct or remove them"
+        )
     return vertices
 
 
@@ -207,8 +228,10 @@ def check_caps(caps: ArrayLike, m: int) -> BoolArray | None:
     """The faces that are caps; None if there are none."""
     array = plain_array(caps, "caps")
     if array.dtype != bool or array.shape != (m,):
-        raise MeshError(f"caps have shape {array.shape} and dtype {array.dtype} but the mesh has {m} faces; give one "
-                        "boolean each")
+        raise MeshError(
+            f"caps have shape {array.shape} and dtype {array.dtype} but the mesh has {m} faces; give one "
+            "boolean each"
+        )
     if array.all():
         raise MeshError("all faces are caps; give the surface, too")
     return array.copy() if array.any() else None
@@ -220,9 +243,15 @@ def check_indices(f: IntArray, n: int) -> None:
     if low < 0 or high >= n:
         bad = np.flatnonzero(((f < 0) | (f >= n)).any(axis=1))
         one_based = low == 1 and high == n
-        hint = "they look 1-based: subtract 1" if one_based else "correct the faces or add the missing vertices"
-        raise MeshError(f"index out of range: {count(bad, 'face')} outside 0..{n - 1}, {examples(bad)}, e.g. "
-                        f"{f[bad[0]].tolist()}; {hint}")
+        hint = (
+            "they look 1-based: subtract 1"
+            if one_based
+            else "correct the faces or add the missing vertices"
+        )
+        raise MeshError(
+            f"index out of range: {count(bad, 'face')} outside 0..{n - 1}, {examples(bad)}, e.g. "
+            f"{f[bad[0]].tolist()}; {hint}"
+        )
 
 
 def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> HalfEdges:
@@ -232,7 +261,9 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
     so that the Euler characteristic 2 rules out handles and pinched vertices at once.
     """
     if n < 4:
-        raise MeshError(f"{n or 'no'} vertices: a closed surface has at least 4, and 4 faces; give a closed mesh")
+        raise MeshError(
+            f"{n or 'no'} vertices: a closed surface has at least 4, and 4 faces; give a closed mesh"
+        )
     check_indices(f, n)
     m, edges, refusal = len(f), half_edges(f, n), Refusal(f, n, v, asked)
     if edges is None:
@@ -245,7 +276,9 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
     twin = twin[: 3 * m]
     # takes no memory; of another type scipy's graphs make a copy
     ones = np.broadcast_to(1.0, 3 * m)
-    neighbours = csr_matrix((ones, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m))
+    neighbours = csr_matrix(
+        (ones, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m)
+    )
     if len(breadth_first_order(neighbours, 0, return_predecessors=False)) < m:
         refusal.components(connected_components(neighbours, directed=False)[1])
     if n - 3 * m // 2 + m != 2:
@@ -267,7 +300,9 @@ def normalised(vertices: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArra
     v -= (v.min(axis=1, keepdims=True) + v.max(axis=1, keepdims=True)) / 2
     extent = float(np.abs(v).max())
     if extent < 4 * _EPS:  # coordinates of up to 1 that differ by rounding
-        raise MeshError("zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with an extent")
+        raise MeshError(
+            "zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with an extent"
+        )
     v /= extent
     areas = face_areas(v.T, f)
     area = float(areas.sum())

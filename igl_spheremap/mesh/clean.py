@@ -59,12 +59,20 @@ class RepairedMesh:
 
 def asked_for(function: str, weld: float, keep_largest: bool, holes: str, handles: str) -> Remedy:
     """The repair with these options, which are checked."""
-    for name, value, choices in (("holes", holes, ("refuse", "fill")), ("handles", handles, ("refuse", "cut"))):
+    for name, value, choices in (
+        ("holes", holes, ("refuse", "fill")),
+        ("handles", handles, ("refuse", "cut")),
+    ):
         if value not in choices:
             raise ValueError(f"{name} is {value!r}; give {' or '.join(map(repr, choices))}")
     check_number(weld, "weld", most=LARGEST_WELD)
-    return repair_by(function, weld=weld, keep_largest=keep_largest, holes=holes == "fill" and holes,
-                     handles=handles == "cut" and handles)
+    return repair_by(
+        function,
+        weld=weld,
+        keep_largest=keep_largest,
+        holes=holes == "fill" and holes,
+        handles=handles == "cut" and handles,
+    )
 
 
 @takes_mesh
@@ -146,4 +154,6 @@ def repair_mesh(
     except MeshError as error:
         done = "; ".join(work.actions) or "nothing"
         raise within(error, f"repair (done: {done}) is not enough: ") from None
-    return RepairedMesh(work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions))
+    return RepairedMesh(
+        work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions)
+    )

@@ -9,7 +9,14 @@ from numpy.typing import ArrayLike
 
 from ..errors import Remedy
 from .arrays import BoolArray, FloatArray, IntArray, check_triangles, listed_words, place
-from .check import CheckedFaces, area_weights, check_caps, check_indices, check_positions, normalised
+from .check import (
+    CheckedFaces,
+    area_weights,
+    check_caps,
+    check_indices,
+    check_positions,
+    normalised,
+)
 from .edges import components, pinched_vertices, shared_edges
 from .explain import Refusal
 from .holes import rims
@@ -82,8 +89,14 @@ def check_disk(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> 
     vertices, faces = check_positions(v), check_triangles(f)
     rim = disk_rim(faces, vertices)
     unit, areas = normalised(vertices, faces)
-    return Disk(vertices, unit, faces, rim, area_weights(areas, faces, len(vertices)),
-                None if caps is None else check_caps(caps, len(faces)))
+    return Disk(
+        vertices,
+        unit,
+        faces,
+        rim,
+        area_weights(areas, faces, len(vertices)),
+        None if caps is None else check_caps(caps, len(faces)),
+    )
 
 
 def disk_rim(f: IntArray, v: FloatArray, asked: Remedy = Remedy("repair_disk")) -> IntArray:  # noqa: B008
@@ -105,16 +118,26 @@ def disk_rim(f: IntArray, v: FloatArray, asked: Remedy = Remedy("repair_disk")) 
     order = np.argsort(edge, kind="stable")
     open_edges = order[faces_at[edge[order]] == 1]
     if not len(open_edges):
-        refusal.refuse("closed surface: it has no boundary", "map it to the sphere "
-                       f"({Remedy('spherical_conformal_map')} does), or cut it open along a seam")
+        refusal.refuse(
+            "closed surface: it has no boundary",
+            "map it to the sphere "
+            f"({Remedy('spherical_conformal_map')} does), or cut it open along a seam",
+        )
     refusal.pinched(pinched_vertices(start, np.r_[one, other], np.r_[other, one]))
-    loops = sorted((np.array(rim) for rim in rims(start[open_edges], stop[open_edges])), key=len, reverse=True)
+    loops = sorted(
+        (np.array(rim) for rim in rims(start[open_edges], stop[open_edges])), key=len, reverse=True
+    )
     places = f"{listed_words([len(loop) for loop in loops])} edges, near {place(v[loops[0]], v)}"
     if len(loops) > 1:
-        refusal.refuse(f"{len(loops)} boundary loops, of {places} and {place(v[loops[1]], v)}", "a disk has one: fill "
-                       "the other holes")
+        refusal.refuse(
+            f"{len(loops)} boundary loops, of {places} and {place(v[loops[1]], v)}",
+            "a disk has one: fill the other holes",
+        )
     handles = (1 - (n - len(faces_at) + m)) // 2
     if handles:
-        refusal.refuse(f"{handles} handle{'s' * (handles > 1)} and a boundary loop of {places}: no map to the plane is "
-                       "free of foldings", "fill the hole, cut the handles, and cut it open along a seam")
+        refusal.refuse(
+            f"{handles} handle{'s' * (handles > 1)} and a boundary loop of {places}: no map to the plane is "
+            "free of foldings",
+            "fill the hole, cut the handles, and cut it open along a seam",
+        )
     return np.roll(loops[0], -int(np.argmin(loops[0])))

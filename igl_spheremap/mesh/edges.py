@@ -117,7 +117,10 @@ def _numbered(faces: Indices, n: int) -> csr_matrix:
     loops = np.arange(n, dtype=np.int32)
     a, b, c = np.ascontiguousarray(faces.T)
     start, stop = np.concatenate((b, c, a, loops)), np.concatenate((c, a, b, loops))
-    number = np.append(np.arange(faces.size, dtype=np.int32).reshape(faces.shape).T, loops + faces.size) + 1
+    number = (
+        np.append(np.arange(faces.size, dtype=np.int32).reshape(faces.shape).T, loops + faces.size)
+        + 1
+    )
     return csr_matrix((number, (start, stop)), shape=(n, n))
 
 
@@ -137,10 +140,14 @@ def pinched_vertices(tail: IntArray, half: IntArray, twin: NDArray[np.integer]) 
     return np.flatnonzero(np.bincount(vertex) > 1)
 
 
-def direction_components(i: IntArray, j: IntArray, clash: NDArray[np.bool_], m: int) -> NDArray[np.int32]:
+def direction_components(
+    i: IntArray, j: IntArray, clash: NDArray[np.bool_], m: int
+) -> NDArray[np.int32]:
     """Components (2, m) of the forward and the backward directions of faces, linked where neighbours i and j agree.
 
     If a face has both of its directions in one component, the surface is not orientable.
     """
-    _, label = components(np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m)
+    _, label = components(
+        np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m
+    )
     return label.reshape(2, m)

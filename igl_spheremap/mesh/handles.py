@@ -41,7 +41,9 @@ def cutting_loops(v: FloatArray, f: IntArray) -> list[IntArray]:
     basis, reach = loops.basis(), _REACH * _MEAN_EDGE
     while loops.uncut and basis:
         found = [loops.shortest(_evenly_spaced(loop, _ROOTS), reach) for loop in basis]
-        for loop in sorted((loops.tightened(loop) for loop in found if loop is not None), key=loops.length):
+        for loop in sorted(
+            (loops.tightened(loop) for loop in found if loop is not None), key=loops.length
+        ):
             loops.cut(loop)  # unless it meets another one that was shorter
         without = [loop for loop, short in zip(basis, found, strict=True) if short is None]
         if loops.cuts and len(without) == len(basis):
@@ -69,8 +71,10 @@ class _Loops:
         n = len(v)
         start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
         keys = edge_keys(start, stop, n)
-        there, back = (half[np.argsort(keys[half])] for half in (np.flatnonzero(start < stop),
-                                                                 np.flatnonzero(start > stop)))
+        there, back = (
+            half[np.argsort(keys[half])]
+            for half in (np.flatnonzero(start < stop), np.flatnonzero(start > stop))
+        )
         self._keys, self._n = keys[there], n
         self._tail, self._head = start[there], stop[there]
         length = np.linalg.norm(v[self._tail] - v[self._head], axis=1)
@@ -80,8 +84,12 @@ class _Loops:
         rows, columns = np.append(self._tail, self._head), np.append(self._head, self._tail)
         entries = csr_matrix((np.append(number, number) + 1, (rows, columns)), shape=(n, n))
         self._edge = entries.data - 1
-        self._sign = np.where(np.repeat(np.arange(n), np.diff(entries.indptr)) < entries.indices, 1, -1)
-        self._graph = csr_matrix((self._length[self._edge], entries.indices, entries.indptr), shape=(n, n))
+        self._sign = np.where(
+            np.repeat(np.arange(n), np.diff(entries.indptr)) < entries.indices, 1, -1
+        )
+        self._graph = csr_matrix(
+            (self._length[self._edge], entries.indices, entries.indptr), shape=(n, n)
+        )
         entries.data = np.arange(1, len(self._edge) + 1)
         self._entries = entries
         distance, self._previous = dijkstra(self._graph, indices=0, return_predecessors=True)
@@ -93,7 +101,9 @@ class _Loops:
         self.cuts: list[IntArray] = []
         self._draw_functional()
 
-    def _dual_loops(self, distance: FloatArray, left: IntArray, right: IntArray, m: int) -> tuple[IntArray, csr_matrix]:
+    def _dual_loops(
+        self, distance: FloatArray, left: IntArray, right: IntArray, m: int
+    ) -> tuple[IntArray, csr_matrix]:
         """The edges in neither tree, and how often, with sign, each dual loop crosses each edge from left to right."""
         previous, tail, head = self._previous, self._tail, self._head
         free = np.flatnonzero((previous[tail] != head) & (previous[head] != tail))
@@ -104,7 +114,9 @@ class _Loops:
         _, first = np.unique(pair, return_index=True)  # two faces may share two edges
         pair, edge = pair[np.sort(first)], free[np.sort(first)]
         weights = np.arange(1, len(pair) + 1)
-        dual = minimum_spanning_tree(csr_matrix((weights, (pair // m, pair % m)), shape=(m, m))).tocoo()
+        dual = minimum_spanning_tree(
+            csr_matrix((weights, (pair // m, pair % m)), shape=(m, m))
+        ).tocoo()
         tree = edge[dual.data.astype(np.int64) - 1]
         leftover = np.setdiff1d(free, tree)
         links = coo_matrix((np.ones(len(tree)), (left[tree], right[tree])), shape=(m, m)).tocsr()
@@ -189,12 +201,18 @@ class _Loops:
         usable = np.isfinite(weight)
         if not usable.any():
             return None
-        i, j, weight, value = (array[usable] for array in (part.row, part.col, weight, self._values[entry]))
+        i, j, weight, value = (
+            array[usable] for array in (part.row, part.col, weight, self._values[entry])
+        )
         graph = csr_matrix((weight, (i, j)), shape=part.shape)
-        roots = _evenly_spaced(np.searchsorted(ball, roots), max(_LEAST_ROOTS, _VISITS // max(1, len(ball))))
+        roots = _evenly_spaced(
+            np.searchsorted(ball, roots), max(_LEAST_ROOTS, _VISITS // max(1, len(ball)))
+        )
         best, found = np.inf, None
         for root in roots.tolist():
-            distance, previous = dijkstra(graph, indices=root, limit=reach, return_predecessors=True)
+            distance, previous = dijkstra(
+                graph, indices=root, limit=reach, return_predecessors=True
+            )
             potential = _potentials(previous, root, i, j, value)
             round_ = distance[i] + distance[j] + weight
             round_[(potential[i] + value - potential[j]) % _PRIME == 0] = np.inf
@@ -206,7 +224,9 @@ class _Loops:
         return found
 
 
-def _potentials(previous: NDArray[np.int32], root: int, i: IntArray, j: IntArray, value: IntArray) -> IntArray:
+def _potentials(
+    previous: NDArray[np.int32], root: int, i: IntArray, j: IntArray, value: IntArray
+) -> IntArray:
     """Sums of the values of edges i -> j from the root to each vertex, along a tree; 0 where it does not reach."""
     step = np.zeros(len(previous), dtype=np.int64)
     branch = previous[j] == i

@@ -117,7 +117,9 @@ def conormals(v: FloatArray, f: IntArray, a: IntArray, b: IntArray) -> FloatArra
     edge, out = v[b] - v[a], v[a] - v[f[:, [2, 0, 1]].ravel()[half]]
     square = np.maximum((edge * edge).sum(axis=1), _TINY)[:, None]
     out -= (out * edge).sum(axis=1)[:, None] / square * edge
-    return np.asarray(out * np.sqrt(square) / np.maximum(np.linalg.norm(out, axis=1), _TINY)[:, None])
+    return np.asarray(
+        out * np.sqrt(square) / np.maximum(np.linalg.norm(out, axis=1), _TINY)[:, None]
+    )
 
 
 def _strip(a: IntArray, ta: FloatArray, b: IntArray, tb: FloatArray) -> IntArray:
@@ -130,5 +132,7 @@ def _strip(a: IntArray, ta: FloatArray, b: IntArray, tb: FloatArray) -> IntArray
     order = np.argsort(np.concatenate((ta[1:], ta[:1] + 1, tb[1:], tb[:1] + 1)), kind="stable")
     outer = order < n
     # so far
-    i, j = (np.cumsum(passed) - passed for passed in (outer.astype(np.int64), (~outer).astype(np.int64)))
+    i, j = (
+        np.cumsum(passed) - passed for passed in (outer.astype(np.int64), (~outer).astype(np.int64))
+    )
     return np.column_stack((a[i % n], np.where(outer, a[(i + 1) % n], b[(j + 1) % m]), b[j % m]))

@@ -29,7 +29,9 @@ _CANCELLED = 4096 * np.finfo(float).eps
 _FLAT = 1e-9
 
 
-def by_blocks(compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: IntArray) -> NDArray[Any]:
+def by_blocks(
+    compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: IntArray
+) -> NDArray[Any]:
     """Apply `compute` to the corners (coordinate, corner, face) of faces, block by block: small temporaries."""
     columns = np.ascontiguousarray(x.T)
     found = []
@@ -84,7 +86,9 @@ def corner_angles(v: FloatArray, f: IntArray) -> FloatArray:
     for k in range(3):
         a, b, c = (v[f[redo, (k + j) % 3]] for j in range(3))
         u, w = _unit_scale(b - a), _unit_scale(c - a)
-        angles[redo, k] = np.arctan2(np.linalg.norm(np.cross(u, w), axis=1), np.einsum("ij,ij->i", u, w))
+        angles[redo, k] = np.arctan2(
+            np.linalg.norm(np.cross(u, w), axis=1), np.einsum("ij,ij->i", u, w)
+        )
     return angles
 
 
@@ -102,7 +106,9 @@ def log_edges(v: FloatArray, f: IntArray) -> FloatArray:
     fine = square < least / np.finfo(float).eps  # squares that underflow
     if fine.any():
         size = np.maximum(np.abs(d[fine]).max(axis=1), least)
-        log[fine] = np.log(size) + np.log(np.maximum(np.linalg.norm(d[fine] / size[:, None], axis=1), 1))
+        log[fine] = np.log(size) + np.log(
+            np.maximum(np.linalg.norm(d[fine] / size[:, None], axis=1), 1)
+        )
     n = len(v)  # a closed mesh runs through every edge once each way
     return np.asarray(np.bincount(start, log, n) / np.bincount(start, minlength=n))
 
@@ -167,7 +173,9 @@ def log_vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
     np.maximum.at(largest, corners, logs)
     known = np.where(np.isfinite(largest), largest, 0.0)
     with np.errstate(divide="ignore"):
-        return np.asarray(known + np.log(np.bincount(corners, np.exp(logs - known[corners]), len(v)) / 3))
+        return np.asarray(
+            known + np.log(np.bincount(corners, np.exp(logs - known[corners]), len(v)) / 3)
+        )
 
 
 def vertex_shares(areas: FloatArray, f: IntArray, n: int) -> FloatArray:
@@ -219,7 +227,9 @@ def fill_directions(x: FloatArray, f: IntArray) -> FloatArray:
         if not len(reach):
             x[~known] = [0.0, 0.0, 1.0]
             break
-        total = np.column_stack([np.bincount(reach[:, 1], x[reach[:, 0], k], minlength=len(x)) for k in range(3)])
+        total = np.column_stack(
+            [np.bincount(reach[:, 1], x[reach[:, 0], k], minlength=len(x)) for k in range(3)]
+        )
         new = np.unique(reach[:, 1])
         size = np.linalg.norm(total[new], axis=1)
         flat = size < _CANCELLED

@@ -54,7 +54,9 @@ class _Nilearn(Protocol):
 
 
 #: What stands for `v, f`: a mesh of this package or of another one, the name of a file, or a pair.
-MeshLike = _Triangles | _Pair | _Cells | _Nilearn | str | os.PathLike[str] | tuple[ArrayLike, ArrayLike]
+MeshLike = (
+    _Triangles | _Pair | _Cells | _Nilearn | str | os.PathLike[str] | tuple[ArrayLike, ArrayLike]
+)
 
 
 class TakesMesh(Protocol[P, R_co]):
@@ -80,9 +82,14 @@ def takes_mesh(function: Callable[Concatenate[ArrayLike, ArrayLike, P], R]) -> T
     True
     """
     parameters = inspect.signature(function).parameters
-    names, places = list(parameters), sum(each.kind is each.POSITIONAL_OR_KEYWORD for each in parameters.values())
+    names, places = (
+        list(parameters),
+        sum(each.kind is each.POSITIONAL_OR_KEYWORD for each in parameters.values()),
+    )
 
-    def arrays(args: tuple[Any, ...], kwargs: dict[str, Any]) -> tuple[tuple[Any, ...], dict[str, Any]]:
+    def arrays(
+        args: tuple[Any, ...], kwargs: dict[str, Any]
+    ) -> tuple[tuple[Any, ...], dict[str, Any]]:
         args = _of_reader(args) if len(args) > places else args
         given = args[0] if args else kwargs.get("v")
         if "f" not in kwargs and (is_mesh(given) or (len(args) == 1 and "f" in names)):
@@ -110,9 +117,16 @@ def is_mesh(given: object) -> bool:
     """Whether something holds vertices and faces, or is the name of a file."""
     if isinstance(given, tuple | list):  # no mesh has two vertices
         given = _of_reader(tuple(given))
-        return len(given) == 2 and isinstance(given[1], tuple | list | np.ndarray) and np.ndim(given[1][:1]) == 2
-    return (isinstance(given, str | os.PathLike) or any(hasattr(given, name) for name in _HOLDERS)
-            or any(hasattr(given, v) and hasattr(given, f) for v, f in _NAMES))
+        return (
+            len(given) == 2
+            and isinstance(given[1], tuple | list | np.ndarray)
+            and np.ndim(given[1][:1]) == 2
+        )
+    return (
+        isinstance(given, str | os.PathLike)
+        or any(hasattr(given, name) for name in _HOLDERS)
+        or any(hasattr(given, v) and hasattr(given, f) for v, f in _NAMES)
+    )
 
 
 def _opened(given: Any) -> Any:
@@ -123,8 +137,10 @@ def _opened(given: Any) -> Any:
         return given.to_mesh()
     if isinstance(parts := getattr(given, "parts", None), Mapping):
         if len(parts) != 1:
-            raise MeshError(f"the {type(given).__name__} has the parts {', '.join(parts)}; give one of them, as "
-                            f"parts[{next(iter(parts), '')!r}]")
+            raise MeshError(
+                f"the {type(given).__name__} has the parts {', '.join(parts)}; give one of them, as "
+                f"parts[{next(iter(parts), '')!r}]"
+            )
         return next(iter(parts.values()))
     return given
 
@@ -148,20 +164,28 @@ def vertices_and_faces(mesh: Any) -> tuple[ArrayLike, ArrayLike]:
     if hasattr(mesh, "agg_data"):  # nibabel's GiftiImage
         arrays: tuple[Any, ...] = mesh.agg_data(("pointset", "triangle"))
         if any(isinstance(array, tuple) for array in arrays):  # of none, or of several
-            raise MeshError(f"the {kind} has not one array of points and one of triangles; give a surface")
+            raise MeshError(
+                f"the {kind} has not one array of points and one of triangles; give a surface"
+            )
         return arrays[0], arrays[1]
     if not hasattr(mesh, "points"):
-        raise TypeError(f"{kind} is given without faces; give vertices and faces, the name of a file, or a mesh of "
-                        "trimesh, PyVista, meshio, nibabel, nilearn or LaPy")
+        raise TypeError(
+            f"{kind} is given without faces; give vertices and faces, the name of a file, or a mesh of "
+            "trimesh, PyVista, meshio, nibabel, nilearn or LaPy"
+        )
     if hasattr(mesh, "is_all_triangles"):  # PyVista's PolyData
         if not mesh.is_all_triangles:
-            raise MeshError(f"the {kind} has cells that are not triangles; call triangulate() of it first")
+            raise MeshError(
+                f"the {kind} has cells that are not triangles; call triangulate() of it first"
+            )
         return mesh.points, mesh.regular_faces
     cells = getattr(mesh, "cells_dict", {})
     surface = {name: len(cells[name]) for name in cells if name not in _NO_SURFACE}
     if len(surface) != 1 or not {*surface} & {*_TRIANGLES}:
         found = ", ".join(f"{number} of type {name}" for name, number in surface.items()) or "none"
-        raise MeshError(f"the cells of the {kind} are not triangles alone ({found}); give its surface, triangulated")
+        raise MeshError(
+            f"the cells of the {kind} are not triangles alone ({found}); give its surface, triangulated"
+        )
     return mesh.points, cells[next(iter(surface))]
 
 

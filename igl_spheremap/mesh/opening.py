@@ -88,13 +88,17 @@ def repair_disk(
                     work.cut_handles()
                 work.cut_open(points if isinstance(points, int) else _images(work, points))
             elif points is not None:
-                raise MeshError(f"open surface: {len(work.rims)} boundary loop{'s' * (len(work.rims) > 1)}, and a "
-                                "cut was asked for; leave out the cut, or fill the holes, too")
+                raise MeshError(
+                    f"open surface: {len(work.rims)} boundary loop{'s' * (len(work.rims) > 1)}, and a "
+                    "cut was asked for; leave out the cut, or fill the holes, too"
+                )
         disk_rim(work.f, work.v, asked)
     except MeshError as error:
         done = "; ".join(work.actions) or "nothing"
         raise within(error, f"repair (done: {done}) is not enough: ") from None
-    return RepairedMesh(work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions))
+    return RepairedMesh(
+        work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions)
+    )
 
 
 def _points(cut: ArrayLike | None, n: int) -> IntArray | int | None:
@@ -108,7 +112,9 @@ def _points(cut: ArrayLike | None, n: int) -> IntArray | int | None:
         return tips
     points = np.unique(plain_array(cut, "cut"))
     if points.dtype.kind not in "iu" or len(points) < 2 or points[0] < 0 or points[-1] >= n:
-        raise ValueError(f"cut is {shown(cut)}; give two or more of the vertices 0 to {n - 1}, or a number of tips")
+        raise ValueError(
+            f"cut is {shown(cut)}; give two or more of the vertices 0 to {n - 1}, or a number of tips"
+        )
     return points.astype(np.int64)
 
 
@@ -119,7 +125,9 @@ def _point(rim: ArrayLike | None, v: FloatArray) -> FloatArray | None:
     if np.ndim(rim) == 0:
         vertex = check_whole(rim, "rim")
         if vertex >= len(v):
-            raise ValueError(f"rim is {vertex}; give one of the vertices 0 to {len(v) - 1}, or a point")
+            raise ValueError(
+                f"rim is {vertex}; give one of the vertices 0 to {len(v) - 1}, or a point"
+            )
         return v[vertex]
     point = plain_array(rim, "rim").astype(np.float64)
     if point.shape != (3,) or not np.isfinite(point).all():
@@ -132,13 +140,21 @@ def _kept(work: Surface, near: FloatArray | None) -> int:
     own, power = own_unit(work.v)
     loops = [own[rim] for rim in work.rims]
     if near is None:
-        return int(np.argmax([np.linalg.norm(loop - np.roll(loop, 1, axis=0), axis=1).sum() for loop in loops]))
-    return int(np.argmin([np.linalg.norm(loop - np.ldexp(near, -power), axis=1).min() for loop in loops]))
+        return int(
+            np.argmax(
+                [np.linalg.norm(loop - np.roll(loop, 1, axis=0), axis=1).sum() for loop in loops]
+            )
+        )
+    return int(
+        np.argmin([np.linalg.norm(loop - np.ldexp(near, -power), axis=1).min() for loop in loops])
+    )
 
 
 def _images(work: Surface, points: IntArray) -> IntArray:
     """What vertices of the input became; a MeshError if one was dropped."""
     images = work.image[points]
     if (images < 0).any():
-        raise MeshError(f"vertex {points[images < 0][0]} of the cut was dropped; give one of the surface that is kept")
+        raise MeshError(
+            f"vertex {points[images < 0][0]} of the cut was dropped; give one of the surface that is kept"
+        )
     return images

@@ -33,11 +33,15 @@ def seam(v: FloatArray, f: IntArray, points: IntArray | int) -> IntArray:
         left = np.arange(len(v)) if given is None else np.setdiff1d(given, tree)
         if not len(left):
             break
-        at = int(left[np.argmax(distance[left])] if given is None else left[np.argmin(distance[left])])
+        at = int(
+            left[np.argmax(distance[left])] if given is None else left[np.argmin(distance[left])]
+        )
         while before[at] >= 0:
             edges.append((int(before[at]), at))
             at = int(before[at])
         tree = np.unique(np.append(tree, edges))
     if len(edges) < 2:
-        raise MeshError("the points of the cut are neighbours, or one alone; give vertices that are farther apart")
+        raise MeshError(
+            "the points of the cut are neighbours, or one alone; give vertices that are farther apart"
+        )
     return np.array(edges)

@@ -39,7 +39,9 @@ def part_sheets(v: FloatArray, f: IntArray) -> PartedSheets | None:
         return None
     sheets, sheet = components(first // 3, second // 3, len(f))
     pairs = nonmanifold[np.lexsort((sheet[nonmanifold // 3], edge[nonmanifold]))].reshape(-1, 2)
-    by_angles = (np.unique(edge[nonmanifold] * sheets + sheet[nonmanifold // 3], return_counts=True)[1] != 2).any()
+    by_angles = (
+        np.unique(edge[nonmanifold] * sheets + sheet[nonmanifold // 3], return_counts=True)[1] != 2
+    ).any()
     at = np.zeros(n, dtype=bool)
     at[start[nonmanifold]] = at[stop[nonmanifold]] = True
     joined = np.zeros(len(count), dtype=bool)
@@ -58,9 +60,13 @@ def part_sheets(v: FloatArray, f: IntArray) -> PartedSheets | None:
     return None
 
 
-def _paired_by_angles(v: FloatArray, f: IntArray, half: IntArray, edge: IntArray, joined: BoolArray) -> IntArray | None:
+def _paired_by_angles(
+    v: FloatArray, f: IntArray, half: IntArray, edge: IntArray, joined: BoolArray
+) -> IntArray | None:
     """Pairs (k, 2) of half-edges at non-manifold edges, by angles of faces; None unless directions alternate."""
-    start, stop, third = (f[:, corners].ravel()[half] for corners in ([0, 1, 2], [1, 2, 0], [2, 0, 1]))
+    start, stop, third = (
+        f[:, corners].ravel()[half] for corners in ([0, 1, 2], [1, 2, 0], [2, 0, 1])
+    )
     up = start < stop
     a, b = np.minimum(start, stop), np.maximum(start, stop)
     axis = v[b] - v[a]
@@ -85,7 +91,9 @@ def _paired_by_angles(v: FloatArray, f: IntArray, half: IntArray, edge: IntArray
     return np.column_stack((half[order[opens]], half[order[after[opens]]]))
 
 
-def _with_pairs(f: IntArray, n: int, at: BoolArray, first: IntArray, second: IntArray) -> PartedSheets:
+def _with_pairs(
+    f: IntArray, n: int, at: BoolArray, first: IntArray, second: IntArray
+) -> PartedSheets:
     """Give each fan of faces a vertex of its own at the vertices `at`; paired half-edges are neighbours."""
     start, onward = f.ravel(), 3 * np.arange(len(f)).repeat(3) + np.tile([1, 2, 0], len(f))
     same = start[first] == start[second]

@@ -53,8 +53,13 @@ class Surface:
         target[rim] = first
         self.f, self.image = target[self.f], target[self.image]
         near = f", within {tolerance:g} of the diagonal" if tolerance else ""
-        self._note("welded", int((rim != first).sum()), "coincident vertex", "coincident vertices",
-                   f"along open edges{near}")
+        self._note(
+            "welded",
+            int((rim != first).sum()),
+            "coincident vertex",
+            "coincident vertices",
+            f"along open edges{near}",
+        )
 
     def _drop_repeated_indices(self) -> None:
         a, b, c = self.f.T
@@ -72,7 +77,12 @@ class Surface:
         copy = np.ones(len(self.f), dtype=bool)
         copy[np.unique(np.sort(self.f, axis=1), axis=0, return_index=True)[1]] = False
         self._keep_faces(~(copy & nonmanifold))
-        self._note("dropped", int((copy & nonmanifold).sum()), "surplus copy of a face", "surplus copies of faces")
+        self._note(
+            "dropped",
+            int((copy & nonmanifold).sum()),
+            "surplus copy of a face",
+            "surplus copies of faces",
+        )
 
     def _part_sheets(self) -> None:
         parted = part_sheets(own_unit(self.v)[0], self.f)
@@ -132,14 +142,18 @@ class Surface:
         shut = ~np.isin(keys[first], cut)
         first, second = first[shut], second[shut]
         onward = next_corners(np.arange(len(start)))[0]
-        fans, fan = components(np.r_[first, second], np.r_[onward[second], onward[first]], len(start))
+        fans, fan = components(
+            np.r_[first, second], np.r_[onward[second], onward[first]], len(start)
+        )
         vertex = start[np.unique(fan, return_index=True)[1]]  # of each fan
         open_edges = np.ones(len(start), dtype=bool)
         open_edges[first] = open_edges[second] = False
         parts: list[list[int]] = []
         joined = np.arange(fans)
         for rim in rims(fan[onward[open_edges]], fan[open_edges]):
-            for part, closing in simple_rims(rim, vertex[rim].tolist()) if capped else [(rim, rim[0])]:
+            for part, closing in (
+                simple_rims(rim, vertex[rim].tolist()) if capped else [(rim, rim[0])]
+            ):
                 joined[closing] = joined[part[0]]
                 parts.append(part)
         kept = np.unique(joined)
@@ -154,7 +168,9 @@ class Surface:
         self.v = np.concatenate([self.v, self.v[owner[extra]]])
         self.vertex_source = np.concatenate([self.vertex_source, self.vertex_source[owner[extra]]])
         if not len(cut):
-            self._note("split", len(np.unique(owner[extra])), "vertex", "vertices", "where sheets touch")
+            self._note(
+                "split", len(np.unique(owner[extra])), "vertex", "vertices", "where sheets touch"
+            )
 
     def fill_holes(self, kept: int | None = None) -> None:
         """Close every rim by a cap, except the one that is to be kept."""
@@ -185,23 +201,35 @@ class Surface:
             middles = np.array([v[loop].mean(axis=0) for loop in loops])
             inside = np.abs(igl.fast_winding_number(v, self.f, middles)) > 0.5
             for loop, kind in zip(loops, np.where(inside, "handle", "tunnel"), strict=True):
-                length = np.ldexp(np.linalg.norm(v[loop] - v[np.roll(loop, 1)], axis=1).sum(), power + further)
-                text = (f"a {kind} loop of {len(loop)} edges and length {length:.3g} near "
-                        f"{place(self.v[loop], self.v)}")
+                length = np.ldexp(
+                    np.linalg.norm(v[loop] - v[np.roll(loop, 1)], axis=1).sum(), power + further
+                )
+                text = (
+                    f"a {kind} loop of {len(loop)} edges and length {length:.3g} near "
+                    f"{place(self.v[loop], self.v)}"
+                )
                 cuts.append((length, text))
             n = len(self.v)
-            self.split_fans(np.concatenate([edge_keys(loop, np.roll(loop, -1), n) for loop in loops]))
+            self.split_fans(
+                np.concatenate([edge_keys(loop, np.roll(loop, -1), n) for loop in loops])
+            )
             self._close_rims()
         if cuts:
             plural = "s" if len(cuts) > 1 else ""
-            self.actions.append(f"cut {len(cuts)} handle{plural}, {listed_words([text for _, text in sorted(cuts)])}")
+            self.actions.append(
+                f"cut {len(cuts)} handle{plural}, {listed_words([text for _, text in sorted(cuts)])}"
+            )
 
     def _close_rims(self) -> None:
         own, power = own_unit(self.v)
         v, f, n = [self.v], [self.f], len(self.v)
         after = np.concatenate([np.roll(rim, -1) for rim in self.rims])
         onward = conormals(own, self.f, np.concatenate(self.rims), after)
-        for rim, out in zip(self.rims, np.split(onward, np.cumsum([len(rim) for rim in self.rims])[:-1]), strict=True):
+        for rim, out in zip(
+            self.rims,
+            np.split(onward, np.cumsum([len(rim) for rim in self.rims])[:-1]),
+            strict=True,
+        ):
             points, faces = cap(own[rim], out)
             v.append(np.ldexp(points, power))
             f.append(np.append(rim, np.arange(n, n + len(points)))[faces])
@@ -209,7 +237,9 @@ class Surface:
         self.rims = []
         self.vertex_source = np.append(self.vertex_source, np.full(n - len(self.v), -1))
         self.v, self.f = np.concatenate(v), np.concatenate(f)
-        self.face_source = np.append(self.face_source, np.full(len(self.f) - len(self.face_source), -1))
+        self.face_source = np.append(
+            self.face_source, np.full(len(self.f) - len(self.face_source), -1)
+        )
 
     def turn_outward(self) -> None:
         """Reverse all faces of a closed surface that is inside out."""
@@ -226,7 +256,9 @@ class Surface:
 
     def _note(self, verb: str, count: int, singular: str, plural: str, where: str = "") -> None:
         if count:
-            self.actions.append(f"{verb} {count} {singular if count == 1 else plural} {where}".rstrip())
+            self.actions.append(
+                f"{verb} {count} {singular if count == 1 else plural} {where}".rstrip()
+            )
 
 
 def holes_text(v: FloatArray, rims: list[IntArray], places: bool = True) -> str:

@@ -86,7 +86,9 @@ def closed_parts(f: IntArray, n: int) -> list[IntArray]:
     inside, usable = usable_faces(f, n)
     corners = f[inside]
     number, label = components(corners.ravel(), np.roll(corners, -1, axis=1).ravel(), n)
-    edges, faces = np.unique(np.sort(f[usable][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0, return_counts=True)
+    edges, faces = np.unique(
+        np.sort(f[usable][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0, return_counts=True
+    )
     closed = np.bincount(label[edges[:, 0]], minlength=number) > 0
     closed[label[edges[faces == 1, 0]]] = False
     of_face = label[np.where(inside, f[:, 0], 0)]
@@ -121,8 +123,11 @@ def topology_of(f: IntArray, n: int) -> Topology:
     orientable[label[forward == backward]] = False
     # A fan is a class of corners at one vertex, joined across the edges that two faces share.
     after, other = next_corners(first)[0], next_corners(second)[0]
-    fans, fan = components(np.r_[first, after], np.r_[np.where(clash, second, other), np.where(clash, other, second)],
-                           f.size)
+    fans, fan = components(
+        np.r_[first, after],
+        np.r_[np.where(clash, second, other), np.where(clash, other, second)],
+        f.size,
+    )
     one = np.unique(fan, return_index=True)[1]  # a corner of each fan
     rim = np.ones(f.size, dtype=bool)
     rim[first] = rim[second] = False
@@ -131,8 +136,13 @@ def topology_of(f: IntArray, n: int) -> Topology:
     loop = components(corner[half], corner[next_corners(half)[0]], fans)[1][corner[half]]
     loops, where, length = np.unique(loop, return_index=True, return_counts=True)
     owner = label[half[where] // 3] if len(loops) else loops
-    vertices, faces = np.bincount(label[one // 3], minlength=number), np.bincount(label, minlength=number)
-    edges = np.bincount(label[first // 3], minlength=number) + np.bincount(label[half // 3], minlength=number)
+    vertices, faces = (
+        np.bincount(label[one // 3], minlength=number),
+        np.bincount(label, minlength=number),
+    )
+    edges = np.bincount(label[first // 3], minlength=number) + np.bincount(
+        label[half // 3], minlength=number
+    )
     around = np.bincount(owner, minlength=number)
     handles = (2 - (vertices - edges + faces) - around) // 2
     lengths: list[list[int]] = [[] for _ in range(number)]
@@ -141,7 +151,12 @@ def topology_of(f: IntArray, n: int) -> Topology:
     return Topology(
         edges=len(keys),
         components=tuple(
-            Component(int(vertices[k]), int(faces[k]), tuple(lengths[k]), int(handles[k]) if orientable[k] else None)
+            Component(
+                int(vertices[k]),
+                int(faces[k]),
+                tuple(lengths[k]),
+                int(handles[k]) if orientable[k] else None,
+            )
             for k in np.argsort(-faces, kind="stable").tolist()
         ),
         nonmanifold_edges=int((np.bincount(edge) > 2).sum()),

@@ -25,7 +25,9 @@ def welded(v: FloatArray, f: IntArray, tolerance: float) -> tuple[IntArray, IntA
         from scipy.spatial import cKDTree  # takes .1 s, which closed meshes don't need
 
         finite = np.flatnonzero(np.isfinite(places).all(axis=1))
-        pairs = cKDTree(places[finite]).query_pairs(tolerance * _diagonal(own), output_type="ndarray")
+        pairs = cKDTree(places[finite]).query_pairs(
+            tolerance * _diagonal(own), output_type="ndarray"
+        )
         label = components(finite[pairs[:, 0]], finite[pairs[:, 1]], len(places))[1]
         first = np.unique(label, return_index=True)[1][label]
     return rows[rim], rows[rim[np.unique(index, return_index=True)[1]]][first][index]

@@ -69,8 +69,15 @@ class FaceProblem:
         Vertices that stay where they are, bit for bit.
     """
 
-    def __init__(self, energy: FaceEnergy, terms: Sequence[VertexTerm] = (), *,
-                 slack: FloatArray | float = 0.0, turns: bool = True, held: BoolArray | None = None) -> None:
+    def __init__(
+        self,
+        energy: FaceEnergy,
+        terms: Sequence[VertexTerm] = (),
+        *,
+        slack: FloatArray | float = 0.0,
+        turns: bool = True,
+        held: BoolArray | None = None,
+    ) -> None:
         self.energy, self._terms, self._slack, self._turns = energy, terms, slack, turns
         self._held = held
         # the last two maps and their energies by face

@@ -124,7 +124,9 @@ class LineSearch:
             return None
         return self.search(problem, x, model, factor)
 
-    def search(self, problem: NewtonProblem, x: FloatArray, model: Model, factor: Factor) -> Trial | None:
+    def search(
+        self, problem: NewtonProblem, x: FloatArray, model: Model, factor: Factor
+    ) -> Trial | None:
         """The first of ever shorter steps that lowers the value enough, given a factor of the model's Hessian."""
         step = bordered_step(self.system, factor, model)
         slope, move = float((model.gradient * step).sum()), problem.move(x, model, step)
@@ -160,16 +162,22 @@ class Levenberg:
         while self.systems > 0:
             self.systems -= 1
             try:
-                factor = self.system.factorise(self.system.damped(values, self.damping, _RIDGE), within_memory=True)
+                factor = self.system.factorise(
+                    self.system.damped(values, self.damping, _RIDGE), within_memory=True
+                )
             except FactorisationFailed:
                 return None
-            trial = problem.accept(x, problem.move(x, model, bordered_step(self.system, factor, model)))
+            trial = problem.accept(
+                x, problem.move(x, model, bordered_step(self.system, factor, model))
+            )
             self._grow(trial.folded)
             if trial.value < model.value:
                 self.damping *= _FALLS if self.at_once else 1
                 return trial
             many = int(trial.folded.sum())
-            if self.damping.min() >= _LARGEST or (many >= failed[0] > 0 and failed[1] <= trial.value < np.inf):
+            if self.damping.min() >= _LARGEST or (
+                many >= failed[0] > 0 and failed[1] <= trial.value < np.inf
+            ):
                 return None  # more damping helps no more
             failed = many, trial.value
             self.damping, self.at_once = np.maximum(_EVERYWHERE * self.damping, DAMPED), False
@@ -196,5 +204,7 @@ def bordered_step(system: VertexSystem, factor: Factor, model: Model) -> FloatAr
     C, c = model.border
     free, *columns = system.solve(factor, np.concatenate((model.gradient[None], C)))
     HC = np.stack(columns)
-    m = np.linalg.lstsq(np.einsum("ian,jan->ij", C, HC), -(c + np.einsum("ian,an->i", C, free)), rcond=None)[0]
+    m = np.linalg.lstsq(
+        np.einsum("ian,jan->ij", C, HC), -(c + np.einsum("ian,an->i", C, free)), rcond=None
+    )[0]
     return np.asarray(-free - np.einsum("i,ian->an", m, HC))

@@ -35,13 +35,18 @@ class VertexSystem:
 
     def assemble(self, blocks: FloatArray, at_vertices: FloatArray | None = None) -> FloatArray:
         """Entries of the sum of faces' blocks (6, 2, 2, m) for the corner pairs `PAIRS`, and vertices' (2, 2, n)."""
-        values = np.asarray(np.bincount(self._numbers, blocks.ravel(), len(self._layout[0]) + 1)[:-1], dtype=np.float64)
+        values = np.asarray(
+            np.bincount(self._numbers, blocks.ravel(), len(self._layout[0]) + 1)[:-1],
+            dtype=np.float64,
+        )
         if at_vertices is not None:
             for (a, b), numbers in zip(((0, 0), (1, 0), (1, 1)), self._at_vertices, strict=True):
                 values[numbers] += at_vertices[a, b]
         return values
 
-    def damped(self, values: FloatArray, share: float | FloatArray, added: float | FloatArray = 0.0) -> FloatArray:
+    def damped(
+        self, values: FloatArray, share: float | FloatArray, added: float | FloatArray = 0.0
+    ) -> FloatArray:
         """Entries with the diagonal raised by a share of itself and by `added`, each one number or one a vertex."""
         values = values.copy()
         for numbers in self._at_vertices[::2]:
@@ -61,9 +66,13 @@ class VertexSystem:
 
     def solve(self, factor: Factor, load: FloatArray) -> FloatArray:
         """Solutions of systems with the right-hand sides (..., 2, n)."""
-        columns = np.ascontiguousarray(load.reshape(-1, 2, self.n).transpose(2, 1, 0)).reshape(2 * self.n, -1)
+        columns = np.ascontiguousarray(load.reshape(-1, 2, self.n).transpose(2, 1, 0)).reshape(
+            2 * self.n, -1
+        )
         solved = factor.solve(columns if load.ndim > 2 else columns[:, 0])
-        return np.ascontiguousarray(solved.reshape(self.n, 2, -1).transpose(2, 1, 0)).reshape(load.shape)
+        return np.ascontiguousarray(solved.reshape(self.n, 2, -1).transpose(2, 1, 0)).reshape(
+            load.shape
+        )
 
     def gathered(self, parts: FloatArray) -> FloatArray:
         """Sums (2, n) at the vertices of what faces add to their corners, (2, 3, m)."""
@@ -86,9 +95,11 @@ class VertexSystem:
         n, (larger, smaller, _) = self.n, self._edges
         loops, blocks = np.arange(n), n + len(larger)
         rows, columns = 2 * np.concatenate((loops, larger)), 2 * np.concatenate((loops, smaller))
-        return (np.concatenate((rows, rows[n:], rows + 1, rows + 1)),
-                np.concatenate((columns, columns[n:] + 1, columns, columns + 1)),
-                np.array([[0, blocks - n], [2 * blocks - n, 3 * blocks - n]]))
+        return (
+            np.concatenate((rows, rows[n:], rows + 1, rows + 1)),
+            np.concatenate((columns, columns[n:] + 1, columns, columns + 1)),
+            np.array([[0, blocks - n], [2 * blocks - n, 3 * blocks - n]]),
+        )
 
     @cached_property
     def _at_vertices(self) -> IntArray:
@@ -106,7 +117,11 @@ class VertexSystem:
                 found[k, 0, 1] = len(rows)
             else:
                 mirrored = self.f[:, i] < self.f[:, j]
-                np.add(np.where(mirrored, first.T[:, :, None], first[:, :, None]), next(edge), out=found[k])
+                np.add(
+                    np.where(mirrored, first.T[:, :, None], first[:, :, None]),
+                    next(edge),
+                    out=found[k],
+                )
         return found.ravel()
 
     @cached_property

@@ -51,7 +51,9 @@ class FeatureSurface:
     @cached_property
     def _bending(self) -> FloatArray:
         """Twice the mean curvature times the area at each vertex."""
-        return np.einsum("ij,ij->i", self.L @ self.v, np.asarray(igl.per_vertex_normals(self.v, self.f)))
+        return np.einsum(
+            "ij,ij->i", self.L @ self.v, np.asarray(igl.per_vertex_normals(self.v, self.f))
+        )
 
     def potential(self, ell: float) -> FloatArray:
         """The depth potential (n,), see `depth_potential`."""
@@ -69,16 +71,22 @@ class FeatureSurface:
         curvature = self._bending / (2 * self.areas)
         # so that tips and creases do not outweigh the rest
         curvature = np.arctan(curvature / 2)[:, None]
-        return self.standardize(np.column_stack((self.diffuse(curvature, _NOISE, steps=1), self.depth(_DEPTH))))
+        return self.standardize(
+            np.column_stack((self.diffuse(curvature, _NOISE, steps=1), self.depth(_DEPTH)))
+        )
 
     def depth(self, sigma: float) -> FloatArray:
         """How far the surface lies outside of itself smoothed by that width."""
         smooth = self.diffuse(self.v, sigma, steps=1)
-        return np.einsum("ij,ij->i", self.v - smooth, np.asarray(igl.per_vertex_normals(smooth, self.f)))
+        return np.einsum(
+            "ij,ij->i", self.v - smooth, np.asarray(igl.per_vertex_normals(smooth, self.f))
+        )
 
 
 @takes_mesh
-def depth_potential(v: ArrayLike, f: ArrayLike, *, ell: float = 0.12, caps: ArrayLike | None = None) -> FloatArray:
+def depth_potential(
+    v: ArrayLike, f: ArrayLike, *, ell: float = 0.12, caps: ArrayLike | None = None
+) -> FloatArray:
     """Depth of a surface's folds, from the surface alone: high on ridges and tips, low in valleys.
 
     The solution d of ``(L + M / ell^2) d = M (2 H - mean(2 H))``, H the mean curvature: curvature gathered over the
@@ -131,4 +139,6 @@ def check_varies(values: FloatArray, name: str) -> None:
     # or 0 over 0
     constant = np.flatnonzero(~(np.ptp(halves, axis=0) > _CONSTANT * np.abs(halves).max(axis=0)))
     if len(constant):
-        raise MeshError(f"{name} are constant in column {constant[0]}; give data that vary over the surface")
+        raise MeshError(
+            f"{name} are constant in column {constant[0]}; give data that vary over the surface"
+        )

@@ -78,9 +78,13 @@ def printed_laplacian(mesh: Mesh) -> sp.csr_matrix:
     L = cotangent_laplacian(mesh)
     if np.isfinite(L.data).all():
         return L
-    bad = np.flatnonzero(~np.isfinite(by_libigl(igl.cotmatrix_entries, mesh.unit, mesh.f)).all(axis=1))
-    raise MapError(f"the cotangent weights of eq. (13) are not finite at {count(bad, 'face')} without area, "
-                   f"{examples(bad)}; remove such faces, or take {Remedy(options={'edge_weights': 'delaunay'})}")
+    bad = np.flatnonzero(
+        ~np.isfinite(by_libigl(igl.cotmatrix_entries, mesh.unit, mesh.f)).all(axis=1)
+    )
+    raise MapError(
+        f"the cotangent weights of eq. (13) are not finite at {count(bad, 'face')} without area, "
+        f"{examples(bad)}; remove such faces, or take {Remedy(options={'edge_weights': 'delaunay'})}"
+    )
 
 
 def mollified_edge_lengths(v: FloatArray, f: IntArray) -> FloatArray:
@@ -104,12 +108,20 @@ def usable_laplacian(mesh: Mesh, weights: Weights = "cotangent") -> sp.csr_matri
     return L if is_usable(L) else laplacian(mesh.unit, mesh.f, "mollified", mesh.edges)
 
 
-def laplacian_and_notes(mesh: Mesh, weights: Weights = "cotangent") -> tuple[sp.csr_matrix, tuple[str, ...]]:
+def laplacian_and_notes(
+    mesh: Mesh, weights: Weights = "cotangent"
+) -> tuple[sp.csr_matrix, tuple[str, ...]]:
     """The Laplacian with those weights by libigl, and a note where it is mollified as they are not usable."""
-    L = cotangent_laplacian(mesh) if weights == "cotangent" else laplacian(mesh.unit, mesh.f, weights, mesh.edges)
+    L = (
+        cotangent_laplacian(mesh)
+        if weights == "cotangent"
+        else laplacian(mesh.unit, mesh.f, weights, mesh.edges)
+    )
     if is_usable(L):
         return L, ()
-    return laplacian(mesh.unit, mesh.f, "mollified", mesh.edges), (f"{weights} weights are not usable: {_SPOILT}",)
+    return laplacian(mesh.unit, mesh.f, "mollified", mesh.edges), (
+        f"{weights} weights are not usable: {_SPOILT}",
+    )
 
 
 def apply_laplacian(L: sp.csr_matrix, x: FloatArray) -> FloatArray:

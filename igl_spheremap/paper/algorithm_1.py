@@ -35,8 +35,12 @@ def algorithm_1(setup: Setup, start: Iterate) -> tuple[Minimum, Round]:
     return minimum, minimum.as_round(setup.mesh, start)
 
 
-def cayley_bb(problem: Problem, F: FloatArray, beside: AsPrinted,
-              options: Lai2014 = Lai2014()) -> Iterator[Iterate]:  # noqa: B008 - it is frozen
+def cayley_bb(
+    problem: Problem,
+    F: FloatArray,
+    beside: AsPrinted,
+    options: Lai2014 = Lai2014(),  # noqa: B008
+) -> Iterator[Iterate]:
     """Yield the start and every iterate after it of Algorithm 1, for any energy and metric; `minimize` has step 2.
 
     The iterates end where no step is acceptable. Their residual is `Problem.residual`, by eq. (9) the L2 norm of A F in
@@ -49,7 +53,9 @@ def cayley_bb(problem: Problem, F: FloatArray, beside: AsPrinted,
     search = beside.search(E, options.rho, options.delta, options.xi)  # Algorithm 1, step 1
     tau, taken = options.tau, 0.0
     for k in count():  # Algorithm 1, step 6
-        yield Iterate("harmonic", 0, k, F, E, problem.residual(AF), taken, safeguards=beside.acted())
+        yield Iterate(
+            "harmonic", 0, k, F, E, problem.residual(AF), taken, safeguards=beside.acted()
+        )
         slope = -problem.metric.inner(AF, AF)  # E'(Y(0)) = -|A F|^2
         for taken in search.steps(tau):  # Algorithm 1, step 3
             Y = beside.trial(cayley_step(F, AF, taken))  # Theorem 1

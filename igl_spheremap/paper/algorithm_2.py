@@ -17,21 +17,33 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
     for k in range(setup.options.rounds + 1):
         minimum, record = algorithm_1(setup, start)  # Algorithm 2, steps 1 and 4
         rounds.append(record)
-        if record.foldings_after == 0 or k == setup.options.rounds or minimum.status is Status.STOPPED:
+        if (
+            record.foldings_after == 0
+            or k == setup.options.rounds
+            or minimum.status is Status.STOPPED
+        ):
             break
         try:
             start = star_map(setup, minimum.last, k + 1)
         except FactorisationFailed:
-            notes = (*notes, f"there is no star map for round {k + 1}, as of a map that has shrunk to a point, or of a "
-                             "flat surface; the default method maps the surface")
+            notes = (
+                *notes,
+                f"there is no star map for round {k + 1}, as of a map that has shrunk to a point, or of a "
+                "flat surface; the default method maps the surface",
+            )
             break
-    return minimum.last.x, Run(record.status, minimum.last.energy, rounds=tuple(rounds), notes=notes)
+    return minimum.last.x, Run(
+        record.status, minimum.last.energy, rounds=tuple(rounds), notes=notes
+    )
 
 
 def star_map(setup: Setup, last: Iterate, round: int) -> Iterate:
     """The next round's start: the star map of the eigenfunctions weighted by the last map's conformal factor."""
     found = project(setup.mesh, setup.L, last.x)  # Algorithm 2, step 2
     return setup.start(  # Algorithm 2, step 3
-        "star map", found.star_map, round,
+        "star map",
+        found.star_map,
+        round,
         details={"phi": found.phi, "eigenvalues": found.eigenvalues},
-        safeguards=nonzero(floored=found.floored, undirected=found.undirected))
+        safeguards=nonzero(floored=found.floored, undirected=found.undirected),
+    )

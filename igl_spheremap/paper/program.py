@@ -45,7 +45,9 @@ class AsProgrammed(AsPrinted):
             self._changes.clear()
             return False
         x = np.linalg.norm(last.x - before.x) / np.sqrt(3)
-        self._changes.append(np.array([x, abs(last.energy - before.energy) / (1 + abs(before.energy))]))
+        self._changes.append(
+            np.array([x, abs(last.energy - before.energy) / (1 + abs(before.energy))])
+        )
         mean = np.mean(self._changes, axis=0)
         return bool((self._changes[-1] < _CHANGES).all() or (mean < 10 * _CHANGES).all())
 

@@ -154,8 +154,13 @@ class Lai2014(Method):
         (1e-10, 5000, 2, True)
         """
         printed: dict[str, Any] = {
-            "gradient_tolerance": 1e-10, "plateau": 0.0, "edge_weights": "cotangent", "metric": "areas",
-            "may_fold": True, "gauge": "free"}
+            "gradient_tolerance": 1e-10,
+            "plateau": 0.0,
+            "edge_weights": "cotangent",
+            "metric": "areas",
+            "may_fold": True,
+            "gauge": "free",
+        }
         return cls(**printed | options)
 
     @classmethod
@@ -189,8 +194,14 @@ class Lai2014(Method):
         'CONVERGED'
         """
         programmed: dict[str, Any] = {
-            "gradient_tolerance": 1e-6, "max_iterations": 1000, "delta": 0.2, "tau": 1e-3, "bb": "tau_2 first",
-            "metric": "vertices", "rules": "program"}
+            "gradient_tolerance": 1e-6,
+            "max_iterations": 1000,
+            "delta": 0.2,
+            "tau": 1e-3,
+            "bb": "tau_2 first",
+            "metric": "vertices",
+            "rules": "program",
+        }
         return cls.as_printed(**programmed | options)
 
     def __post_init__(self) -> None:
@@ -199,5 +210,7 @@ class Lai2014(Method):
         for name in ("rho", "delta", "xi"):
             check_number(getattr(self, name), name, most=1)
         if self.rules == "program" and (not self.may_fold or self.gauge != "free"):
-            raise ValueError("the program's rules have no safeguards: they go with may_fold=True and gauge='free', see "
-                             "Lai2014.as_programmed(), --as-programmed")
+            raise ValueError(
+                "the program's rules have no safeguards: they go with may_fold=True and gauge='free', see "
+                "Lai2014.as_programmed(), --as-programmed"
+            )

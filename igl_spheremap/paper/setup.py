@@ -37,14 +37,25 @@ class Setup:
     def of(cls, mesh: Mesh, options: Lai2014, listener: Listener | None = None) -> Setup:
         """The problem by eq. (13) with the weights and the metric that the options name."""
         printed = options.edge_weights == "cotangent"
-        L, notes = (printed_laplacian(mesh), ()) if printed else laplacian_and_notes(mesh, "delaunay")
-        metric = {"areas": None, "laplacian": step_metric(L), "vertices": Diagonal(np.ones(len(mesh.v)))}
-        problem = Problem.of(mesh, HarmonicEnergy(L), metric[options.metric], options.gauge == "centred")
+        L, notes = (
+            (printed_laplacian(mesh), ()) if printed else laplacian_and_notes(mesh, "delaunay")
+        )
+        metric = {
+            "areas": None,
+            "laplacian": step_metric(L),
+            "vertices": Diagonal(np.ones(len(mesh.v))),
+        }
+        problem = Problem.of(
+            mesh, HarmonicEnergy(L), metric[options.metric], options.gauge == "centred"
+        )
         if options.metric == "vertices":
             # so the gradient has the Frobenius norm: no areas are used
             problem = replace(problem, share=None)
         elif raised := int((problem.areas <= LEAST_AREA / len(mesh.v)).sum()):
-            notes = (*notes, f"{raised:,} vertex areas of eq. (13) were raised to a billionth of their mean")
+            notes = (
+                *notes,
+                f"{raised:,} vertex areas of eq. (13) were raised to a billionth of their mean",
+            )
         if options.rules == "program":
             beside: AsPrinted = AsProgrammed(options.tau)
         elif options.may_fold and not problem.gauge:

@@ -14,7 +14,13 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
-from ..mesh.measure import enclosed_volume, fill_directions, vertex_areas, vertex_normals, without_direction
+from ..mesh.measure import (
+    enclosed_volume,
+    fill_directions,
+    vertex_areas,
+    vertex_normals,
+    without_direction,
+)
 from ..mesh.objects import takes_mesh
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import laplacian_and_notes
@@ -151,7 +157,9 @@ def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:
     return sp.csr_matrix((grown + (W @ M + M @ W)) / 5)  # eq. (26)
 
 
-def project(mesh: Mesh, A: sp.csr_matrix, x: FloatArray, weight: FloatArray | None = None) -> EigenProjection:
+def project(
+    mesh: Mesh, A: sp.csr_matrix, x: FloatArray, weight: FloatArray | None = None
+) -> EigenProjection:
     """`weighted_eigen_projection` of a checked mesh and map, with a stiffness matrix A.
 
     Another weight than the conformal factor of `x` may be given: ones for the standard eigenfunctions, eq. (16).

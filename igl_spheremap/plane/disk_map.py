@@ -44,11 +44,18 @@ class DiskMap(PlaneMap):
         if balance == 0 or conformal.status is Status.STOPPED:
             return conformal
         history = History(listener, conformal.run)
-        p, certificate, run = balanced_disk(self.mesh, conformal.plane, self.plane, balance, history)
+        p, certificate, run = balanced_disk(
+            self.mesh, conformal.plane, self.plane, balance, history
+        )
         notes = (*conformal.notes, *straight_sides(self.mesh, conformal.plane, p))
         run = replace(run, backend=conformal.backend, notes=notes)
-        return DiskMap(self.mesh, p, certificate, history.complete(run, conformal.method, {"balance": balance}),
-                       conformal)
+        return DiskMap(
+            self.mesh,
+            p,
+            certificate,
+            history.complete(run, conformal.method, {"balance": balance}),
+            conformal,
+        )
 
 
 @takes_mesh
@@ -117,7 +124,11 @@ def disk_conformal_map(
 
 @takes_mesh
 def balanced_disk_map(
-    v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None, balance: float = ON_SPHERE,
+    v: ArrayLike,
+    f: ArrayLike,
+    *,
+    caps: ArrayLike | None = None,
+    balance: float = ON_SPHERE,
     listener: Listener | None = None,
 ) -> DiskMap:
     """Map a surface with one boundary loop to the unit disk, between conformal and area-preserving.
@@ -160,7 +171,9 @@ def balanced_disk_map(
     (True, True)
     """
     check_number(balance, "balance", most=1)
-    return disk_conformal_map(v, f, caps=caps, listener=listener).rebalance(balance, listener=listener)
+    return disk_conformal_map(v, f, caps=caps, listener=listener).rebalance(
+        balance, listener=listener
+    )
 
 
 def map_conformally(disk: Disk, history: History) -> DiskMap:
@@ -170,6 +183,9 @@ def map_conformally(disk: Disk, history: History) -> DiskMap:
         p, certificate = presentable(disk, p)
     result = DiskMap(disk, p, certificate, history.complete(run, "disk"))
     if not certificate.folding_free and run.status is not Status.STOPPED:
-        raise FoldingsRemain(f"no map to the disk without foldings was found: {certificate}; "
-                             "remesh the surface where it is deepest", result)
+        raise FoldingsRemain(
+            f"no map to the disk without foldings was found: {certificate}; "
+            "remesh the surface where it is deepest",
+            result,
+        )
     return result

@@ -21,7 +21,9 @@ from ..untangle.plan import Large
 _TOLERANCE = 1e-5
 
 
-def double_map(disk: Disk, listener: Listener | None, symmetric: bool = True) -> tuple[FloatArray, SphereMap]:
+def double_map(
+    disk: Disk, listener: Listener | None, symmetric: bool = True
+) -> tuple[FloatArray, SphereMap]:
     """Images (n, 2) of a disk's vertices in the unit disk, the boundary on the circle, and the map of the double.
 
     On the map of the double the exchange of the copies is nearly a reflection of the sphere. The map is changed so that
@@ -36,17 +38,21 @@ def double_map(disk: Disk, listener: Listener | None, symmetric: bool = True) ->
     copy = np.arange(n)
     copy[inside] = n + np.arange(len(inside))
     mesh = check_mesh(np.concatenate((v, v[inside])), np.concatenate((f, copy[f][:, ::-1])))
-    large: Large = "embedded" if not symmetric else "left" if 2 * len(disk.rim) > len(disk.v) else "laid out"
+    large: Large = (
+        "embedded" if not symmetric else "left" if 2 * len(disk.rim) > len(disk.v) else "laid out"
+    )
     result = auto(mesh, Auto(tolerance=_TOLERANCE), listener, large=large)
     x, other = result.sphere, np.concatenate((copy, inside))
     y = _symmetric(x, x[other], mesh.A, along_axis=result.gauge == "poles")
     if y[inside, 2].mean() < 0:
         y[:, 1:] *= -1  # a half turn
     y[disk.rim, 2] = 0
-    return lower(unit_rows(y)[:len(disk.v)], disk.rim), result
+    return lower(unit_rows(y)[: len(disk.v)], disk.rim), result
 
 
-def _symmetric(x: FloatArray, other: FloatArray, weights: FloatArray, along_axis: bool) -> FloatArray:
+def _symmetric(
+    x: FloatArray, other: FloatArray, weights: FloatArray, along_axis: bool
+) -> FloatArray:
     """The mean of a map and its reflected exchange, turned so that the reflection is that of the z axis.
 
     The reflection R = 1 - 2 n n^T comes closest to the exchange: n is the eigenvector of the least eigenvalue of the
@@ -77,14 +83,21 @@ def without_chords(v: FloatArray, f: IntArray, rim: IntArray) -> tuple[FloatArra
         number = np.where((start < n) & (stop < n), edge_keys(start, stop, n), -1)
         place = np.searchsorted(chords, number)
         left = np.append(chords, -2)[place] == number
-        best = 3 * np.arange(len(f)) + np.where(left, place, len(chords)).reshape(-1, 3).argmin(axis=1)
+        best = 3 * np.arange(len(f)) + np.where(left, place, len(chords)).reshape(-1, 3).argmin(
+            axis=1
+        )
         half = best[left[best]]
         if not len(half):
             return np.concatenate((v, (v[chords // n] + v[chords % n]) / 2)), f
         a, b, c = start[half], stop[half], f.ravel()[next_corners(half)[1]]
         middle = n + place[half]
-        f = np.concatenate((np.delete(f, half // 3, axis=0), np.column_stack((a, middle, c)),
-                            np.column_stack((middle, b, c))))
+        f = np.concatenate(
+            (
+                np.delete(f, half // 3, axis=0),
+                np.column_stack((a, middle, c)),
+                np.column_stack((middle, b, c)),
+            )
+        )
 
 
 def centred(p: FloatArray, disk: Disk) -> FloatArray:
@@ -105,5 +118,3 @@ def lower(x: FloatArray, rim: IntArray) -> FloatArray:
     p = x[:, :2] / (1 + x[:, 2:])
     p[rim] /= np.hypot(p[rim, 0], p[rim, 1])[:, None]
     return np.asarray(p)
-
-

@@ -66,7 +66,11 @@ class FlatMap(PlaneMap):
 @takes_mesh
 @timed()
 def flatten(
-    v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None, balance: float = IN_PLANE,
+    v: ArrayLike,
+    f: ArrayLike,
+    *,
+    caps: ArrayLike | None = None,
+    balance: float = IN_PLANE,
     listener: Listener | None = None,
 ) -> FlatMap:
     """Lay a surface with one boundary loop out in the plane with least distortion, and certify the map.
@@ -123,18 +127,24 @@ def flatten(
     return _flattened(check_disk(v, f, caps=caps), float(balance), History(listener))
 
 
-def _flattened(disk: Disk, balance: float, history: History, start: DiskMap | None = None) -> FlatMap:
+def _flattened(
+    disk: Disk, balance: float, history: History, start: DiskMap | None = None
+) -> FlatMap:
     """The layout of a balance, from a map to the disk, if there is one already."""
     settings = {"balance": balance}
     with phase("unroll"):
         isometry = unrolled(disk)
         if isometry is not None:
-            q = np.ldexp(_turned(disk, isometry - weighted_sum(disk.A, isometry)), own_unit(disk.v)[1])
+            q = np.ldexp(
+                _turned(disk, isometry - weighted_sum(disk.A, isometry)), own_unit(disk.v)[1]
+            )
             certificate = Certificate.of_plane(q, disk.f, disk.rim)
             if certificate.folding_free:
                 with suppress(StopIteration):
                     history(Iterate("unrolled", 0, 0, q, 0.0))
-                return FlatMap(disk, q, certificate, history.complete(_UNROLLED, "flatten", settings))
+                return FlatMap(
+                    disk, q, certificate, history.complete(_UNROLLED, "flatten", settings)
+                )
     start = start or map_conformally(disk, History(history))
     p, run = start.plane, start.run
     if run.status is not Status.STOPPED:
@@ -142,14 +152,22 @@ def _flattened(disk: Disk, balance: float, history: History, start: DiskMap | No
             p, run = _spread(disk, p, balance, history)
     q, certificate = _placed(disk, p)
     if isometry is not None:
-        run = replace(run, notes=(*run.notes, "the surface can be unrolled, but overlaps itself then: lengths are "
-                                              "distorted instead"))
+        run = replace(
+            run,
+            notes=(
+                *run.notes,
+                "the surface can be unrolled, but overlaps itself then: lengths are "
+                "distorted instead",
+            ),
+        )
     if balance > 0 and run.status is not Status.STOPPED:
         run = _judged(PlaneMap(disk, q, certificate, run))
     return FlatMap(disk, q, certificate, history.complete(run, "flatten", settings), start)
 
 
-def _spread(disk: Disk, conformal: FloatArray, balance: float, listener: Listener) -> tuple[FloatArray, Run]:
+def _spread(
+    disk: Disk, conformal: FloatArray, balance: float, listener: Listener
+) -> tuple[FloatArray, Run]:
     """Minimise the energy of a balance over maps with a free boundary, from the better one of two disks.
 
     Where a surface is long, thin or bent, the conformal disk has lengths that differ by factors without bound; Tutte's
@@ -160,8 +178,13 @@ def _spread(disk: Disk, conformal: FloatArray, balance: float, listener: Listene
     tutte = tutte_map(disk, by_lengths(disk))
     lower = energy.by_face(RADIUS * tutte).sum() < energy.by_face(RADIUS * conformal).sum()
     p = tutte if lower and Certificate.of_plane(tutte, disk.f, disk.rim).folding_free else conformal
-    minimum = minimize_balanced(partial(FreeProblem, disk=disk), VertexSystem(disk.f, len(disk.v)), energy, RADIUS * p,
-                                listener)
+    minimum = minimize_balanced(
+        partial(FreeProblem, disk=disk),
+        VertexSystem(disk.f, len(disk.v)),
+        energy,
+        RADIUS * p,
+        listener,
+    )
     return minimum.last.x, Run(minimum.status, minimum.last.energy, gauge="turned")
 
 

@@ -120,10 +120,14 @@ class PlaneMap(Result):
             If matplotlib is not installed.
         """
         faces = self.faces[self.mesh.surface]
-        return plot_plane(self.plane, faces, self.angle_differences(), self.log_area_ratios(), title)
+        return plot_plane(
+            self.plane, faces, self.angle_differences(), self.log_area_ratios(), title
+        )
 
     def _drawing(self) -> Drawing:
-        return area_drawing(self.mesh, self._scaled, self.log_area_ratios(), self.certificate, "in the plane")
+        return area_drawing(
+            self.mesh, self._scaled, self.log_area_ratios(), self.certificate, "in the plane"
+        )
 
     def _figures(self) -> str:
         return table(result_rows(self, plane_findings(self)))
@@ -155,8 +159,12 @@ def in_space(p: FloatArray) -> FloatArray:
 
 def plane_findings(result: PlaneMap) -> list[Finding]:
     """What is known of a map to the plane; the verdict comes last."""
-    return [angles(result.angle_differences()), areas(result.log_area_ratios()), edges(result.log_length_ratios()),
-            verdict(result.certificate, result.mesh.caps)]
+    return [
+        angles(result.angle_differences()),
+        areas(result.log_area_ratios()),
+        edges(result.log_length_ratios()),
+        verdict(result.certificate, result.mesh.caps),
+    ]
 
 
 def upright(p: FloatArray, disk: Disk) -> FloatArray:
@@ -165,8 +173,11 @@ def upright(p: FloatArray, disk: Disk) -> FloatArray:
     A surface in the plane z = 0 keeps its directions; one that faces downwards keeps that of x.
     """
     v, z = disk.unit - weighted_sum(disk.A, disk.unit), p[:, 0] + 1j * p[:, 1]
-    slopes = [complex((disk.A * (v[:, i] + side * v[:, j]) * z).sum())
-              for i, j in ((0, 1), (0, 2), (1, 2)) for side in (-1j, 1j)]
+    slopes = [
+        complex((disk.A * (v[:, i] + side * v[:, j]) * z).sum())
+        for i, j in ((0, 1), (0, 2), (1, 2))
+        for side in (-1j, 1j)
+    ]
     largest = max(map(abs, slopes))
     slope = next(slope for slope in slopes if abs(slope) >= _NEARLY * largest)
     if slope:

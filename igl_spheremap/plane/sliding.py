@@ -34,33 +34,44 @@ _STRAIGHT = np.radians(30)
 _POWER = 0.5
 
 
-def balanced_disk(disk: Disk, conformal: FloatArray, p: FloatArray, balance: float,
-                  listener: Listener) -> tuple[FloatArray, Certificate, Run]:
+def balanced_disk(
+    disk: Disk, conformal: FloatArray, p: FloatArray, balance: float, listener: Listener
+) -> tuple[FloatArray, Certificate, Run]:
     """The map of a balance from a map p without foldings, given the conformal one."""
     source, system = FlatFaces.of(disk.unit, disk.f), VertexSystem(disk.f, len(disk.v))
     energy = balanced_energy(source, RADIUS * conformal, balance)
     p, run = slide(disk, energy, p, listener, system)
     for weight in _EVEN_WEIGHTS if balance > energy.weight else ():
         if run.status is not Status.STOPPED:
-            p, run = min(((p, run), slide(disk, replace(energy, weight=weight), p, listener, system)),
-                         key=lambda each: energy.area_error(RADIUS * each[0]))
+            p, run = min(
+                ((p, run), slide(disk, replace(energy, weight=weight), p, listener, system)),
+                key=lambda each: energy.area_error(RADIUS * each[0]),
+            )
     return *presentable(disk, p), run
 
 
 def straight_sides(disk: Disk, conformal: FloatArray, p: FloatArray) -> tuple[str, ...]:
     """A note where an edge of the boundary spans far more of the circle than in the conformal map."""
     rings = conformal[disk.rim], p[disk.rim]
-    before, after = (2 * np.arcsin(np.minimum(row_lengths(np.roll(q, -1, axis=0) - q).max() / 2, 1)) for q in rings)
+    before, after = (
+        2 * np.arcsin(np.minimum(row_lengths(np.roll(q, -1, axis=0) - q).max() / 2, 1))
+        for q in rings
+    )
     if after < max(_STRAIGHT, 2 * before):
         return ()
-    return (f"one edge of the boundary spans {np.degrees(after):.0f} degrees of the circle, a straight side: where "
-            "areas count nearly alone, faces beside it are stretched without end; at a balance of .95 it is round",)
+    return (
+        f"one edge of the boundary spans {np.degrees(after):.0f} degrees of the circle, a straight side: where "
+        "areas count nearly alone, faces beside it are stretched without end; at a balance of .95 it is round",
+    )
 
 
-def slide(disk: Disk, energy: BalancedEnergy, p: FloatArray, listener: Listener,
-          system: VertexSystem) -> tuple[FloatArray, Run]:
+def slide(
+    disk: Disk, energy: BalancedEnergy, p: FloatArray, listener: Listener, system: VertexSystem
+) -> tuple[FloatArray, Run]:
     """Minimise an energy from a map without foldings to the unit disk; the boundary slides along the circle."""
-    minimum = minimize_balanced(partial(CircleProblem, disk=disk), system, energy, RADIUS * p, listener)
+    minimum = minimize_balanced(
+        partial(CircleProblem, disk=disk), system, energy, RADIUS * p, listener
+    )
     return minimum.last.x / RADIUS, Run(minimum.status, minimum.last.energy, gauge="turned")
 
 
@@ -75,7 +86,9 @@ def conformal_disk(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
     if run.status is Status.STALLED and (found := _doubled(disk, listener, symmetric=False)):
         return found
     note = "the doubled surface folds faces: the boundary was slid along the circle instead"
-    return p, replace(run, notes=(note,) if len(disk.f) > 1 and run.status is not Status.STALLED else ())
+    return p, replace(
+        run, notes=(note,) if len(disk.f) > 1 and run.status is not Status.STALLED else ()
+    )
 
 
 def _doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArray, Run] | None:
@@ -86,7 +99,9 @@ def _doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArra
         p, double = double_map(disk, listener, symmetric)
     except (FactorisationFailed, FoldingsRemain):
         return None
-    free = double.certificate.folding_free and Certificate.of_plane(p, disk.f, disk.rim).folding_free
+    free = (
+        double.certificate.folding_free and Certificate.of_plane(p, disk.f, disk.rim).folding_free
+    )
     if free or double.status is Status.STOPPED:
         return p, Run(double.status, double.energy, backend=double.backend, notes=double.notes)
     return None

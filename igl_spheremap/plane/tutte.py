@@ -45,7 +45,9 @@ def tutte_map(disk: Disk, circle: FloatArray) -> FloatArray:
         if not folded.any():
             break
         near = touching(f, marked(f[folded], n))[:, None]
-        weight = (np.where(near, positive, weight), positive, np.full(f.shape, 0.5), weight)[attempt]
+        weight = (np.where(near, positive, weight), positive, np.full(f.shape, 0.5), weight)[
+            attempt
+        ]
     return p
 
 
@@ -75,7 +77,9 @@ def by_harmonic_measure(disk: Disk) -> FloatArray:
     factor = factorize(L[inner][:, inner])
     # The point is where a random walk takes longest to the boundary.
     time = factor.solve(vertex_shares(face_areas(v, f), f, n)[inner])
-    flux = -L[disk.rim][:, inner] @ factor.solve((np.arange(len(time)) == time.argmax()).astype(float))
+    flux = -L[disk.rim][:, inner] @ factor.solve(
+        (np.arange(len(time)) == time.argmax()).astype(float)
+    )
     flux = np.maximum(flux, _LEAST_FLUX * flux.mean())
     density = flux / (length + np.roll(length, 1))
     return _on_circle(length * (density + np.roll(density, -1)))

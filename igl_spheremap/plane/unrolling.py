@@ -86,8 +86,15 @@ def _laid_out(disk: Disk, v: FloatArray) -> FloatArray:
     weights = length.max() / np.maximum(length[first], HALF_DIGITS * length.max())
     dual = csr_matrix((weights, (first // 3, second // 3)), shape=(m, m))
     order, parent = breadth_first_order(minimum_spanning_tree(dual), 0, directed=False)
-    beside = {(int(i), int(j)): h for i, j, h in zip(np.r_[first, second] // 3, np.r_[second, first] // 3,
-                                                     np.r_[first, second].tolist(), strict=True)}
+    beside = {
+        (int(i), int(j)): h
+        for i, j, h in zip(
+            np.r_[first, second] // 3,
+            np.r_[second, first] // 3,
+            np.r_[first, second].tolist(),
+            strict=True,
+        )
+    }
     z: list[complex | None] = [None] * len(disk.v)
     z[int(start[0])], z[int(stop[0])] = 0j, complex(length[0])
     starts, stops, apexes, places = start.tolist(), stop.tolist(), apex.tolist(), place.tolist()

@@ -24,10 +24,9 @@ T = TypeVar("T")
 _SERVE = "import sys; sys.path[:] = sys.argv[1:]; from igl_spheremap.populations.child import serve; serve()"
 #: One thread each, since the processes share the processors. And glibc is to keep the memory that a map frees for the
 #: next one: the system clears each page that it gives, which takes a tenth to a fifth of a map of 50,000 vertices.
-_ENVIRONMENT = (
-    dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "IGL_NUM_THREADS"), "1")
-    | dict.fromkeys(("MALLOC_TRIM_THRESHOLD_", "MALLOC_MMAP_THRESHOLD_"), str(1 << 40))
-)
+_ENVIRONMENT = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "IGL_NUM_THREADS"), "1"
+) | dict.fromkeys(("MALLOC_TRIM_THRESHOLD_", "MALLOC_MMAP_THRESHOLD_"), str(1 << 40))
 
 _OF_THREAD = threading.local()
 
@@ -41,7 +40,10 @@ class WorkerDied(RuntimeError):
 
     def __str__(self) -> str:
         killed = f"by signal {-self.status}, perhaps for lack of memory"
-        return self.reason or f"its process ended {killed if self.status < 0 else f'with status {self.status}'}"
+        return (
+            self.reason
+            or f"its process ended {killed if self.status < 0 else f'with status {self.status}'}"
+        )
 
 
 class Child:
@@ -65,8 +67,11 @@ class Child:
         except (EOFError, OSError, pickle.UnpicklingError):
             self.end()
             late = timeout is not None and time.monotonic() - began >= timeout
-            raise WorkerDied(process.pid, process.returncode, f"it took more than {timeout:g} s, the limit" if late
-                             else "") from None
+            raise WorkerDied(
+                process.pid,
+                process.returncode,
+                f"it took more than {timeout:g} s, the limit" if late else "",
+            ) from None
         finally:
             limit.cancel()
         if failed:
@@ -77,9 +82,13 @@ class Child:
         """The process, with a call's modules loaded, so that its time and memory do not include that."""
         if self._process is None or self._process.poll() is not None:
             self.end()
-            self._process = subprocess.Popen([sys.executable, "-c", _SERVE, *sys.path], stdin=subprocess.PIPE,
-                                             stdout=subprocess.PIPE, env=_ENVIRONMENT | os.environ,
-                                             **_apart())
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", _SERVE, *sys.path],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                env=_ENVIRONMENT | os.environ,
+                **_apart(),
+            )
             with contextlib.suppress(EOFError, OSError):  # a fault here will show in the call
                 _ask(self._process, _load, *call)
         return self._process
@@ -102,7 +111,9 @@ def _apart() -> dict[str, Any]:
     return {"start_new_session": True}
 
 
-def _ask(process: subprocess.Popen[bytes], function: Callable[..., Any], *args: Any) -> tuple[bool, Any]:
+def _ask(
+    process: subprocess.Popen[bytes], function: Callable[..., Any], *args: Any
+) -> tuple[bool, Any]:
     """Send a call, and wait for whether it failed, and what it returned or raised."""
     assert process.stdin is not None
     assert process.stdout is not None
@@ -154,7 +165,9 @@ class ProcessPool(ThreadPoolExecutor):
 
     def __init__(self, workers: int | None) -> None:
         self._children: list[Child] = []
-        super().__init__(workers or os.cpu_count() or 1, initializer=lambda: self._children.append(own_child()))
+        super().__init__(
+            workers or os.cpu_count() or 1, initializer=lambda: self._children.append(own_child())
+        )
 
     def end(self) -> None:
         """End all processes at once, whatever they do, and take no more calls."""

@@ -7,7 +7,14 @@ import json
 import os
 from collections import Counter, deque
 from collections.abc import Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    wait,
+)
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,7 +22,15 @@ from pathlib import Path
 from typing import Any
 
 from .._version import __version__
-from ..errors import WorkersUnavailable, check_kinds, check_number, check_whole, import_optional, one_line, shown
+from ..errors import (
+    WorkersUnavailable,
+    check_kinds,
+    check_number,
+    check_whole,
+    import_optional,
+    one_line,
+    shown,
+)
 from .child import ProcessPool, WorkerDied
 from .job import Job, JobT, Task, failed, run_in_child, run_job
 from .manifest import JobResult
@@ -69,14 +84,22 @@ class Engine:
     def __post_init__(self) -> None:
         check_kinds(self.__annotations__, vars(self))
         if self.executor is not None and not callable(getattr(self.executor, "submit", None)):
-            raise TypeError(f"executor is {shown(self.executor)}; give one of concurrent.futures, or of a Dask client")
+            raise TypeError(
+                f"executor is {shown(self.executor)}; give one of concurrent.futures, or of a Dask client"
+            )
         if self.processes is not None:
             check_whole(self.processes, "processes", 1)
         check_whole(self.retries, "retries")
         if self.timeout is not None:
             check_number(self.timeout, "timeout")
-            if not (self.executor is None or isinstance(self.executor, ProcessPool) or _is_dask(self.executor)):
-                raise ValueError("timeout limits jobs of the own pool and of Dask, not of other executors")
+            if not (
+                self.executor is None
+                or isinstance(self.executor, ProcessPool)
+                or _is_dask(self.executor)
+            ):
+                raise ValueError(
+                    "timeout limits jobs of the own pool and of Dask, not of other executors"
+                )
 
 
 #: Processes of its own, as many as processors.
@@ -96,7 +119,9 @@ def started(engine: Engine) -> Iterator[Engine]:
         pool.end()
 
 
-def results(engine: Engine, todo: deque[JobT], task: Task[JobT]) -> Iterator[tuple[JobT, JobResult]]:
+def results(
+    engine: Engine, todo: deque[JobT], task: Task[JobT]
+) -> Iterator[tuple[JobT, JobResult]]:
     """Results of an engine that is started, as they come, until `todo` is empty and nothing is in flight.
 
     A job whose worker died is run again, up to `retries` times.
@@ -111,8 +136,10 @@ def results(engine: Engine, todo: deque[JobT], task: Task[JobT]) -> Iterator[tup
             job = running.pop(future)
             error = future.exception() if not future.cancelled() else CancelledError()
             if isinstance(error, CancelledError):
-                raise WorkersUnavailable("the executor dropped its jobs, perhaps its scheduler is gone; run it again "
-                                         "to continue")
+                raise WorkersUnavailable(
+                    "the executor dropped its jobs, perhaps its scheduler is gone; run it again "
+                    "to continue"
+                )
             if not isinstance(error, mortal):
                 yield job, future.result()
                 continue
@@ -127,7 +154,11 @@ def results(engine: Engine, todo: deque[JobT], task: Task[JobT]) -> Iterator[tup
 def deaths_in(executor: Executor | None) -> tuple[type[BaseException], ...]:
     """What an executor raises for a job whose worker died."""
     if _is_dask(executor):
-        return BrokenExecutor, WorkerDied, import_optional("distributed", "a Dask executor", "batch").KilledWorker
+        return (
+            BrokenExecutor,
+            WorkerDied,
+            import_optional("distributed", "a Dask executor", "batch").KilledWorker,
+        )
     return BrokenExecutor, WorkerDied
 
 
@@ -147,7 +178,9 @@ def _submit(engine: Engine, job: Job, task: Task[Any]) -> Future[JobResult]:
     assert engine.executor is not None
     apart = isinstance(engine.executor, ProcessPool) or engine.timeout is not None
     try:
-        return engine.executor.submit(partial(run_in_child, timeout=engine.timeout) if apart else run_job, job, task)
+        return engine.executor.submit(
+            partial(run_in_child, timeout=engine.timeout) if apart else run_job, job, task
+        )
     except BrokenExecutor as error:  # a pool that broke takes no more jobs
         future: Future[JobResult] = Future()
         future.set_exception(error)
@@ -161,22 +194,29 @@ def connect(scheduler: str, seconds: float = _ANSWER) -> Any:
     """
     distributed = import_optional("distributed", "a Dask scheduler", "batch")
     try:
-        address = json.loads(Path(scheduler).read_bytes())["address"] if os.path.isfile(scheduler) else scheduler
+        address = (
+            json.loads(Path(scheduler).read_bytes())["address"]
+            if os.path.isfile(scheduler)
+            else scheduler
+        )
         # a client without a scheduler hangs when it is dropped
         asyncio.run(asyncio.wait_for(_greet(address), seconds))
     except Exception as error:  # what listens there may be anything
         known = str(error) and isinstance(error, OSError | ValueError)
         reason = one_line(error) if known else f"no valid answer within {seconds:g} s"
-        raise WorkersUnavailable(f"no Dask scheduler answers at {scheduler} ({reason}); start one by "
-                                 "`dask scheduler`") from None
+        raise WorkersUnavailable(
+            f"no Dask scheduler answers at {scheduler} ({reason}); start one by `dask scheduler`"
+        ) from None
     client = distributed.Client(address, set_as_default=False, timeout=seconds)
     # An expression, since a worker of another version may lack the module of a function that is sent to it.
     versions = client.run(eval, "__import__('igl_spheremap').__version__", on_error="return")
     for worker, version in versions.items():
         if version != __version__:
             client.close()
-            raise WorkersUnavailable(f"worker {worker} has igl_spheremap {version}, this is {__version__}; install "
-                                     "the same version there")
+            raise WorkersUnavailable(
+                f"worker {worker} has igl_spheremap {version}, this is {__version__}; install "
+                "the same version there"
+            )
     return client.get_executor(pure=False)
 
 

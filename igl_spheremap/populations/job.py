@@ -12,14 +12,27 @@ from hashlib import sha256
 from typing import Generic, TypeVar
 
 from .._version import __version__
-from ..errors import FileError, FoldingsRemain, MeshError, Say, WorkersUnavailable, one_line, said_by, said_here
+from ..errors import (
+    FileError,
+    FoldingsRemain,
+    MeshError,
+    Say,
+    WorkersUnavailable,
+    one_line,
+    said_by,
+    said_here,
+)
 from ..io.files import part_of
 from ..io.replacing import make_folder, remove_partial_files
 from .child import WorkerDied, own_child, peak_memory
 from .manifest import Fingerprints, JobResult, are_still, fingerprints
 from .table import JobRow
 
-_STATUS: dict[type[Exception], str] = {MeshError: "no mesh", FoldingsRemain: "folded", OSError: "file"}
+_STATUS: dict[type[Exception], str] = {
+    MeshError: "no mesh",
+    FoldingsRemain: "folded",
+    OSError: "file",
+}
 
 
 @dataclass(frozen=True)
@@ -90,14 +103,18 @@ class Task(ABC, Generic[JobT]):
 def key_of(job: JobT, task: Task[JobT], folder: str) -> str:
     """The key of a result in a manifest in that folder, with which targets may move."""
     places = [os.path.relpath(os.path.realpath(target), folder) for target in job.targets]
-    return sha256(" ".join([repr(task), repr(job.chosen), *places]).encode("utf-8", "surrogateescape")).hexdigest()[:32]
+    return sha256(
+        " ".join([repr(task), repr(job.chosen), *places]).encode("utf-8", "surrogateescape")
+    ).hexdigest()[:32]
 
 
 def run_job(job: JobT, task: Task[JobT]) -> JobResult:
     """Run a job; whatever is wrong with its files is in its row."""
     if task.version != __version__:
-        raise WorkersUnavailable(f"{host_and_process()} has igl_spheremap {__version__} where {task.version} is "
-                                 "asked for")
+        raise WorkersUnavailable(
+            f"{host_and_process()} has igl_spheremap {__version__} where {task.version} is "
+            "asked for"
+        )
     began = time.perf_counter()
     sources = task.places(job.sources)
     read = fingerprints(sources)
@@ -113,11 +130,15 @@ def run_job(job: JobT, task: Task[JobT]) -> JobResult:
                 make_folder(os.path.dirname(target))
             row = task.run(job, check)
         except Exception as error:  # one input must not end the others
-            status = next((status for kind, status in _STATUS.items() if isinstance(error, kind)), "failed")
+            status = next(
+                (status for kind, status in _STATUS.items() if isinstance(error, kind)), "failed"
+            )
             row = replace(task.empty(job), status=status, notes=one_line(error))
             if status == "file" or not are_still(sources, read):
                 kept = None
-    row = replace(row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=host_and_process())
+    row = replace(
+        row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=host_and_process()
+    )
     return JobResult(row, kept, fingerprints(task.places(job.targets)))
 
 
@@ -136,7 +157,9 @@ def run_in_child(job: JobT, task: Task[JobT], timeout: float | None) -> JobResul
 def failed(job: JobT, task: Task[JobT], reason: str) -> JobResult:
     """The result of a job whose process ended before it did."""
     row = replace(task.empty(job), status="failed", notes=reason)
-    return JobResult(row, fingerprints(task.places(job.sources)), fingerprints(task.places(job.targets)))
+    return JobResult(
+        row, fingerprints(task.places(job.sources)), fingerprints(task.places(job.targets))
+    )
 
 
 def host_and_process() -> str:
@@ -146,7 +169,9 @@ def host_and_process() -> str:
 
 def check_places(jobs: Sequence[Job], remedy: str) -> None:
     """Raise a ValueError if a file of a job would replace an input, or a file of another one."""
-    owner = {os.path.realpath(path): f"{path}, which is an input" for job in jobs for path in job.sources}
+    owner = {
+        os.path.realpath(path): f"{path}, which is an input" for job in jobs for path in job.sources
+    }
     for job in jobs:
         for target in job.targets:
             if (place := os.path.realpath(target)) in owner:

@@ -44,7 +44,10 @@ def fingerprint(path: str, known: Fingerprint | None = None) -> Fingerprint | No
             return None
         with open(path, "rb") as file:
             stat = os.fstat(file.fileno())
-            if known is not None and (known.size, known.mtime_ns) == (stat.st_size, stat.st_mtime_ns):
+            if known is not None and (known.size, known.mtime_ns) == (
+                stat.st_size,
+                stat.st_mtime_ns,
+            ):
                 return known
             digest = hashlib.sha256()
             while block := file.read(1 << 20):
@@ -112,12 +115,16 @@ class Manifest:
     def _check(self, path: str | os.PathLike[str]) -> None:
         """Raise a FileError if another run writes the file, or if it is not a manifest."""
         if not _lock(self._file):
-            raise FileError(f"another run, {self._last_run()}, writes {path}; wait until it ends, or give "
-                            f"another {Remedy(options={'manifest': None})}")
+            raise FileError(
+                f"another run, {self._last_run()}, writes {path}; wait until it ends, or give "
+                f"another {Remedy(options={'manifest': None})}"
+            )
         self._file.seek(0)
         begin = self._file.read(len(_BEGIN))
         if begin != _BEGIN[: len(begin)]:
-            raise FileError(f"{path} is not a manifest, and is kept; give another {Remedy(options={'manifest': None})}")
+            raise FileError(
+                f"{path} is not a manifest, and is kept; give another {Remedy(options={'manifest': None})}"
+            )
         if begin != _BEGIN:
             self._file.truncate(0)  # its first run was killed as it began
 
@@ -127,15 +134,19 @@ class Manifest:
 
     def _last_run(self) -> str:
         """Host and process of the run that was recorded last."""
-        runs = [entry["igl_spheremap run"] for entry in self._entries() if "igl_spheremap run" in entry]
+        runs = [
+            entry["igl_spheremap run"] for entry in self._entries() if "igl_spheremap run" in entry
+        ]
         return str(runs[-1].get("by")) if runs and isinstance(runs[-1], dict) else "just begun"
 
     def _earlier(self) -> Iterator[tuple[str, JobResult]]:
         """Keys and results of earlier runs; other lines are ignored."""
         for entry in self._entries():
             with contextlib.suppress(*ROW_ERRORS):
-                read, written = (entry[name] and tuple(file and Fingerprint(**file) for file in entry[name])
-                                 for name in ("read", "written"))
+                read, written = (
+                    entry[name] and tuple(file and Fingerprint(**file) for file in entry[name])
+                    for name in ("read", "written")
+                )
                 yield str(entry["key"]), JobResult(from_plain(entry["row"]), read, written)
 
     def _ends_with_a_line(self) -> bool:
@@ -145,7 +156,12 @@ class Manifest:
     def result(self, key: str, sources: Sequence[str], targets: Sequence[str]) -> JobRow | None:
         """The row of that key, if the sources are the files that were read, and the targets those that were written."""
         found = self._results.get(key)
-        same = found and found.read and are_still(sources, found.read) and are_still(targets, found.written)
+        same = (
+            found
+            and found.read
+            and are_still(sources, found.read)
+            and are_still(targets, found.written)
+        )
         return found.row if found and same else None
 
     def made(self, key: str, targets: Sequence[str]) -> bool:
@@ -154,7 +170,10 @@ class Manifest:
 
     def add(self, key: str, result: JobResult) -> None:
         """Append a result."""
-        read, written = (files and [file and asdict(file) for file in files] for files in (result.read, result.written))
+        read, written = (
+            files and [file and asdict(file) for file in files]
+            for files in (result.read, result.written)
+        )
         self._append({"key": key, "row": plain(result.row), "read": read, "written": written})
 
     def _append(self, entry: Mapping[str, Any]) -> None:

@@ -22,7 +22,12 @@ from .table import Row
 
 _FIELD = re.compile(r"\{(folder|name|stem)\}")
 #: The options of `repair_mesh` with their defaults.
-_REPAIRS: dict[str, Any] = {"weld": 0.0, "keep_largest": False, "holes": "refuse", "handles": "refuse"}
+_REPAIRS: dict[str, Any] = {
+    "weld": 0.0,
+    "keep_largest": False,
+    "holes": "refuse",
+    "handles": "refuse",
+}
 
 
 @gate
@@ -98,13 +103,18 @@ def map_many(
     ['certified', 'certified']
     """
     check_number(balance, "balance", most=1)
-    names = [os.fspath(check_kind(source, "sources", "PathLike")) for source in check_list(sources, "sources")]
+    names = [
+        os.fspath(check_kind(source, "sources", "PathLike"))
+        for source in check_list(sources, "sources")
+    ]
     targets = targets_of(out, names)
     repairs = None
     if repair is not False:
         repairs = _REPAIRS | dict(repair if isinstance(repair, Mapping) else {})
         if unknown := [name for name in repairs if name not in _REPAIRS]:
-            raise ValueError(f"repair has {unknown[0]!r}; give options of repair_mesh: {', '.join(_REPAIRS)}")
+            raise ValueError(
+                f"repair has {unknown[0]!r}; give options of repair_mesh: {', '.join(_REPAIRS)}"
+            )
         asked_for("repair_mesh", **repairs)
     chosen = Auto(polish=None) if method == Auto.name else method_of(method)
     task = SphereMapping(chosen, float(balance), repairs, force=force, folder=os.getcwd())
@@ -129,7 +139,9 @@ def targets_of(pattern: str, sources: Sequence[str]) -> list[str]:
     targets = [filled(pattern, source, "out ") for source in sources]
     for target in targets:
         if not format_of(target).ordered:
-            raise ValueError(f"out gives {target}, whose format keeps no vertex order; give .ply, .obj or .npz")
+            raise ValueError(
+                f"out gives {target}, whose format keeps no vertex order; give .ply, .obj or .npz"
+            )
     check_places(list(map(Job, sources, targets)), "use {folder} or {stem}, and each input once")
     return targets
 
@@ -152,7 +164,9 @@ def filled(pattern: str, source: str, option: str = "") -> str:
     'a/lh.white.thickness'
     """
     if set("{}") & set(_FIELD.sub("", pattern)):
-        raise ValueError(f"{option}{pattern}: only {{folder}}, {{name}} and {{stem}} can stand in it")
+        raise ValueError(
+            f"{option}{pattern}: only {{folder}}, {{name}} and {{stem}} can stand in it"
+        )
     path = own_name(source)
     parts = {"folder": str(path.parent), "name": path.name, "stem": path.stem}
     return _FIELD.sub(lambda field: parts[field[1]], pattern)

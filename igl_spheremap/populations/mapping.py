@@ -60,19 +60,32 @@ class SphereMapping(Task[Job]):
         v, f, caps = self.repaired(loaded)
         if not (self.force or job.ours) and Path(target).exists():
             balance = {"balance": self.balance} if self.balance else {}
-            if read_mark(target) != make_mark(v, f, self.method.name, self.method.settings() | balance, caps):
-                raise FileError(f"{job.target} exists without the mark of this version, method and mesh; it is kept, "
-                                f"{REPLACE} replaces it")
+            if read_mark(target) != make_mark(
+                v, f, self.method.name, self.method.settings() | balance, caps
+            ):
+                raise FileError(
+                    f"{job.target} exists without the mark of this version, method and mesh; it is kept, "
+                    f"{REPLACE} replaces it"
+                )
         result = _map(v, f, caps, self)
         written = write_map(target, result, force=True, metadata=loaded.metadata)
-        moved = (f"{written.moved} vertices moved to keep float32 from folding",) if written.moved else ()
+        moved = (
+            (f"{written.moved} vertices moved to keep float32 from folding",)
+            if written.moved
+            else ()
+        )
         figures = {
             "angle": log_figures(result.angle_differences()),
             "area": log_figures(result.log_area_ratios()),
-            "edge": log_figures(log_length_ratios(result.vertices, result.faces[result.mesh.surface], result.sphere)),
+            "edge": log_figures(
+                log_length_ratios(result.vertices, result.faces[result.mesh.surface], result.sphere)
+            ),
         }
-        columns: dict[str, Any] = {f"{kind}_{name}": figures[name][kind] for name in figures
-                                   for kind in ("mean", "p99", "max")}
+        columns: dict[str, Any] = {
+            f"{kind}_{name}": figures[name][kind]
+            for name in figures
+            for kind in ("mean", "p99", "max")
+        }
         return replace(
             self.empty(job), status="certified" if written.folding_free else "folded", vertices=len(v),
             foldings_before=result.rounds[0].foldings_before if result.rounds else result.certificate.foldings,
@@ -87,8 +100,12 @@ def _map(v: FloatArray, f: IntArray, caps: BoolArray | None, task: SphereMapping
         return balanced_spherical_map(v, f, balance=task.balance, method=task.method, caps=caps)
     # if it fails, the next mesh gets a new one
     mapper: SphereMapper | None = _OF_THREAD.__dict__.pop("mapper", None)
-    if (mapper is not None and mapper.method == task.method and np.array_equal(mapper.mesh.f, f)
-            and np.array_equal(np.asarray(mapper.mesh.caps), np.asarray(caps))):
+    if (
+        mapper is not None
+        and mapper.method == task.method
+        and np.array_equal(mapper.mesh.f, f)
+        and np.array_equal(np.asarray(mapper.mesh.caps), np.asarray(caps))
+    ):
         mapper.move(v)
     else:
         mapper = None  # two factors at a time would take twice the memory

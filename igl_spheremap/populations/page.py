@@ -33,13 +33,21 @@ from .table import MAPPED, OUTLIER, JobRow, Row, fences, figures_of, outlying, p
 
 SIZE = 180  # pixels of each of the four views
 #: Right, up and towards the viewer, where hemispheres are seen from outside: FreeSurfer's x is right, y front, z up.
-LATERAL = {LEFT: np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
-           RIGHT: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])}
+LATERAL = {
+    LEFT: np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
+    RIGHT: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]),
+}
 # pictures within a page that is one file, of some 15 kB each; in a folder they are files of their own
 MOST = 2000
 #: What the axes of figures measure, by the ends of their names.
-_AXES = {"angle": "degrees", "area": "|ln(image area / source area)|", "edge": "|ln(image / source length)|",
-         "stretch": "times shorter", "unlike": "1 - correlation of depth", "unsure": "share of the vertices"}
+_AXES = {
+    "angle": "degrees",
+    "area": "|ln(image area / source area)|",
+    "edge": "|ln(image / source length)|",
+    "stretch": "times shorter",
+    "unlike": "1 - correlation of depth",
+    "unsure": "share of the vertices",
+}
 
 _OURS = "<!-- igl_spheremap batch -->"
 
@@ -86,8 +94,12 @@ def check_page(place: str | os.PathLike[str]) -> Path:
     """
     import_optional("PIL", "a report", "io")
     path = page_file(place, "index.html")
-    if path.exists() and not (path.is_file() and _OURS in path.read_text(encoding="utf-8", errors="replace")):
-        raise FileError(f"{path} is not a page of an earlier report, and is kept; give another place for the report")
+    if path.exists() and not (
+        path.is_file() and _OURS in path.read_text(encoding="utf-8", errors="replace")
+    ):
+        raise FileError(
+            f"{path} is not a page of an earlier report, and is kept; give another place for the report"
+        )
     return path
 
 
@@ -106,33 +118,62 @@ def write_page(
     shown = [rows[k] for k in worst_first(rows)]
     pictured = shown if apart else shown[:MOST]
     limits = fences(rows)
-    names = [hashlib.sha256(os.path.realpath(row.target).encode("utf-8", "surrogateescape")).hexdigest()[:16]
-             for row in shown]
+    names = [
+        hashlib.sha256(os.path.realpath(row.target).encode("utf-8", "surrogateescape")).hexdigest()[
+            :16
+        ]
+        for row in shown
+    ]
     with TemporaryDirectory() as temporary:
         folder = path.parent / "subjects" if apart else Path(temporary)
         make_folder(folder)
         files_of = [folder / f"{name}-{sheet.look}.png" for name in names[: len(pictured)]]
         drawn = _draw(pictured, [str(file) for file in files_of], sheet, processes)
-        addresses = [(f"subjects/{file.name}" if apart else data_address(small_png(file))) if there else ""
-                     for file, there in zip(files_of, drawn, strict=True)] + [""] * (len(shown) - len(pictured))
+        addresses = [
+            (f"subjects/{file.name}" if apart else data_address(small_png(file))) if there else ""
+            for file, there in zip(files_of, drawn, strict=True)
+        ] + [""] * (len(shown) - len(pictured))
     folder_of_all, ending, short = _short([row.source for row in rows])
-    cards = [_card(row, name, address, short[row.source], limits, sheet)
-             for row, name, address in zip(shown, names, addresses, strict=True)]
+    cards = [
+        _card(row, name, address, short[row.source], limits, sheet)
+        for row, name, address in zip(shown, names, addresses, strict=True)
+    ]
     left_out = f" The worst {MOST:,} have pictures." if len(rows) > len(pictured) else ""
-    where = " ".join(filter(None, (folder_of_all and f"in {folder_of_all}", ending and f"that end in {ending}")))
-    plots = [histogram(name, label, np.array([getattr(row, name) for row in rows], dtype=np.float64), limits[name],
-                       _AXES[name.rpartition("_")[2]], sheet.nouns) for name, label in figures_of(rows).items()]
-    body = [_OURS, f"<h1>{escape(sheet.heading)}</h1>",
-            made_by(command),
-            f"<p>Files {escape(where)}</p>" if where else "",
-            f'<div class="plots">{"".join(plots)}</div>',
-            f"<h2>{sheet.nouns.capitalize()}</h2><p>Worst first: files without a map, then by foldings, then by the "
-            f"figure farthest above those of the others. Outliers lie more than {OUTLIER:g} interquartile ranges above "
-            f"the third quartile. Click a bar to see its {sheet.nouns}, a picture to see all of it.{left_out}</p>",
-            card_sheet(cards, {**figures_of(rows), "seconds": "seconds", "memory": "MB of memory"}, sheet.legends)]
+    where = " ".join(
+        filter(None, (folder_of_all and f"in {folder_of_all}", ending and f"that end in {ending}"))
+    )
+    plots = [
+        histogram(
+            name,
+            label,
+            np.array([getattr(row, name) for row in rows], dtype=np.float64),
+            limits[name],
+            _AXES[name.rpartition("_")[2]],
+            sheet.nouns,
+        )
+        for name, label in figures_of(rows).items()
+    ]
+    body = [
+        _OURS,
+        f"<h1>{escape(sheet.heading)}</h1>",
+        made_by(command),
+        f"<p>Files {escape(where)}</p>" if where else "",
+        f'<div class="plots">{"".join(plots)}</div>',
+        f"<h2>{sheet.nouns.capitalize()}</h2><p>Worst first: files without a map, then by foldings, then by the "
+        f"figure farthest above those of the others. Outliers lie more than {OUTLIER:g} interquartile ranges above "
+        f"the third quartile. Click a bar to see its {sheet.nouns}, a picture to see all of it.{left_out}</p>",
+        card_sheet(
+            cards,
+            {**figures_of(rows), "seconds": "seconds", "memory": "MB of memory"},
+            sheet.legends,
+        ),
+    ]
     with replacing(path, force=True) as partial:
-        partial.write_text(page(sheet.title, "\n".join(filter(None, body))), encoding="utf-8",
-                           errors="backslashreplace")
+        partial.write_text(
+            page(sheet.title, "\n".join(filter(None, body))),
+            encoding="utf-8",
+            errors="backslashreplace",
+        )
     return path
 
 
@@ -175,17 +216,24 @@ def _short(names: Sequence[str]) -> tuple[str, str, dict[str, str]]:
         common = Path(os.path.commonpath([Path(name).parent for name in names]))
     except ValueError:  # there are no names, or absolute and relative ones
         common = Path()
-    short = {name: (Path(name).relative_to(common) if common != Path() else Path(name)).as_posix() for name in names}
+    short = {
+        name: (Path(name).relative_to(common) if common != Path() else Path(name)).as_posix()
+        for name in names
+    }
     folder = "" if common == Path() else f"{common.as_posix().rstrip('/')}/"
     return folder, ending, {name: text.removesuffix(ending) for name, text in short.items()}
 
 
-def _draw(rows: Sequence[JobRow], paths: Sequence[str], sheet: Sheet, processes: int | None) -> list[bool]:
+def _draw(
+    rows: Sequence[JobRow], paths: Sequence[str], sheet: Sheet, processes: int | None
+) -> list[bool]:
     """Which rows have a picture."""
     pool = ProcessPool(processes)
     try:
-        futures = [pool.submit(lambda *call: own_child().call(*call), sheet.draw(row), path)
-                   for row, path in zip(rows, paths, strict=True)]
+        futures = [
+            pool.submit(lambda *call: own_child().call(*call), sheet.draw(row), path)
+            for row, path in zip(rows, paths, strict=True)
+        ]
         return [future.exception() is None and future.result() for future in futures]
     finally:
         pool.end()
@@ -216,9 +264,23 @@ def is_newer(path: str, other: str) -> bool:
     return Path(path).exists() and os.stat(path).st_mtime_ns > os.stat(other).st_mtime_ns
 
 
-def _card(row: JobRow, name: str, address: str, short: str, limits: Mapping[str, float], sheet: Sheet) -> Card:
+def _card(
+    row: JobRow, name: str, address: str, short: str, limits: Mapping[str, float], sheet: Sheet
+) -> Card:
     """A row in the sheet."""
     text = row.notes if row.status not in MAPPED else sheet.text(row)
-    reasons = [f"{row.FIGURES[key]} {getattr(row, key):.3g} > {limits[key]:.3g}" for key in outlying(row, limits)]
-    return Card(name, plain(row), short, f"{row.status}: {text}", sheet.caption(row),
-                shlex.join(("igl-spheremap", *sheet.command(row))), address, reasons, row.status == "certified")
+    reasons = [
+        f"{row.FIGURES[key]} {getattr(row, key):.3g} > {limits[key]:.3g}"
+        for key in outlying(row, limits)
+    ]
+    return Card(
+        name,
+        plain(row),
+        short,
+        f"{row.status}: {text}",
+        sheet.caption(row),
+        shlex.join(("igl-spheremap", *sheet.command(row))),
+        address,
+        reasons,
+        row.status == "certified",
+    )

@@ -25,15 +25,32 @@ def failed_in(path: str | os.PathLike[str], sources: Sequence[str]) -> dict[str,
             raise MeshError("ratings are kept in .tsv and .csv files")
         header, *lines = read_cells(path)
         if not {"source", "rating"} <= set(header):
-            raise MeshError("it has no columns 'source' and 'rating'; give a file that a page saved")
-        rows = [row for row in (dict(zip(header, line, strict=False)) for line in lines) if row["rating"]]
+            raise MeshError(
+                "it has no columns 'source' and 'rating'; give a file that a page saved"
+            )
+        rows = [
+            row
+            for row in (dict(zip(header, line, strict=False)) for line in lines)
+            if row["rating"]
+        ]
         for row in rows:
             if row["rating"] not in (_PASS, _FAIL):
-                raise MeshError(f"{row['source']} is rated {row['rating']!a}; give {_PASS} or {_FAIL}")
+                raise MeshError(
+                    f"{row['source']} is rated {row['rating']!a}; give {_PASS} or {_FAIL}"
+                )
         rated = {os.path.realpath(row["source"]): row for row in rows}
-        found = {source: rated[place] for source in sources if (place := os.path.realpath(source)) in rated}
+        found = {
+            source: rated[place]
+            for source in sources
+            if (place := os.path.realpath(source)) in rated
+        }
         if rated and not found:
-            raise MeshError(f"it rates {len(rated)} files, e.g. {next(iter(rated))}, and none of the {len(sources)} "
-                            "here; run from the folder in which the page was made, or give its files")
-        return {source: ": ".join(filter(None, ("rated fail", row.get("comment")))) for source, row in found.items()
-                if row["rating"] == _FAIL}
+            raise MeshError(
+                f"it rates {len(rated)} files, e.g. {next(iter(rated))}, and none of the {len(sources)} "
+                "here; run from the folder in which the page was made, or give its files"
+            )
+        return {
+            source: ": ".join(filter(None, ("rated fail", row.get("comment"))))
+            for source, row in found.items()
+            if row["rating"] == _FAIL
+        }

@@ -43,7 +43,11 @@ def run_many(
     with Manifest(manifest, run) as log, started(engine) as running:
         keys = {job: key_of(job, task, str(log.path.parent)) for job in jobs}
         kept = _earlier_rows(log, keys, engine.retry_failed or task.force) if engine.resume else {}
-        todo.extend(replace(job, ours=log.made(keys[job], job.targets)) for job in jobs if job.target not in kept)
+        todo.extend(
+            replace(job, ours=log.made(keys[job], job.targets))
+            for job in jobs
+            if job.target not in kept
+        )
         for row in kept.values():
             take(row)
         for job, result in results(running, todo, task):
@@ -56,6 +60,8 @@ def _earlier_rows(log: Manifest, keys: Mapping[JobT, str], made_only: bool) -> d
     """Rows of earlier runs for these jobs by target, in their order."""
     with ThreadPoolExecutor() as readers:  # of files whose times have changed
         known = list(readers.map(lambda job: log.result(keys[job], job.sources, job.targets), keys))
-    return {job.target: replace(row, source=job.source, target=job.target, resumed=True)
-            for job, row in zip(keys, known, strict=True)
-            if row is not None and (row.status in MAPPED or not made_only)}
+    return {
+        job.target: replace(row, source=job.source, target=job.target, resumed=True)
+        for job, row in zip(keys, known, strict=True)
+        if row is not None and (row.status in MAPPED or not made_only)
+    }

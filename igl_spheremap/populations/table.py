@@ -124,8 +124,12 @@ class RegistrationRow(JobRow):
         Share of the vertices whose label has a margin below one half; NaN without labels.
     """
 
-    FIGURES: ClassVar[Mapping[str, str]] = {"unlike": "1 - correlation", "mean_area": "mean log area",
-                                            "p95_area": "95% log area", "unsure": "share of unsure labels"}
+    FIGURES: ClassVar[Mapping[str, str]] = {
+        "unlike": "1 - correlation",
+        "mean_area": "mean log area",
+        "p95_area": "95% log area",
+        "unsure": "share of unsure labels",
+    }
 
     unlike: float = math.nan
     mean_area: float = math.nan
@@ -143,8 +147,10 @@ def plain(row: JobRow) -> dict[str, Any]:
     >>> plain(Row("a.ply", "b.ply", status="no mesh"))["energy"] is None
     True
     """
-    return {key: None if isinstance(value, float) and not math.isfinite(value) else value
-            for key, value in asdict(row).items()}
+    return {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in asdict(row).items()
+    }
 
 
 def from_plain(entry: Mapping[str, Any]) -> JobRow:
@@ -152,7 +158,9 @@ def from_plain(entry: Mapping[str, Any]) -> JobRow:
     values = {}
     kind = next((kind for kind in _KINDS if entry.keys() >= kind.FIGURES.keys()), Row)
     for field in fields(kind):
-        text = entry[field.name] if field.default is MISSING else entry.get(field.name, field.default)
+        text = (
+            entry[field.name] if field.default is MISSING else entry.get(field.name, field.default)
+        )
         values[field.name] = value = _CONVERT[str(field.type)](text)
         if isinstance(value, int) and abs(value) > sys.maxsize:
             raise ValueError(f"{field.name} has {len(str(text))} digits")
@@ -198,20 +206,26 @@ def excess(rows: Sequence[JobRow]) -> FloatArray:
     beyond = np.zeros((len(rows), len(figures_of(rows))))
     for k, (column, low, high) in enumerate(_quartiles(rows)):
         with np.errstate(divide="ignore", invalid="ignore"):
-            beyond[:, k] = np.nan_to_num((column - high) / (high - low), posinf=np.inf, neginf=-np.inf)
+            beyond[:, k] = np.nan_to_num(
+                (column - high) / (high - low), posinf=np.inf, neginf=-np.inf
+            )
     return beyond
 
 
 def fences(rows: Sequence[JobRow]) -> dict[str, float]:
     """The value of each figure above which it is an outlier, by more than rounding."""
-    return {name: (high + OUTLIER * (high - low)) * (1 + HALF_DIGITS)
-            for name, (_, low, high) in zip(figures_of(rows), _quartiles(rows), strict=True)}
+    return {
+        name: (high + OUTLIER * (high - low)) * (1 + HALF_DIGITS)
+        for name, (_, low, high) in zip(figures_of(rows), _quartiles(rows), strict=True)
+    }
 
 
 def outlying(row: JobRow, limits: Mapping[str, float]) -> list[str]:
     """Names of the figures of a row that are outliers, the farthest above its limit first."""
     found = [name for name in row.FIGURES if getattr(row, name) > limits[name]]
-    return sorted(found, key=lambda name: -getattr(row, name) / max(limits[name], sys.float_info.min))
+    return sorted(
+        found, key=lambda name: -getattr(row, name) / max(limits[name], sys.float_info.min)
+    )
 
 
 def _quartiles(rows: Sequence[JobRow]) -> Iterator[tuple[FloatArray, float, float]]:
@@ -219,7 +233,9 @@ def _quartiles(rows: Sequence[JobRow]) -> Iterator[tuple[FloatArray, float, floa
     for name in figures_of(rows):
         column = np.array([getattr(row, name) for row in rows], dtype=np.float64)
         finite = column[np.isfinite(column)]
-        low, high = np.percentile(finite, [25, 75]).tolist() if len(finite) else (math.nan, math.nan)
+        low, high = (
+            np.percentile(finite, [25, 75]).tolist() if len(finite) else (math.nan, math.nan)
+        )
         yield column, low, high
 
 

@@ -74,7 +74,10 @@ def take_points(location: Location, rows: Any) -> Location:
 
 def joined(*parts: Location) -> Location:
     """Put points one after the other."""
-    return Location(np.concatenate([part.face for part in parts]), np.concatenate([part.weights for part in parts]))
+    return Location(
+        np.concatenate([part.face for part in parts]),
+        np.concatenate([part.weights for part in parts]),
+    )
 
 
 class SphereLocator:
@@ -118,8 +121,10 @@ class SphereLocator:
         self.f = check_faces(f, len(self.x))
         certificate = certificate or Certificate.of(self.x, self.f)
         if not certificate.folding_free:
-            raise FoldingsRemain(f"points can't be located on a map that is {certificate}; repair it "
-                                 f"({Remedy('repair_foldings', given='v, f, x')} does)")
+            raise FoldingsRemain(
+                f"points can't be located on a map that is {certificate}; repair it "
+                f"({Remedy('repair_foldings', given='v, f, x')} does)"
+            )
         low, high = _face_boxes(self.x, self.f)
         self._tree = BoxTree(low, high)
 
@@ -220,7 +225,10 @@ class BoxTree:
         self._levels = [(low, high)]
         while low.shape[1] > 1:
             start = np.arange(0, low.shape[1], _FAN)
-            low, high = np.minimum.reduceat(low, start, axis=1), np.maximum.reduceat(high, start, axis=1)
+            low, high = (
+                np.minimum.reduceat(low, start, axis=1),
+                np.maximum.reduceat(high, start, axis=1),
+            )
             self._levels.append((low, high))
 
     def order_of(self, points: FloatArray) -> IntArray:
@@ -241,8 +249,9 @@ class BoxTree:
             point, node = self._inside(coordinates, point, node, level)
         return point, self._boxes[node]
 
-    def _inside(self, coordinates: FloatArray, point: IntArray, node: IntArray,
-                level: int) -> tuple[IntArray, IntArray]:
+    def _inside(
+        self, coordinates: FloatArray, point: IntArray, node: IntArray, level: int
+    ) -> tuple[IntArray, IntArray]:
         """Keep the pairs in which the node of that level holds the point."""
         for q, low, high in zip(coordinates, *self._levels[level], strict=True):
             here = q.take(point)
@@ -261,7 +270,12 @@ class BoxTree:
 
 def _with_gaps(n: IntArray) -> IntArray:
     """Put two zero bits before each of the 21 bits of a number."""
-    for shift, mask in ((32, 0x1F00000000FFFF), (16, 0x1F0000FF0000FF), (8, 0x100F00F00F00F00F),
-                        (4, 0x10C30C30C30C30C3), (2, 0x1249249249249249)):
+    for shift, mask in (
+        (32, 0x1F00000000FFFF),
+        (16, 0x1F0000FF0000FF),
+        (8, 0x100F00F00F00F00F),
+        (4, 0x10C30C30C30C30C3),
+        (2, 0x1249249249249249),
+    ):
         n = (n | n << shift) & mask
     return n

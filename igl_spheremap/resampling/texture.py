@@ -74,7 +74,10 @@ class Atlas:
 
 @gate
 def texture_atlas(
-    x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None, *, projection: Projection = "equirectangular",
+    x: ArrayLike | MapLike,
+    f: ArrayLike | Mesh | None = None,
+    *,
+    projection: Projection = "equirectangular",
     cut: bool = True,
 ) -> Atlas:
     """Texture coordinates of a surface from its map to the sphere.
@@ -121,16 +124,23 @@ def texture_atlas(
     points = check_directions(x, name="images")
     faces = check_faces(f, len(points))
     if not cut and projection == "octahedral":
-        raise ValueError("the octahedral projection cuts faces; choose equirectangular, or cut=True")
+        raise ValueError(
+            "the octahedral projection cuts faces; choose equirectangular, or cut=True"
+        )
     planes = () if not cut else (0, 1, 2) if projection == "octahedral" else (0, 1)
     pieces = cut_along_planes(unit_rows(points), faces, planes)
     uv = _CHARTS[projection](pieces) if cut else _unwrapped(pieces)
     # Away from the seam a vertex has the same coordinates in all its faces.
     corner = pieces.f.ravel()
-    values, index = np.unique(np.column_stack([corner, uv.reshape(-1, 2)]), axis=0, return_inverse=True)
+    values, index = np.unique(
+        np.column_stack([corner, uv.reshape(-1, 2)]), axis=0, return_inverse=True
+    )
     vertex = values[:, 0].astype(np.int64)
     return Atlas(
-        np.ascontiguousarray(values[:, 1:]), index.reshape(-1, 3).astype(np.int64), pieces.weights[vertex], vertex,
+        np.ascontiguousarray(values[:, 1:]),
+        index.reshape(-1, 3).astype(np.int64),
+        pieces.weights[vertex],
+        vertex,
         pieces.face,
     )
 
@@ -144,7 +154,9 @@ def plane_atlas(uv: FloatArray, f: IntArray, vertex: IntArray, n: int) -> Atlas:
     return Atlas(uv, f, identity(n, format="csr")[vertex], vertex, np.arange(len(f)))
 
 
-def bake(atlas: Atlas, f: IntArray, uv: FloatArray, image: NDArray[np.uint8], size: int = SIDE) -> NDArray[np.uint8]:
+def bake(
+    atlas: Atlas, f: IntArray, uv: FloatArray, image: NDArray[np.uint8], size: int = SIDE
+) -> NDArray[np.uint8]:
     """Draw the texture of a surface anew, for the coordinates of an atlas.
 
     Parameters
@@ -182,13 +194,19 @@ def bake(atlas: Atlas, f: IntArray, uv: FloatArray, image: NDArray[np.uint8], si
     place = np.full((size, size, 2), np.nan)
     here = atlas.uv[atlas.f] * size - 0.5
     low = np.clip(np.ceil(here.min(axis=1)), 0, size).astype(np.int64)
-    sides = np.maximum(np.clip(np.floor(here.max(axis=1)), -1, size - 1).astype(np.int64) - low + 1, 0)
+    sides = np.maximum(
+        np.clip(np.floor(here.max(axis=1)), -1, size - 1).astype(np.int64) - low + 1, 0
+    )
     total = np.cumsum(sides.prod(axis=1))
-    for part in np.split(np.arange(len(here)), np.searchsorted(total, np.arange(_TEXELS, total[-1], _TEXELS))):
+    for part in np.split(
+        np.arange(len(here)), np.searchsorted(total, np.arange(_TEXELS, total[-1], _TEXELS))
+    ):
         count = sides[part].prod(axis=1)
         face = np.repeat(part, count)
         k = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        texel = low[face] + np.column_stack((k % np.maximum(sides[face, 0], 1), k // np.maximum(sides[face, 0], 1)))
+        texel = low[face] + np.column_stack(
+            (k % np.maximum(sides[face, 0], 1), k // np.maximum(sides[face, 0], 1))
+        )
         a, b, c = here[face].transpose(1, 0, 2)
         whole = _cross(b - a, c - a)
         ends = ((b - texel, c - texel), (c - texel, a - texel), (a - texel, b - texel))
@@ -202,7 +220,10 @@ def bake(atlas: Atlas, f: IntArray, uv: FloatArray, image: NDArray[np.uint8], si
     place = place[tuple(nearest)]
     height, width = image.shape[:2]
     at = [(1 - place[..., 1]) * height - 0.5, place[..., 0] * width - 0.5]
-    found = [map_coordinates(image[..., k].astype(np.float64), at, order=1, mode="grid-wrap") for k in range(3)]
+    found = [
+        map_coordinates(image[..., k].astype(np.float64), at, order=1, mode="grid-wrap")
+        for k in range(3)
+    ]
     return np.rint(np.stack(found, axis=-1)).astype(np.uint8)
 
 
@@ -299,7 +320,9 @@ def _cut(mesh: CutMesh, axis: int) -> CutMesh:
     crossing = side[f] * side[f[:, [1, 2, 0]]] < 0  # of edge k, from corner k to the next
     count = crossing.sum(axis=1)
     # Renumber the corners: two crossed edges become the first and the last of their face, a single one the second.
-    first = np.where(count == 2, (np.argmin(crossing, axis=1) + 2) % 3, (np.argmax(crossing, axis=1) + 2) % 3)
+    first = np.where(
+        count == 2, (np.argmin(crossing, axis=1) + 2) % 3, (np.argmax(crossing, axis=1) + 2) % 3
+    )
     corner = np.take_along_axis(f, (first[:, None] + np.arange(3)) % 3, axis=1)
     a, b, c = corner.T
     one, two = count == 1, count == 2

@@ -55,8 +55,12 @@ class Resampled(Shown):
         return iter((self.v, self.f))
 
     def _drawing(self) -> Drawing:
-        return place_drawing((self.v, self.x), self.f, "Left: the surface; right: its points on the sphere. The same "
-                                                       "colour is the same point.")
+        return place_drawing(
+            (self.v, self.x),
+            self.f,
+            "Left: the surface; right: its points on the sphere. The same "
+            "colour is the same point.",
+        )
 
     def _figures(self) -> str:
         return table([("mesh", f"{len(self.v):,} vertices, {len(self.f):,} faces")])
@@ -65,7 +69,9 @@ class Resampled(Shown):
         return f"Resampled({len(self.v)} vertices, {len(self.f)} faces)"
 
 
-def interpolate(values: ArrayLike, f: IntArray, location: Location, labels: bool = False) -> NDArray[Any]:
+def interpolate(
+    values: ArrayLike, f: IntArray, location: Location, labels: bool = False
+) -> NDArray[Any]:
     """Values at points of a mesh, from those at its vertices.
 
     With `labels` each point takes that of the corner with the largest weight; by default values are linear.
@@ -79,11 +85,15 @@ def interpolate(values: ArrayLike, f: IntArray, location: Location, labels: bool
     values = plain_array(values, "values")
     n = int(f.max()) + 1
     if not values.ndim or len(values) != n:
-        raise MeshError(f"{len(values) if values.ndim else 1} values for {n} vertices; give one for each")
+        raise MeshError(
+            f"{len(values) if values.ndim else 1} values for {n} vertices; give one for each"
+        )
     return weighted(values, f[location.face], location.weights, labels)
 
 
-def weighted(values: NDArray[Any], corners: IntArray, weights: FloatArray, labels: bool) -> NDArray[Any]:
+def weighted(
+    values: NDArray[Any], corners: IntArray, weights: FloatArray, labels: bool
+) -> NDArray[Any]:
     """For each row of `corners`, the weighted sum of their values, or the value of the largest weight."""
     if labels:
         return values[corners[np.arange(len(corners)), weights.argmax(axis=1)]]
@@ -215,7 +225,9 @@ def transfer_matrix(
     check_resampling(method)
     if method == "adaptive-area":
         if not isinstance(target, str | SphereMap | tuple):
-            raise TypeError('method="adaptive-area" needs the faces of the target: give a SphereMap, (x, f) or ico:K')
+            raise TypeError(
+                'method="adaptive-area" needs the faces of the target: give a SphereMap, (x, f) or ico:K'
+            )
         there = target if isinstance(target, SphereMap) else sphere_mesh(target)
         found = adaptive_area(check_map(source), there)
     else:
@@ -227,7 +239,9 @@ def transfer_matrix(
 
 def _points(target: Any) -> FloatArray:
     """Return points of the sphere, or the vertices of a mesh of it."""
-    if isinstance(target, str | SphereMap) or (isinstance(target, tuple) and np.ndim(target[0]) == 2):
+    if isinstance(target, str | SphereMap) or (
+        isinstance(target, tuple) and np.ndim(target[0]) == 2
+    ):
         return sphere_mesh(target)[0]
     return check_rows(target, name="points")
 
@@ -237,7 +251,11 @@ def sphere_mesh(target: str | SphereMap | tuple[Any, Any]) -> tuple[FloatArray, 
     if isinstance(target, str):
         target = regular_mesh(target)
     known = "ico:K, a map, or points and faces of a sphere"
-    x, f = (target.sphere, target.mesh) if isinstance(target, SphereMap) else check_list(target, "target", 2, known)
+    x, f = (
+        (target.sphere, target.mesh)
+        if isinstance(target, SphereMap)
+        else check_list(target, "target", 2, known)
+    )
     x = check_rows(x, name="points")
     return x, check_faces(f, len(x))
 
@@ -255,7 +273,9 @@ def regular_mesh(name: str) -> tuple[FloatArray, IntArray]:
 
 
 @gate
-def resample(source: SphereMap, target: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> Resampled:
+def resample(
+    source: SphereMap, target: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5"
+) -> Resampled:
     """Give a surface the connectivity of another mesh of the sphere.
 
     Parameters
@@ -303,5 +323,7 @@ def _locator(source: SphereMap | SphereLocator) -> SphereLocator:
 def check_map(result: object, name: str = "source") -> SphereMap:
     """Return a map; anything else, such as data given before the map, is a TypeError."""
     if not isinstance(result, SphereMap):
-        raise TypeError(f"{name} is of type {type(result).__name__}; give a SphereMap first, then the values over it")
+        raise TypeError(
+            f"{name} is of type {type(result).__name__}; give a SphereMap first, then the values over it"
+        )
     return result

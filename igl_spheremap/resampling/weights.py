@@ -81,16 +81,25 @@ def apply_matrix(matrix: csr_array, values: ArrayLike, labels: bool = False) -> 
         raise MeshError(f"{len(data)} values for {matrix.shape[1]} vertices; give one for each")
     if labels:
         return data[largest(matrix).indices]
-    return np.asarray((matrix @ data.reshape(len(data), -1)).reshape(matrix.shape[0], *data.shape[1:]))
+    return np.asarray(
+        (matrix @ data.reshape(len(data), -1)).reshape(matrix.shape[0], *data.shape[1:])
+    )
 
 
-def adaptive_area(source: SphereMap, target: SphereMap | tuple[FloatArray, IntArray]) -> TransferMatrix:
+def adaptive_area(
+    source: SphereMap, target: SphereMap | tuple[FloatArray, IntArray]
+) -> TransferMatrix:
     """Compute weights that keep integrals; a target (x, f) has the areas of the source's surface resampled there."""
     x, f = (target.sphere, target.faces) if isinstance(target, SphereMap) else target
-    here, there = SphereLocator(source.sphere, source.mesh), SphereLocator(unit_rows(check_directions(x)), f)
+    here, there = (
+        SphereLocator(source.sphere, source.mesh),
+        SphereLocator(unit_rows(check_directions(x)), f),
+    )
     forward = linear_matrix(here.f, here.locate(there.x), len(here.x))
     reverse = csr_array(linear_matrix(there.f, there.locate(here.x), len(there.x)).T)
-    v, unit = own_unit(target.vertices if isinstance(target, SphereMap) else forward @ source.vertices)
+    v, unit = own_unit(
+        target.vertices if isinstance(target, SphereMap) else forward @ source.vertices
+    )
     own, source_unit = own_unit(source.vertices)
     source_areas = vertex_areas(own, source.faces[source.mesh.surface])
     areas = vertex_areas(v, there.f)
@@ -105,7 +114,10 @@ def adaptive_area(source: SphereMap, target: SphereMap | tuple[FloatArray, IntAr
     matrix = csr_array(diags_array(1 / received) @ scattered)
     matrix.eliminate_zeros()
     matrix.sort_indices()
-    received, source_areas = np.ldexp(received, 2 * source_unit), np.ldexp(source_areas, 2 * source_unit)
+    received, source_areas = (
+        np.ldexp(received, 2 * source_unit),
+        np.ldexp(source_areas, 2 * source_unit),
+    )
     return TransferMatrix(matrix, received, np.ldexp(areas, 2 * unit), source_areas)
 
 

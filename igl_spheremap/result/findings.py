@@ -29,14 +29,19 @@ def verdict(certificate: Certificate, caps: BoolArray | None = None) -> Finding:
     numbers, text = certificate_numbers(certificate), str(certificate)
     if caps is not None:
         numbers["caps"] = int(caps.sum())
-        text += f"; {numbers['caps']:,} of its {len(caps):,} faces are caps, which figures leave out"
+        text += (
+            f"; {numbers['caps']:,} of its {len(caps):,} faces are caps, which figures leave out"
+        )
     return Finding("certificate", text, {"certificate": numbers})
 
 
 def certificate_numbers(certificate: Certificate) -> dict[str, Any]:
     """Counts, and the first faces or vertices of each fault."""
-    numbers: dict[str, Any] = {"folding_free": certificate.folding_free, "degree": certificate.degree,
-                               "orientation": certificate.orientation}
+    numbers: dict[str, Any] = {
+        "folding_free": certificate.folding_free,
+        "degree": certificate.degree,
+        "orientation": certificate.orientation,
+    }
     of_boundary = ("crossings",) if certificate.boundary_loops else ()
     for name in ("flipped", "degenerate", "not_finite", "off_sphere", *of_boundary):
         where: Sequence[int] = getattr(certificate, name)
@@ -61,8 +66,10 @@ def energy(value: float) -> Finding:
 def angles(differences: FloatArray) -> Finding:
     """Angle differences (m, 3) in degrees."""
     numbers = angle_figures(differences)
-    text = ("differ by {mean:.3g} degrees on average (median {median:.3g}, 95% below {p95:.3g}, 99% below {p99:.3g}, "
-            "at most {max:.3g})")
+    text = (
+        "differ by {mean:.3g} degrees on average (median {median:.3g}, 95% below {p95:.3g}, 99% below {p99:.3g}, "
+        "at most {max:.3g})"
+    )
     return Finding("angles", text.format(**numbers), {"angle_differences": numbers})
 
 

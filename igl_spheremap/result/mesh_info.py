@@ -129,24 +129,45 @@ def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
             actions = repair_mesh(vertices, faces, **repair).actions
         except MeshError:
             repair = None
-    return MeshInfo(len(vertices), len(faces), int((~finite).sum()), topology, quality, maps_to, error,
-                    repair if actions else None, actions, weights, notes)
+    return MeshInfo(
+        len(vertices),
+        len(faces),
+        int((~finite).sum()),
+        topology,
+        quality,
+        maps_to,
+        error,
+        repair if actions else None,
+        actions,
+        weights,
+        notes,
+    )
 
 
 def mesh_findings(found: MeshInfo) -> list[Finding]:
     """The sentences of a summary, and the numbers behind them."""
-    known = {name: value for name, value in vars(found).items() if name not in ("topology", "quality")}
+    known = {
+        name: value for name, value in vars(found).items() if name not in ("topology", "quality")
+    }
     quality = asdict(found.quality) if found.quality else {}
     verdict = {
         "sphere": "closed, oriented, connected, genus 0: it can be mapped to the sphere",
         "plane": "oriented, connected, one boundary loop, no handle: a disk, which can be mapped to the plane",
         None: f"it can't be mapped as it is: {found.error}",
     }
-    rows = [Finding("mesh", f"{_vertices(found.vertices)}, {_faces(found.faces)}",
-                    {**known, **asdict(found.topology), **quality}),
-            Finding("topology", verdict[found.maps_to], {}), *_parts(found.topology)]
+    rows = [
+        Finding(
+            "mesh",
+            f"{_vertices(found.vertices)}, {_faces(found.faces)}",
+            {**known, **asdict(found.topology), **quality},
+        ),
+        Finding("topology", verdict[found.maps_to], {}),
+        *_parts(found.topology),
+    ]
     if found.not_finite:
-        rows.append(Finding("not finite", f"{_vertices(found.not_finite)}, which figures leave out", {}))
+        rows.append(
+            Finding("not finite", f"{_vertices(found.not_finite)}, which figures leave out", {})
+        )
     if found.quality:
         rows += _figures(found.quality, found.topology.edges)
     rows += [Finding("note", note, {}) for note in found.notes]
@@ -164,23 +185,56 @@ def _parts(topology: Topology) -> list[Finding]:
     found = []
     for k, part in enumerate(topology.components[:_DESCRIBED]):
         loops = part.boundary_loops
-        rim = f"{_counted(len(loops), 'boundary loop')} of {listed_words(loops)} edges" if loops else "closed"
+        rim = (
+            f"{_counted(len(loops), 'boundary loop')} of {listed_words(loops)} edges"
+            if loops
+            else "closed"
+        )
         handles = "not orientable" if part.handles is None else _counted(part.handles, "handle")
         text = f"{_vertices(part.vertices)}, {_faces(part.faces)}, {rim}, {handles}"
         found.append(Finding(f"part {k + 1}" if several else "surface", text, {}))
     more = topology.components[_DESCRIBED:]
     if more:
-        found.append(Finding("", f"and {_counted(len(more), 'more part')}, of at most {_faces(more[0].faces)}", {}))
-    faults = [_counted(number, name, plural) for number, name, plural in (
-        (topology.nonmanifold_edges, "edge of more than two faces", "edges of more than two faces"),
-        (topology.nonmanifold_vertices, "vertex where sheets touch", "vertices where sheets touch"),
-        (topology.reversed_edges, "edge along which both faces run in the same direction",
-         "edges along which both faces run in the same direction"),
-        (topology.out_of_range, "face with an index out of range", "faces with an index out of range"),
-        (topology.repeated_indices, "face with a repeated index", "faces with a repeated index"),
-        (topology.copies, "copy of another face", "copies of other faces"),
-        (topology.unreferenced, "vertex in no face", "vertices in no face"),
-    ) if number]
+        found.append(
+            Finding(
+                "",
+                f"and {_counted(len(more), 'more part')}, of at most {_faces(more[0].faces)}",
+                {},
+            )
+        )
+    faults = [
+        _counted(number, name, plural)
+        for number, name, plural in (
+            (
+                topology.nonmanifold_edges,
+                "edge of more than two faces",
+                "edges of more than two faces",
+            ),
+            (
+                topology.nonmanifold_vertices,
+                "vertex where sheets touch",
+                "vertices where sheets touch",
+            ),
+            (
+                topology.reversed_edges,
+                "edge along which both faces run in the same direction",
+                "edges along which both faces run in the same direction",
+            ),
+            (
+                topology.out_of_range,
+                "face with an index out of range",
+                "faces with an index out of range",
+            ),
+            (
+                topology.repeated_indices,
+                "face with a repeated index",
+                "faces with a repeated index",
+            ),
+            (topology.copies, "copy of another face", "copies of other faces"),
+            (topology.unreferenced, "vertex in no face", "vertices in no face"),
+        )
+        if number
+    ]
     if faults:
         found.append(Finding("faults", "; ".join(faults), {}))
     return found
@@ -188,19 +242,40 @@ def _parts(topology: Topology) -> list[Finding]:
 
 def _figures(quality: MeshQuality, edges: int) -> list[Finding]:
     """Sizes, edges, angles and weights."""
-    volume = (f", volume {abs(quality.volume):.4g}{' (oriented inwards)' * (quality.volume < 0)}"
-              if np.isfinite(quality.volume) else "")
+    volume = (
+        f", volume {abs(quality.volume):.4g}{' (oriented inwards)' * (quality.volume < 0)}"
+        if np.isfinite(quality.volume)
+        else ""
+    )
     return [
-        Finding("size", f"{' x '.join(f'{side:.4g}' for side in quality.extent)}, area {quality.area:.4g}{volume}", {}),
-        Finding("edges", f"{edges}, {quality.shortest_edge:.3g} to {quality.longest_edge:.3g} long, mean "
-                f"{quality.mean_edge:.3g}; at most {quality.largest_valence} at a vertex", {}),
-        Finding("angles", f"{quality.smallest_angle:.3g} to {quality.largest_angle:.4g} degrees; "
-                f"{_counted(quality.slivers, 'sliver')} below 1 degree, {_faces(quality.zero_area_faces)} of zero area",
-                {}),
-        Finding("vertices", f"{quality.coincident_vertices} at the place of another one, {quality.near_vertices} more "
-                "within a millionth of the size of the mesh", {}),
-        Finding("weights", f"{quality.non_delaunay_edges} of {edges} edges are not Delaunay: negative weights there",
-                {}),
+        Finding(
+            "size",
+            f"{' x '.join(f'{side:.4g}' for side in quality.extent)}, area {quality.area:.4g}{volume}",
+            {},
+        ),
+        Finding(
+            "edges",
+            f"{edges}, {quality.shortest_edge:.3g} to {quality.longest_edge:.3g} long, mean "
+            f"{quality.mean_edge:.3g}; at most {quality.largest_valence} at a vertex",
+            {},
+        ),
+        Finding(
+            "angles",
+            f"{quality.smallest_angle:.3g} to {quality.largest_angle:.4g} degrees; "
+            f"{_counted(quality.slivers, 'sliver')} below 1 degree, {_faces(quality.zero_area_faces)} of zero area",
+            {},
+        ),
+        Finding(
+            "vertices",
+            f"{quality.coincident_vertices} at the place of another one, {quality.near_vertices} more "
+            "within a millionth of the size of the mesh",
+            {},
+        ),
+        Finding(
+            "weights",
+            f"{quality.non_delaunay_edges} of {edges} edges are not Delaunay: negative weights there",
+            {},
+        ),
     ]
 
 

@@ -23,18 +23,24 @@ class Method(ABC):
         """Refuse options that are no choice, count or number where one is asked for, before anything is computed."""
         for name, hint in _hints(type(self)).items():
             value, kinds = getattr(self, name), (hint, *get_args(hint))
-            choices = [word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)]
+            choices = [
+                word for kind in kinds if get_origin(kind) is Literal for word in get_args(kind)
+            ]
             if (value is None and type(None) in kinds) or get_origin(hint) is ClassVar:
                 continue
             if choices and not (isinstance(value, str) and value in choices):
                 none = " or None" if type(None) in kinds else ""
-                raise ValueError(f"unknown {name} {shown(value)}: choose {' or '.join(map(repr, choices))}{none}")
+                raise ValueError(
+                    f"unknown {name} {shown(value)}: choose {' or '.join(map(repr, choices))}{none}"
+                )
             if int in kinds:
                 check_whole(value, name)
             if hint is float:
                 check_number(value, name)
             if hint in (bool, str) and not isinstance(value, hint):
-                raise TypeError(f"{name} is {shown(value)}; give {'True or False' if hint is bool else 'a name'}")
+                raise TypeError(
+                    f"{name} is {shown(value)}; give {'True or False' if hint is bool else 'a name'}"
+                )
 
     def settings(self) -> dict[str, Any]:
         """The options that are not at their defaults."""
@@ -47,5 +53,8 @@ class Method(ABC):
 def _changed(record: Any) -> dict[str, Any]:
     """The fields of a record that are not at their defaults, those of records within it likewise."""
     values = ((each.name, getattr(record, each.name), each.default) for each in fields(record))
-    return {name: _changed(value) if is_dataclass(value) else value for name, value, default in values
-            if value != default}
+    return {
+        name: _changed(value) if is_dataclass(value) else value
+        for name, value, default in values
+        if value != default
+    }

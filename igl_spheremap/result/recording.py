@@ -102,7 +102,9 @@ class Recording(History):
         """Keep the iterate."""
         folded = folded_faces(iterate.x, self._f)
         with self._lock:
-            self._frames.append(Frame(len(self.steps), iterate, int(folded.sum()), np.packbits(folded)))
+            self._frames.append(
+                Frame(len(self.steps), iterate, int(folded.sum()), np.packbits(folded))
+            )
             super().__call__(iterate)
             self._foldings.append(self._frames[-1].foldings)
             if len(self._frames) > _AROUND and not self._stays(self._frames[-1 - _AROUND]):
@@ -124,7 +126,9 @@ class Recording(History):
             kept, steps, used = len(self._frames), len(self.steps), self._nbytes() / 1e6
             if kept == steps:
                 return f"every iterate is kept: {used:,.{int(used < 10)}f} of {self._budget / 1e6:,g} MB"
-            others, changes = (f"1 in {stride // 2:,}" if stride > 2 else "all" for stride in self._strides)
+            others, changes = (
+                f"1 in {stride // 2:,}" if stride > 2 else "all" for stride in self._strides
+            )
             return (
                 f"{kept:,} of {steps:,} iterates are kept: {changes} where foldings change, {others} elsewhere; "
                 f"{used / kept * steps + 1:,.0f} MB would keep all"
@@ -161,7 +165,11 @@ class Recording(History):
     def _stays(self, frame: Frame) -> bool:
         """True if it is one of a pair that is kept, or beside the beginning or the end of a stage."""
         k, last = frame.index, len(self.steps) - 1
-        if k < _AROUND or k > last - _AROUND or _stage(self.steps[k - _AROUND]) != _stage(self.steps[k + _AROUND]):
+        if (
+            k < _AROUND
+            or k > last - _AROUND
+            or _stage(self.steps[k - _AROUND]) != _stage(self.steps[k + _AROUND])
+        ):
             return True
         changes = not self._foldings[k - 1] == self._foldings[k] == self._foldings[k + 1]
         return k % self._strides[changes] < 2
@@ -171,8 +179,14 @@ def _stage(step: Step) -> tuple[str, int]:
     return step.stage, step.round
 
 
-def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: FloatArray, ratios: FloatArray, *,
-             title: str = "") -> Any:
+def plot_run(
+    history: Sequence[Step],
+    foldings: ArrayLike | None,
+    differences: FloatArray,
+    ratios: FloatArray,
+    *,
+    title: str = "",
+) -> Any:
     """Plot energy and folded faces of every iterate, and what the result does to angles and areas.
 
     It takes angle differences (m, 3) in degrees and logarithms of area ratios (m,). A sentence stands in place of a
@@ -198,7 +212,9 @@ def plot_run(history: Sequence[Step], foldings: ArrayLike | None, differences: F
         energy.plot(at[drawn], values[drawn], color=LINES[0], marker=_marker(values))
         linear = linear_below(values)
         if np.isfinite(linear):
-            energy.set_yscale(*(("symlog",) if linear else ("log",)), **({"linthresh": linear} if linear else {}))
+            energy.set_yscale(
+                *(("symlog",) if linear else ("log",)), **({"linthresh": linear} if linear else {})
+            )
         energy.set_title(name, fontsize=SMALL + 1)
     if counts is not None:
         most = counts.max()
@@ -231,14 +247,20 @@ def objective(history: Sequence[Step]) -> tuple[IntArray, FloatArray, str]:
     ([1, 2], [2.0, 0.0], 'energy of the balance above its minimum')
     """
     kinds = [step.stage if step.stage in _OWN_ENERGY else "" for step in history]
-    same = [k for k, kind in enumerate(kinds) if kind == kinds[-1] and math.isfinite(history[k].energy)]
+    same = [
+        k for k, kind in enumerate(kinds) if kind == kinds[-1] and math.isfinite(history[k].energy)
+    ]
     at, energies = np.array(same, dtype=np.int64), np.array([history[k].energy for k in same])
     if not same:
         return at, energies, "energy"
     least = float(energies.min())
     if not kinds[-1] and abs(least - 4 * math.pi) < _NEAR_4_PI:
         return at, energies - 4 * math.pi, "energy minus 4π"
-    return at, energies - least, f"energy{f' of the {kinds[-1]}' if kinds[-1] else ''} above its minimum"
+    return (
+        at,
+        energies - least,
+        f"energy{f' of the {kinds[-1]}' if kinds[-1] else ''} above its minimum",
+    )
 
 
 def linear_below(values: FloatArray) -> float:
@@ -262,7 +284,9 @@ def _marker(values: NDArray[Any]) -> str | None:
 
 def round_starts(history: Sequence[Step]) -> list[tuple[int, str]]:
     """Places in the history where a round of Algorithm 2 begins, and the stage that begins it."""
-    return [(k, step.stage) for k, step in enumerate(history) if k and step.round > history[k - 1].round]
+    return [
+        (k, step.stage) for k, step in enumerate(history) if k and step.round > history[k - 1].round
+    ]
 
 
 def _mark_rounds(ax: Any, history: Sequence[Step]) -> None:

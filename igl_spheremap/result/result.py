@@ -61,19 +61,29 @@ class Result(Shown):
         """The input's faces, (m, 3) int64; outward on the sphere, counterclockwise in the plane."""
         return self.mesh.f
 
-    energy: float = _of_run("energy", "Harmonic energy, eq. (6), about 4 pi; in the plane what was lowered.")
+    energy: float = _of_run(
+        "energy", "Harmonic energy, eq. (6), about 4 pi; in the plane what was lowered."
+    )
     status: Status = _of_run("status", "How the last minimisation ended.")
     iterations: int = _of_run("iterations", "Iterations of all stages together.")
     seconds: float = _of_run("seconds", "Wall seconds from arrays to result.")
     timings: dict[str, float] = _of_run("timings", "Wall seconds by phase.")
     method: str = _of_run("method", "The method's name.")
-    settings: dict[str, Any] = _of_run("settings", "The method's options that are not at their defaults.")
+    settings: dict[str, Any] = _of_run(
+        "settings", "The method's options that are not at their defaults."
+    )
     history: tuple[Step, ...] = _of_run("history", "Every iterate of every stage.")
-    rounds: tuple[Round, ...] = _of_run("rounds", "Foldings before and after each round of folding removal.")
+    rounds: tuple[Round, ...] = _of_run(
+        "rounds", "Foldings before and after each round of folding removal."
+    )
     backend: str = _of_run("backend", "The factorisation that was used; empty where none was.")
-    notes: tuple[str, ...] = _of_run("notes", "Remarks on the run, and reasons to doubt the result.")
+    notes: tuple[str, ...] = _of_run(
+        "notes", "Remarks on the run, and reasons to doubt the result."
+    )
     gauge: str = _of_run("gauge", "Where the map lies among its Moebius images: see `Run`.")
-    stretch: float = _of_run("stretch", "Factor by which limbs too deep for float64 are shortened; 1 if there is none.")
+    stretch: float = _of_run(
+        "stretch", "Factor by which limbs too deep for float64 are shortened; 1 if there is none."
+    )
     balance: float = _of_run("balance", "0 for a conformal map, 1 for an area-preserving one.")
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
@@ -105,10 +115,17 @@ class Result(Shown):
         if before is None:
             first = f"{self.method}: {self.run.plan or self.status.value}"
             return "\n".join((first, *map(str, self.rounds), *self.notes))
-        own, notes = self.iterations - before.iterations, [note for note in self.notes if note not in before.notes]
-        angles, areas = ([f"{off(each):.3g}" for each in (self, before)] for off in (_angles_off, _areas_off))
-        line = (f"{self.method}, balance {self.balance:g}: {iterations_in(own)}; angles are {angles[0]} degrees off in "
-                f"the mean, not {angles[1]}, and areas by a factor of {areas[0]}, not {areas[1]}; {self.status.value}")
+        own, notes = (
+            self.iterations - before.iterations,
+            [note for note in self.notes if note not in before.notes],
+        )
+        angles, areas = (
+            [f"{off(each):.3g}" for each in (self, before)] for off in (_angles_off, _areas_off)
+        )
+        line = (
+            f"{self.method}, balance {self.balance:g}: {iterations_in(own)}; angles are {angles[0]} degrees off in "
+            f"the mean, not {angles[1]}, and areas by a factor of {areas[0]}, not {areas[1]}; {self.status.value}"
+        )
         return "\n".join((before.explain(), line, *notes))
 
     @gate
@@ -150,19 +167,27 @@ class Result(Shown):
 
     def _rebalanced(self: R, balance: float, listener: Listener | None) -> R:
         """The map at another balance, which is in range."""
-        raise TypeError(f"a {type(self).__name__} can't be rebalanced; make another one, from maps of balance "
-                        f"{balance:g} or by a function that takes balance={balance:g}")
+        raise TypeError(
+            f"a {type(self).__name__} can't be rebalanced; make another one, from maps of balance "
+            f"{balance:g} or by a function that takes balance={balance:g}"
+        )
 
     def _size(self) -> str:
         """How large the source is, in words."""
         return f"{len(self.vertices):,} vertices, {len(self.faces):,} faces"
 
     def __repr__(self) -> str:
-        outcome = "folding-free" if self.certificate.folding_free else f"{self.certificate.foldings} foldings"
+        outcome = (
+            "folding-free"
+            if self.certificate.folding_free
+            else f"{self.certificate.foldings} foldings"
+        )
         balance = f", balance={self.balance:g}" if self.balance else ""
-        return (f"{type(self).__name__}({self._size()}, method={self.method!r}{balance}, {outcome}, "
-                f"energy={self.energy:.6f}, {self.status.name}, {iterations_in(self.iterations)}, "
-                f"{self.seconds:.2f} s)")
+        return (
+            f"{type(self).__name__}({self._size()}, method={self.method!r}{balance}, {outcome}, "
+            f"energy={self.energy:.6f}, {self.status.name}, {iterations_in(self.iterations)}, "
+            f"{self.seconds:.2f} s)"
+        )
 
 
 def _angles_off(result: Any) -> float:
@@ -176,8 +201,16 @@ def _areas_off(result: Any) -> float:
 def run_findings(result: Result) -> list[Finding]:
     """How a map was made: the method's line, and the notes."""
     options = ", ".join(f"{key} = {value}" for key, value in result.settings.items())
-    made = "".join((result.method, f" ({options})" if options else "", f", {result.backend}" if result.backend else ""))
-    text = f"{made}: {iterations_in(result.iterations)}, {result.seconds:.2f} s; {result.status.value}"
+    made = "".join(
+        (
+            result.method,
+            f" ({options})" if options else "",
+            f", {result.backend}" if result.backend else "",
+        )
+    )
+    text = (
+        f"{made}: {iterations_in(result.iterations)}, {result.seconds:.2f} s; {result.status.value}"
+    )
     run = {
         "method": result.method, "settings": result.settings, "backend": result.backend, "timings": result.timings,
         "iterations": result.iterations, "seconds": result.seconds, "status": result.status.name,
@@ -191,4 +224,6 @@ def result_rows(result: Result, known: list[Finding]) -> list[tuple[str, str]]:
     """What is known of a map, its size and how it was made as labels and texts, the verdict first."""
     *figures, certificate = known
     size = Finding("mesh", result._size(), {})
-    return [(found.label, found.text) for found in (certificate, size, *figures, *run_findings(result))]
+    return [
+        (found.label, found.text) for found in (certificate, size, *figures, *run_findings(result))
+    ]

@@ -32,7 +32,9 @@ class Status(Enum):
     DONE = "no stopping rule was needed"
     SHORT = "areas or lengths stopped short of what was asked"
     COLLAPSED = "the degree is 0: the map shrank to a point or a curve, or as much of it is inside out as is not"
-    STALLED = "no acceptable step was found: the energy is at its rounding, or every step would fold"
+    STALLED = (
+        "no acceptable step was found: the energy is at its rounding, or every step would fold"
+    )
     STOPPED = "a listener asked to stop"
 
 
@@ -84,7 +86,9 @@ class Iterate:
         """Make the arrays read-only views: a listener must not change the run that it watches."""
         object.__setattr__(self, "x", _read_only(self.x))
         if self.details is not None:
-            object.__setattr__(self, "details", {key: _read_only(value) for key, value in self.details.items()})
+            object.__setattr__(
+                self, "details", {key: _read_only(value) for key, value in self.details.items()}
+            )
 
     def __repr__(self) -> str:
         return f"Iterate({title_of(self)!r}, {len(self.x)} vertices, energy={self.energy:.6f})"
@@ -92,7 +96,15 @@ class Iterate:
     @property
     def step(self) -> Step:
         """The iterate without its positions."""
-        return Step(self.stage, self.round, self.iteration, self.energy, self.residual, self.tau, self.safeguards)
+        return Step(
+            self.stage,
+            self.round,
+            self.iteration,
+            self.energy,
+            self.residual,
+            self.tau,
+            self.safeguards,
+        )
 
 
 def _read_only(value: Any) -> Any:
@@ -127,12 +139,24 @@ class Step(NamedTuple):
 
 #: What stands in for the paper's formulas at single steps, and what notes say where it acted once, and more often.
 SAFEGUARDS = {
-    "undirected": ("vertex took the direction of its neighbours", "vertices took the direction of their neighbours"),
-    "floored": ("weight of eq. (20) was raised to its floor", "weights of eq. (20) were raised to their floor"),
+    "undirected": (
+        "vertex took the direction of its neighbours",
+        "vertices took the direction of their neighbours",
+    ),
+    "floored": (
+        "weight of eq. (20) was raised to its floor",
+        "weights of eq. (20) were raised to their floor",
+    ),
     "undefined": ("quotient of eq. (12) had no value", "quotients of eq. (12) had no value"),
-    "bounded": ("quotient of eq. (12) was out of bounds", "quotients of eq. (12) were out of bounds"),
+    "bounded": (
+        "quotient of eq. (12) was out of bounds",
+        "quotients of eq. (12) were out of bounds",
+    ),
     "refused": ("step that would fold was refused", "steps that would fold were refused"),
-    "centred": ("map on the way was centred by a Moebius map", "maps on the way were centred by Moebius maps"),
+    "centred": (
+        "map on the way was centred by a Moebius map",
+        "maps on the way were centred by Moebius maps",
+    ),
     "repaired": ("fold of a star map was repaired", "folds of star maps were repaired"),
 }
 
@@ -146,11 +170,19 @@ def safeguard_notes(steps: Iterable[Step]) -> tuple[str, ...]:
     total: Counter[str] = Counter()
     for step in steps:
         total.update(step.safeguards or {})
-    return tuple(f"{total[name]:,} {words[total[name] > 1]}" for name, words in SAFEGUARDS.items() if total[name])
+    return tuple(
+        f"{total[name]:,} {words[total[name] > 1]}"
+        for name, words in SAFEGUARDS.items()
+        if total[name]
+    )
 
 
 #: What stages are called where people read of them.
-_NAMES = {"harmonic": "Algorithm 1", "sobolev": "preconditioned Cayley steps", "tutte": "Tutte energy"}
+_NAMES = {
+    "harmonic": "Algorithm 1",
+    "sobolev": "preconditioned Cayley steps",
+    "tutte": "Tutte energy",
+}
 
 
 def title_of(step: Step | Iterate) -> str:
@@ -320,6 +352,15 @@ class History:
         seconds, history, spent = time.perf_counter() - self._began, tuple(self.steps), timings()
         if (before := self._before) is not None:
             seconds, history = before.seconds + seconds, before.history + history
-            spent = before.timings | {name: before.timings.get(name, 0.0) + spent[name] for name in spent}
-        return replace(run, method=method, settings=settings or {}, history=history, seconds=seconds, timings=spent,
-                       notes=(*run.notes, *safeguard_notes(self.steps)))
+            spent = before.timings | {
+                name: before.timings.get(name, 0.0) + spent[name] for name in spent
+            }
+        return replace(
+            run,
+            method=method,
+            settings=settings or {},
+            history=history,
+            seconds=seconds,
+            timings=spent,
+            notes=(*run.notes, *safeguard_notes(self.steps)),
+        )

@@ -36,8 +36,16 @@ if TYPE_CHECKING:
     Arrays = tuple[FloatArray, IntArray]
 
 _SHAPES = {
-    "bird": "animals", "brain": "cortex", "bunny": "animals", "dino": "animals", "dumbbell": "revolution",
-    "octopus": "animals", "pear": "revolution", "sphere": "icosphere", "spheroid": "revolution", "spring": "rings",
+    "bird": "animals",
+    "brain": "cortex",
+    "bunny": "animals",
+    "dino": "animals",
+    "dumbbell": "revolution",
+    "octopus": "animals",
+    "pear": "revolution",
+    "sphere": "icosphere",
+    "spheroid": "revolution",
+    "spring": "rings",
 }
 _MODULES = _SHAPES | {"SurfaceOfRevolution": "revolution"}
 

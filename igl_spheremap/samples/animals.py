@@ -27,10 +27,30 @@ _DINO_SPINE = (  # x (forward), y (left), z (up), radius; from the tail to the s
     (3.85, -0.52, 4.18, 0.18),
 )
 _DINO_LEGS = (
-    ((0.65, 0.45, 1.5, 0.36), (0.85, 0.55, 0.85, 0.27), (0.85, 0.56, 0.28, 0.23), (0.97, 0.56, 0.20, 0.23)),
-    ((0.65, -0.45, 1.5, 0.36), (0.55, -0.55, 0.85, 0.27), (0.35, -0.56, 0.28, 0.23), (0.47, -0.56, 0.20, 0.23)),
-    ((-0.9, 0.42, 1.5, 0.48), (-0.9, 0.56, 0.9, 0.33), (-1.2, 0.58, 0.28, 0.25), (-1.08, 0.58, 0.21, 0.25)),
-    ((-0.9, -0.42, 1.5, 0.48), (-0.6, -0.56, 0.9, 0.33), (-0.6, -0.58, 0.28, 0.25), (-0.48, -0.58, 0.21, 0.25)),
+    (
+        (0.65, 0.45, 1.5, 0.36),
+        (0.85, 0.55, 0.85, 0.27),
+        (0.85, 0.56, 0.28, 0.23),
+        (0.97, 0.56, 0.20, 0.23),
+    ),
+    (
+        (0.65, -0.45, 1.5, 0.36),
+        (0.55, -0.55, 0.85, 0.27),
+        (0.35, -0.56, 0.28, 0.23),
+        (0.47, -0.56, 0.20, 0.23),
+    ),
+    (
+        (-0.9, 0.42, 1.5, 0.48),
+        (-0.9, 0.56, 0.9, 0.33),
+        (-1.2, 0.58, 0.28, 0.25),
+        (-1.08, 0.58, 0.21, 0.25),
+    ),
+    (
+        (-0.9, -0.42, 1.5, 0.48),
+        (-0.6, -0.56, 0.9, 0.33),
+        (-0.6, -0.58, 0.28, 0.25),
+        (-0.48, -0.58, 0.21, 0.25),
+    ),
 )
 _BIRD_SPINE = (
     (-1.5, 0.0, 0.0, 0.20),
@@ -55,7 +75,12 @@ _BUNNY_BODY = (  # x (forward), y (left), z (up), radius; from the rump to the n
     (0.7, 0.0, 1.45, 0.64),
     (0.95, 0.0, 1.85, 0.50),
 )
-_BUNNY_HEAD = ((0.95, 0.0, 2.2, 0.42), (1.25, 0.0, 2.42, 0.56), (1.6, 0.0, 2.34, 0.48), (1.88, 0.0, 2.22, 0.34))
+_BUNNY_HEAD = (
+    (0.95, 0.0, 2.2, 0.42),
+    (1.25, 0.0, 2.42, 0.56),
+    (1.6, 0.0, 2.34, 0.48),
+    (1.88, 0.0, 2.22, 0.34),
+)
 _BUNNY_TAIL = ((-1.75, 0.0, 0.75, 0.26), (-1.98, 0.0, 0.86, 0.31))
 _BUNNY_EAR = (  # ear, haunch, legs and eye: the left ones
     (1.02, 0.22, 2.8, 0.17),
@@ -67,7 +92,12 @@ _BUNNY_EAR = (  # ear, haunch, legs and eye: the left ones
 _BUNNY_HAUNCH = ((-1.0, 0.62, 0.95, 0.56), (-0.4, 0.82, 0.70, 0.52), (-0.15, 0.84, 0.55, 0.40))
 _BUNNY_LEGS = (
     ((-0.75, 0.84, 0.24, 0.22), (0.15, 0.88, 0.20, 0.23), (0.45, 0.88, 0.18, 0.19)),
-    ((0.72, 0.36, 1.1, 0.38), (0.92, 0.38, 0.55, 0.24), (1.0, 0.38, 0.2, 0.19), (1.28, 0.38, 0.16, 0.18)),
+    (
+        (0.72, 0.36, 1.1, 0.38),
+        (0.92, 0.38, 0.55, 0.24),
+        (1.0, 0.38, 0.2, 0.19),
+        (1.28, 0.38, 0.16, 0.18),
+    ),
 )
 _BUNNY_EYE = ((1.52, 0.40, 2.55, 0.13), (1.55, 0.44, 2.56, 0.11))
 _OCTOPUS_MANTLE = (
@@ -135,11 +165,15 @@ def octopus(n_vertices: int = 6000, arm_length: float = 2.0) -> tuple[FloatArray
     """
     check_number(arm_length, "arm_length", 0.5, 20)
     eyes = [limb([(0.42, y, 1.15, 0.17), (0.5, 1.1 * y, 1.2, 0.17)]) for y in (0.3, -0.3)]
-    body = SmoothUnion((limb(_OCTOPUS_MANTLE), *eyes, *(_arm(k, arm_length) for k in range(8))), blend=0.08)
+    body = SmoothUnion(
+        (limb(_OCTOPUS_MANTLE), *eyes, *(_arm(k, arm_length) for k in range(8))), blend=0.08
+    )
     return mesh_implicit(body, body.box(), n_vertices, detail=0.11)
 
 
-def _on_side(knots: Sequence[Sequence[float]], side: float) -> list[tuple[float, float, float, float]]:
+def _on_side(
+    knots: Sequence[Sequence[float]], side: float
+) -> list[tuple[float, float, float, float]]:
     """The knots of a left part for side 1, of its mirror image for -1."""
     return [(x, side * y, z, r) for x, y, z, r in knots]
 
@@ -156,4 +190,6 @@ def _arm(k: int, circumferences: float) -> Limb:
     direction = np.stack([out * np.cos(swing), out * np.sin(swing), np.sin(rise)], axis=1)
     steps = 0.5 * (direction[1:] + direction[:-1]) * (length / (len(t) - 1))
     start = np.array([0.4 * np.cos(swing[0]), 0.4 * np.sin(swing[0]), 0.55])
-    return Limb(np.concatenate([start[None], start + np.cumsum(steps, axis=0)]), root + (tip - root) * t)
+    return Limb(
+        np.concatenate([start[None], start + np.cumsum(steps, axis=0)]), root + (tip - root) * t
+    )

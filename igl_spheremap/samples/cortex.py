@@ -32,7 +32,9 @@ def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[FloatArray, Int
     """
     check_number(depth, "depth", 0.0, 0.17)
     stem = limb([(-0.3, 0, -0.5, 0.25), (-0.45, 0, -1.0, 0.2), (-0.6, 0, -1.4, 0.17)])
-    cerebellum = [limb([(-0.8, 0.1 * y, -0.7, 0.33), (-0.8, 0.4 * y, -0.67, 0.33)]) for y in (1, -1)]
+    cerebellum = [
+        limb([(-0.8, 0.1 * y, -0.7, 0.33), (-0.8, 0.4 * y, -0.67, 0.33)]) for y in (1, -1)
+    ]
     lower = SmoothUnion((stem, *cerebellum), blend=0.04)
 
     def field(p: FloatArray) -> FloatArray:
@@ -52,7 +54,12 @@ def _cerebrum(p: FloatArray, depth: FloatArray) -> FloatArray:
     phase, crowding = _phase(surface)
     shallow = 1.0 / (1.0 + (crowding / _CROWDED) ** 4)
     sulcus = depth * shallow * np.exp(_SHARPNESS * (np.cos(phase) - 1.0))
-    fissure = 1.8 * depth * np.exp(-((p[:, 1] / _FISSURE) ** 2)) / (1.0 + np.exp(-(surface[:, 2] + 0.1) / 0.1))
+    fissure = (
+        1.8
+        * depth
+        * np.exp(-((p[:, 1] / _FISSURE) ** 2))
+        / (1.0 + np.exp(-(surface[:, 2] + 0.1) / 0.1))
+    )
     return ((ratio - 1.0) * _AXES.min() + np.maximum(sulcus, fissure)) / _STEEPEST
 
 

@@ -31,7 +31,10 @@ def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     # A point on an edge belongs to two faces, a corner to five: give it the same key in all, corners in rising order.
     corner = np.where(weight > 0, corner, 0)
     order = np.argsort(corner + 100 * (weight == 0), axis=1)
-    corner, weight = np.take_along_axis(corner, order, axis=1), np.take_along_axis(weight, order, axis=1)
+    corner, weight = (
+        np.take_along_axis(corner, order, axis=1),
+        np.take_along_axis(weight, order, axis=1),
+    )
     key = (corner @ [1, 12, 144]) * (k + 1) ** 2 + weight[:, :2] @ [1, k + 1]
     common = np.gcd.reduce(weight, axis=1)
     halvings = common & -common  # 2^a: the sphere with k / 2^a has the point, too

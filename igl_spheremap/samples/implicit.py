@@ -48,7 +48,9 @@ class Limb:
         return np.stack([(self.centres - reach).min(axis=0), (self.centres + reach).max(axis=0)])
 
 
-def limb(knots: Sequence[Sequence[float]], squash: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Limb:
+def limb(
+    knots: Sequence[Sequence[float]], squash: tuple[float, float, float] = (1.0, 1.0, 1.0)
+) -> Limb:
     """Limb along a spline through knots ``(x, y, z, radius)``."""
     # takes .2 s, which only limbs need
     from scipy.interpolate import CubicSpline, PchipInterpolator
@@ -71,7 +73,9 @@ class SmoothUnion:
         """``-blend * log(sum(exp(-d / blend)))`` over the limbs' distances d."""
         distance = np.stack([self._distance(each, points) for each in self.limbs])
         nearest = distance.min(axis=0)
-        return nearest - self.blend * np.log(np.sum(np.exp((nearest - distance) / self.blend), axis=0))
+        return nearest - self.blend * np.log(
+            np.sum(np.exp((nearest - distance) / self.blend), axis=0)
+        )
 
     def _distance(self, part: Limb, points: FloatArray) -> FloatArray:
         """Distance to the limb; for points too far off to be blended, that to its box, which is smaller."""
@@ -91,7 +95,9 @@ class SmoothUnion:
 Field = Callable[[FloatArray], FloatArray]
 """Maps (k, 3) points to (k,) values: negative inside, and 1-Lipschitz, a lower bound of the distance to the surface."""
 
-_CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+_CUBE = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+)
 _COARSE_CUBE = 8  # edge of the cubes that the octree starts with, in grid spacings
 _BLOCK = 1 << 10  # points evaluated at once, so that temporaries stay in cache
 #: Chosen by looking at the meshes: rounds of relaxation after marching and after a subdivision; secant steps to the
@@ -102,7 +108,9 @@ _SECANTS, _SLOPES = 4, (0.25, 1.0)
 _GRIDS, _MISSED = 4, 0.03
 
 
-def mesh_implicit(field: Field, box: FloatArray, n_vertices: int, detail: float) -> tuple[FloatArray, IntArray]:
+def mesh_implicit(
+    field: Field, box: FloatArray, n_vertices: int, detail: float
+) -> tuple[FloatArray, IntArray]:
     """Closed genus-0 mesh of ``field == 0`` inside the box, with about ``n_vertices`` vertices.
 
     Marching cubes makes a mesh with grid spacing at most ``detail`` where there are vertices enough, and its
@@ -144,7 +152,9 @@ def _settle(field: Field, v: FloatArray, f: IntArray) -> FloatArray:
         move += step
         before, value = value, evaluate(field, v + move[:, None] * normal)
         change = value - before
-        slope = np.clip(np.divide(change, step, out=np.ones_like(step), where=step != 0.0), *_SLOPES)
+        slope = np.clip(
+            np.divide(change, step, out=np.ones_like(step), where=step != 0.0), *_SLOPES
+        )
         step = -value / slope
     move[np.abs(move) > np.linalg.norm(v[f] - v[f[:, [1, 2, 0]]], axis=2).max()] = 0.0
     return v + move[:, None] * normal
@@ -155,7 +165,9 @@ def evaluate(field: Field, points: FloatArray) -> FloatArray:
     return np.concatenate([field(points[i : i + _BLOCK]) for i in range(0, len(points), _BLOCK)])
 
 
-def _march_to_count(field: Field, box: FloatArray, count: float, scale: float) -> tuple[FloatArray, IntArray]:
+def _march_to_count(
+    field: Field, box: FloatArray, count: float, scale: float
+) -> tuple[FloatArray, IntArray]:
     """Marching cubes on the grid that yields ``count`` vertices: spacing near ``scale / sqrt(count)``."""
     for _ in range(_GRIDS):
         spacing = scale / np.sqrt(count)

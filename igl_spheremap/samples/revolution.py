@@ -57,7 +57,9 @@ class SurfaceOfRevolution:
         if not (np.isfinite(self.half_length) and self.half_length > 0.0):
             raise ValueError(f"half_length must be positive, not {self.half_length}")
         if not np.all(self._rho(np.linspace(-1.0, 1.0, _TESTED)) > 0.0):
-            raise ValueError(f"the radius polynomial {self.radius} is not positive on all of [-1, 1]")
+            raise ValueError(
+                f"the radius polynomial {self.radius} is not positive on all of [-1, 1]"
+            )
 
     @gate
     def mesh(self, n_vertices: int = 4000) -> tuple[FloatArray, IntArray]:
@@ -74,12 +76,16 @@ class SurfaceOfRevolution:
         f : (m, 3) int64 ndarray
         """
         colatitude = np.linspace(np.pi, 0.0, _PROFILE)
-        profile = self.embed(np.stack([np.sin(colatitude), 0.0 * colatitude, np.cos(colatitude)], axis=1))
+        profile = self.embed(
+            np.stack([np.sin(colatitude), 0.0 * colatitude, np.cos(colatitude)], axis=1)
+        )
         chord = np.linalg.norm(np.diff(profile, axis=0), axis=1)
         arc = np.concatenate([[0.0], np.cumsum(chord)])
         s, angle, f = loft(lambda t: np.interp(t, arc, profile[:, 0]), arc[-1], n_vertices)
         t = np.interp(s, arc, colatitude)
-        v = self.embed(np.stack([np.sin(t) * np.cos(angle), np.sin(t) * np.sin(angle), np.cos(t)], axis=1))
+        v = self.embed(
+            np.stack([np.sin(t) * np.cos(angle), np.sin(t) * np.sin(angle), np.cos(t)], axis=1)
+        )
         return v, f
 
     @gate
@@ -121,7 +127,12 @@ class SurfaceOfRevolution:
     def _stretch(self, c: FloatArray) -> FloatArray:
         """q, where ds = rho * sqrt(1 + (1 - c^2) q) dt along the profile and c = cos t."""
         slope = Polynomial(self.radius).deriv()(c) / self._rho(c)
-        return (self.half_length / self._rho(c)) ** 2 - 1.0 - 2.0 * c * slope + (1.0 - c * c) * slope**2
+        return (
+            (self.half_length / self._rho(c)) ** 2
+            - 1.0
+            - 2.0 * c * slope
+            + (1.0 - c * c) * slope**2
+        )
 
     @cached_property
     def _excess(self) -> Chebyshev:

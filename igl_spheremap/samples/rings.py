@@ -37,7 +37,9 @@ def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[FloatArray, IntA
     def from_end(s: FloatArray) -> FloatArray:
         return np.minimum(np.minimum(s, length + 2.0 * quarter - s), quarter)
 
-    s, angle, f = loft(lambda s: _TUBE * np.sin(from_end(s) / _TUBE), length + 2.0 * quarter, n_vertices)
+    s, angle, f = loft(
+        lambda s: _TUBE * np.sin(from_end(s) / _TUBE), length + 2.0 * quarter, n_vertices
+    )
     across = _TUBE * np.sin(from_end(s) / _TUBE)
     beyond = _TUBE * np.cos(from_end(s) / _TUBE) * np.sign(s - quarter - 0.5 * length)
     return _bend(np.clip(s - quarter, 0.0, length), beyond, across, angle), f
@@ -79,11 +81,15 @@ def loft(
     first = np.cumsum(counts) - counts
     index = np.arange(len(ring)) - first[ring]
     angle = 2.0 * np.pi * (index + 0.5 * (ring % 2)) / counts[ring]
-    faces = [_stitch(j, counts[j], counts[j + 1], first[j], first[j + 1]) for j in range(len(counts) - 1)]
+    faces = [
+        _stitch(j, counts[j], counts[j + 1], first[j], first[j + 1]) for j in range(len(counts) - 1)
+    ]
     return length * ring / (len(counts) - 1), angle, np.concatenate(faces)
 
 
-def _ring_counts(radius: Callable[[FloatArray], FloatArray], length: float, n_vertices: int) -> IntArray:
+def _ring_counts(
+    radius: Callable[[FloatArray], FloatArray], length: float, n_vertices: int
+) -> IntArray:
     """Vertices on each ring: 1 at the poles, elsewhere as many as make triangles near-equilateral."""
     s = np.linspace(0.0, length, 2001)
     area = 2.0 * np.pi * length * np.mean(radius(s))

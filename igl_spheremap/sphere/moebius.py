@@ -48,7 +48,9 @@ def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
     c = np.asarray(c, dtype=np.float64)
     cc = float(c @ c)
     if not cc < 1:
-        raise MeshError(f"the Moebius centre has length {np.sqrt(cc):g}; give a point inside the unit ball")
+        raise MeshError(
+            f"the Moebius centre has length {np.sqrt(cc):g}; give a point inside the unit ball"
+        )
     y = x - c
     y *= ((1 - cc) / row_dots(y, y))[:, None]  # algorithm (18)
     y -= c
@@ -72,7 +74,9 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray) -> FloatArray:
     return _balance(x, weights)[0]
 
 
-def _balance(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> tuple[FloatArray, FloatArray]:
+def _balance(
+    x: FloatArray, weights: FloatArray, within: float = _BALANCED
+) -> tuple[FloatArray, FloatArray]:
     """The conformal barycentre, and the rows moved by the Moebius map that takes it to the origin."""
     w = weights / weights.sum()
     centre, y, mean = np.zeros(3), x, weighted_sum(w, x)
@@ -134,7 +138,9 @@ def fix_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
 
 def turn_to_gauss_map(mesh: Mesh, x: FloatArray) -> FloatArray:
     """`x` rotated to agree best with the Gauss map, weighted by the source's area."""
-    turned = np.einsum("jk,ji->ki", best_rotation(x, orientation_target(mesh), mesh.A), np.ascontiguousarray(x.T))
+    turned = np.einsum(
+        "jk,ji->ki", best_rotation(x, orientation_target(mesh), mesh.A), np.ascontiguousarray(x.T)
+    )
     # rounding in the lengths adds up over a run's steps
     turned /= np.sqrt(row_dots(turned.T, turned.T))
     return np.ascontiguousarray(turned.T)

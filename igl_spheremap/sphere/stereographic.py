@@ -49,7 +49,9 @@ class Anchored(NamedTuple):
         """Points after the rotations of the sphere that take their anchors to 0."""
         return np.asarray(self.z / (1 + np.abs(self.anchor) ** 2 + np.conj(self.anchor) * self.z))
 
-    def beside(self, k: int, offset: ComplexArray | LongComplex, rows: IntArray) -> ComplexArray | LongComplex:
+    def beside(
+        self, k: int, offset: ComplexArray | LongComplex, rows: IntArray
+    ) -> ComplexArray | LongComplex:
         """Points at given offsets from point k, relative to the anchors of the given rows."""
         anchor = np.broadcast_to(self.anchor, self.z.shape)
         return np.asarray(self.z[k] + (anchor[k] - anchor[rows]) + offset)

@@ -164,11 +164,16 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
     if abs(nu) < _LARGEST_CORRECTION:
         z = z + nu * z.conj()  # algorithm (6)
     distance, sample = np.abs(z), spread(len(z), _SAMPLE)
-    corner, middle = distance[mesh.f[face]].min(), weighted_quantile(distance[sample], mesh.A[sample])
+    corner, middle = (
+        distance[mesh.f[face]].min(),
+        weighted_quantile(distance[sample], mesh.A[sample]),
+    )
     if _INNER * corner < middle:
         return z, nu
     # algorithm (7)
-    within = (distance > min(_INNER * corner, np.sqrt(middle * corner))) & (distance < _OUTER * corner)
+    within = (distance > min(_INNER * corner, np.sqrt(middle * corner))) & (
+        distance < _OUTER * corner
+    )
     ring = mesh.f[within.take(mesh.f[:, 0])]
     ring = ring[within[ring].all(axis=1)]
     ring = ring[spread(len(ring), _SAMPLE)]
@@ -192,7 +197,9 @@ def _median(values: ComplexArray) -> complex | None:
     """Median of the real parts and of the imaginary parts of numbers, NaN left out; None if there are none."""
     values = values[np.isfinite(values)]
     middle = len(values) // 2
-    return complex(np.sort(values.real)[middle], np.sort(values.imag)[middle]) if len(values) else None
+    return (
+        complex(np.sort(values.real)[middle], np.sort(values.imag)[middle]) if len(values) else None
+    )
 
 
 def _in_their_planes(mesh: Mesh, f: IntArray) -> tuple[FloatArray, ComplexArray]:

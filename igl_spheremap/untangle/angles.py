@@ -57,7 +57,9 @@ def close_angles(system: VertexSystem, target: FloatArray, hole: int) -> FloatAr
         aiming = step < _AIMING
         size = aim if aiming else a  # weights that change while aiming make the steps cycle
         try:
-            move = wheels.step(a, aim - a if aiming else 0 * a, np.minimum(size, np.pi - size), missing)
+            move = wheels.step(
+                a, aim - a if aiming else 0 * a, np.minimum(size, np.pi - size), missing
+            )
         except FactorisationFailed:
             break
         a = a * np.exp(np.clip(move / a, -_LONGEST, _LONGEST))  # positive angles stay so
@@ -80,7 +82,9 @@ class _Wheels:
         sums = self.system.gathered(np.stack((a, sines[[1, 2, 0]] - sines[[2, 0, 1]])))
         return np.where(self.free, np.array([[2 * np.pi], [0.0]]) - sums, 0.0)
 
-    def step(self, a: FloatArray, wanted: FloatArray, compliance: FloatArray, missing: FloatArray) -> FloatArray:
+    def step(
+        self, a: FloatArray, wanted: FloatArray, compliance: FloatArray, missing: FloatArray
+    ) -> FloatArray:
         """The change nearest to the wanted one that closes all conditions to first order.
 
         The square of each angle's deviation is weighted by one over its compliance.
@@ -96,6 +100,8 @@ class _Wheels:
         PJ = compliance[:, None, None] * (J - np.einsum("am,aikm->ikm", share, J))
         wanted = wanted - share * wanted.sum(axis=0)
         lack = missing - self.system.gathered(np.einsum("aikm,am->kim", J, wanted))
-        values = self.system.damped(self.system.assemble(gram_blocks(PJ, J)), _RIDGE, np.where(self.free, 0.0, 1.0))
+        values = self.system.damped(
+            self.system.assemble(gram_blocks(PJ, J)), _RIDGE, np.where(self.free, 0.0, 1.0)
+        )
         multipliers = self.system.solve(self.system.factorise(values, within_memory=True), lack)
         return wanted + np.einsum("aikm,kim->am", PJ, multipliers.take(self.corners, axis=1))

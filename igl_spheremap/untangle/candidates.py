@@ -42,7 +42,9 @@ _FOLDED = 30.0
 _GAUGES, _FIRST = 60, 0.4
 
 
-def unfolded_first(mesh: Mesh, maps: Iterable[FloatArray]) -> Iterator[tuple[FloatArray, FloatArray]]:
+def unfolded_first(
+    mesh: Mesh, maps: Iterable[FloatArray]
+) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Yield each map in the Moebius gauge that folds fewest faces, and the same map after small moves.
 
     Maps that still fold after small moves come last, the least bad first: embedding spoils many of them.
@@ -61,7 +63,9 @@ def unfolded_first(mesh: Mesh, maps: Iterable[FloatArray]) -> Iterator[tuple[Flo
         yield y, after_moves
 
 
-def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int) -> Iterator[FloatArray]:
+def layouts(
+    mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int
+) -> Iterator[FloatArray]:
     """Yield the map of a layout, then those of layouts around up to `holes` other faces, by the mesh's own angles.
 
     Layouts with limbs that are too deep for Moebius maps are left out.
@@ -70,7 +74,11 @@ def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int)
         yield onto_sphere(placed, placed.points)
     source = proper_angles(mesh.angles)
     # Well-shaped faces of middling size, and the largest, in turn.
-    pairs = zip(candidate_faces(mesh), np.argsort(-face_areas(mesh.unit, mesh.f), kind="stable").tolist(), strict=False)
+    pairs = zip(
+        candidate_faces(mesh),
+        np.argsort(-face_areas(mesh.unit, mesh.f), kind="stable").tolist(),
+        strict=False,
+    )
     for hole in islice(dict.fromkeys(chain.from_iterable(pairs)), holes):
         closed = close_angles(system, source, hole)
         if closed is not None:
@@ -95,7 +103,11 @@ class Badness:
 
         A map of degree 0 may fold a single face, within whose image all others lie.
         """
-        return float((by_blocks(signed_volumes, x, self.f) <= 0).mean()) if covers_once(x, self.f) else 1.0
+        return (
+            float((by_blocks(signed_volumes, x, self.f) <= 0).mean())
+            if covers_once(x, self.f)
+            else 1.0
+        )
 
 
 def least_folded(x: FloatArray, badness: Badness) -> FloatArray:

@@ -201,7 +201,7 @@ def _ranked(stars: Stars, first: IntArray, n: int) -> IntArray:
 
 def _spread(owner: IntArray, valence: IntArray) -> BoolArray:
     """Which of the contractible neighbours are tried as targets: all, or at high valence every k-th."""
-    stride = -(-valence**2 // _FANS_TRIED)
+    stride = -(-(valence**2) // _FANS_TRIED)
     first = np.searchsorted(owner, np.arange(len(valence)))
     return (np.arange(len(owner)) - first[owner]) % stride[owner] == 0
 

@@ -87,7 +87,10 @@ class Limb:
     @cached_property
     def inwards(self) -> FloatArray:
         """Nepers from the rim to each vertex of the disc; to the tip, the nepers to the vertex nearest to it."""
-        return np.minimum(self.log_radius - self.log.real[self.disc], self.log_radius - self.log.real[self.apart].min())
+        return np.minimum(
+            self.log_radius - self.log.real[self.disc],
+            self.log_radius - self.log.real[self.apart].min(),
+        )
 
     @cached_property
     def bins(self) -> int:
@@ -101,7 +104,9 @@ class Limb:
     @cached_property
     def branches_at(self) -> IntArray:
         """Bins that hold the tips of the branches."""
-        return self.bins_at(self.log_radius - self.log.real[[branch.tip for branch in self.branches]])
+        return self.bins_at(
+            self.log_radius - self.log.real[[branch.tip for branch in self.branches]]
+        )
 
 
 class Costs(NamedTuple):
@@ -144,7 +149,12 @@ class Table:
     branches: list[Table]
 
     @classmethod
-    def of(cls, costs: Costs, branches: Sequence[Table] = (), branches_at: Sequence[int] | IntArray = ()) -> Table:
+    def of(
+        cls,
+        costs: Costs,
+        branches: Sequence[Table] = (),
+        branches_at: Sequence[int] | IntArray = (),
+    ) -> Table:
         """Solve for the least cost V_0 of a limb, from the tip outwards, for every gain g in nepers outside its rim.
 
             V_b(g) = min over kappa of  C_b(kappa) + W_b(min(h, u_b)) + V_{b+1}(h),    h = g + w (1 - kappa),
@@ -164,7 +174,9 @@ class Table:
             missing = np.maximum(0, costs.deepest[b] + thinner - costs.step * gained - costs.floor)
             later = value + _BELOW * costs.vertices[b] * missing
             later = np.concatenate((later, np.repeat(later[:, -1:], len(thinner), axis=1)), axis=1)
-            total = np.stack([costs.angles[b, i] + row[i:i + steps] for i, row in enumerate(later)])
+            total = np.stack(
+                [costs.angles[b, i] + row[i : i + steps] for i, row in enumerate(later)]
+            )
             choice[b] = total.argmin(axis=0)
             value = total.min(axis=0)
         return cls(value, choice, costs.useful, list(branches))
@@ -204,8 +216,9 @@ def shorten_limbs(placed: Placed, source: FloatArray, floor: float) -> tuple[Anc
     return points._replace(z=z), stretch
 
 
-def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
-                finer: FloatArray | float = 0.0) -> list[Branch]:
+def tips_beyond(
+    depth: FloatArray, f: IntArray, floor: float, finer: FloatArray | float = 0.0
+) -> list[Branch]:
     """Merge tree of the deep vertices, each branch before the one that it meets.
 
     The elder rule of persistent homology: where two limbs meet, the one of the less deep tip ends. Limbs begin where
@@ -228,18 +241,26 @@ def tips_beyond(depth: FloatArray, f: IntArray, floor: float,
     for v in deep[np.argsort(-inwards[deep], kind="stable")].tolist():
         here = v
         part[v], tip[v], members[v] = v, v, [v]
-        for other in {part[u] for u in neighbours[start[v]:start[v + 1]] if part[u] >= 0} - {v}:
-            elder, younger = (here, other) if inwards[tip[here]] >= inwards[tip[other]] else (other, here)
+        for other in {part[u] for u in neighbours[start[v] : start[v + 1]] if part[u] >= 0} - {v}:
+            elder, younger = (
+                (here, other) if inwards[tip[here]] >= inwards[tip[other]] else (other, here)
+            )
             end = tip[younger]
             if depth[end] > floor and inwards[end] - inwards[v] >= _ONSET:
                 found.append(Branch(end, tip[elder], np.array(members[younger])))
-            keep, gone = (elder, younger) if len(members[elder]) >= len(members[younger]) else (younger, elder)
+            keep, gone = (
+                (elder, younger)
+                if len(members[elder]) >= len(members[younger])
+                else (younger, elder)
+            )
             tip[keep] = tip[elder]
             for u in members[gone]:
                 part[u] = keep
             members[keep] += members.pop(gone)
             here = keep
-    return found + [Branch(tip[k], -1, np.array(rows)) for k, rows in members.items() if depth[tip[k]] > floor]
+    return found + [
+        Branch(tip[k], -1, np.array(rows)) for k, rows in members.items() if depth[tip[k]] > floor
+    ]
 
 
 def _limbs(found: list[Branch], placed: Placed) -> list[Limb]:
@@ -276,7 +297,10 @@ def _costs(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Cost
         own &= ~np.isin(limb.disc, branch.disc)
     deepest, finer = np.zeros((2, bins))
     np.maximum.at(deepest, at[own], placed.depth[limb.disc[own]])
-    inner, finer_at = np.isin(limb.disc, limb.apart), np.broadcast_to(placed.finer, placed.depth.shape)
+    inner, finer_at = (
+        np.isin(limb.disc, limb.apart),
+        np.broadcast_to(placed.finer, placed.depth.shape),
+    )
     np.maximum.at(finer, at[inner], finer_at[limb.apart])
     # two faces a vertex
     angles = _bin_costs(limb, placed.f, source) / 2 + _SPARE * _equilateral_costs()
@@ -294,7 +318,9 @@ def _drawn(limb: Limb, table: Table, gained: int) -> tuple[IntArray, ComplexArra
     """Vertices of a limb and its branches, logarithms of their new positions relative to its tip, and the stretch."""
     kappas, gains = table.chosen(gained)
     log, rows, stretch = limb.log.copy(), [limb.disc], float(len(kappas) / kappas.sum())
-    for branch, own, b in zip(limb.branches, table.branches, limb.branches_at.tolist(), strict=True):
+    for branch, own, b in zip(
+        limb.branches, table.branches, limb.branches_at.tolist(), strict=True
+    ):
         inside, about_branch, divided = _drawn(branch, own, int(gains[b]))
         log[inside] = log_sum(limb.log[branch.tip], about_branch)
         rows.append(inside)
@@ -323,13 +349,23 @@ def _bin_costs(limb: Limb, f: IntArray, source: FloatArray) -> FloatArray:
     at, cost = limb.bins_at(limb.log_radius - middle[:, 0]), np.empty((limb.bins, len(_KAPPAS)))
     for i, kappa in enumerate(_KAPPAS):
         angles = plane_angles(np.exp(kappa * (log - middle)) * unit)
-        cost[:, i] = np.bincount(at, np.degrees(np.abs(angles - source[faces]).mean(axis=1)), limb.bins)
+        cost[:, i] = np.bincount(
+            at, np.degrees(np.abs(angles - source[faces]).mean(axis=1)), limb.bins
+        )
     return cost - cost[:, :1]
 
 
 @cache
 def _equilateral_costs() -> FloatArray:
     """Mean angle difference, in degrees, of equilateral triangles of all directions squashed by each kappa."""
-    turn = np.exp(1j * (np.linspace(0, 2 * np.pi, 60, endpoint=False)[:, None] + np.arange(3) * 2 * np.pi / 3))
-    return np.array([np.degrees(np.abs(np.abs(plane_angles(k * turn.real + 1j * turn.imag)) - np.pi / 3).mean())
-                     for k in _KAPPAS])
+    turn = np.exp(
+        1j * (np.linspace(0, 2 * np.pi, 60, endpoint=False)[:, None] + np.arange(3) * 2 * np.pi / 3)
+    )
+    return np.array(
+        [
+            np.degrees(
+                np.abs(np.abs(plane_angles(k * turn.real + 1j * turn.imag)) - np.pi / 3).mean()
+            )
+            for k in _KAPPAS
+        ]
+    )

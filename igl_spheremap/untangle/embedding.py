@@ -56,7 +56,9 @@ class _TooCoarse(Exception):
 PositionsListener = Callable[[FloatArray], None]
 
 
-def progressive_embedding(x: FloatArray, f: IntArray, listener: PositionsListener | None = None) -> FloatArray:
+def progressive_embedding(
+    x: FloatArray, f: IntArray, listener: PositionsListener | None = None
+) -> FloatArray:
     """A map without foldings; only vertices around the foldings of `x` move if that suffices.
 
     Returns `x` itself if float64 is too coarse even when the whole sphere is rebuilt, which was never seen. `listener`
@@ -74,19 +76,27 @@ def progressive_embedding(x: FloatArray, f: IntArray, listener: PositionsListene
     with suppress(_TooCoarse):
         # bad positions must not decide what collapses where
         y = np.tile([0.0, 0.0, 1.0], (len(x), 1))
-        return _rebuild_locally(y, f, np.ones(len(f), bool), np.ones(len(x), bool), unit_rows, listener, 0, False)
+        return _rebuild_locally(
+            y, f, np.ones(len(f), bool), np.ones(len(x), bool), unit_rows, listener, 0, False
+        )
     return x
 
 
-def embed_locally(x: FloatArray, f: IntArray, grid: Grid | None = None,
-                  listener: PositionsListener | None = None) -> FloatArray:
+def embed_locally(
+    x: FloatArray, f: IntArray, grid: Grid | None = None, listener: PositionsListener | None = None
+) -> FloatArray:
     """Repair foldings by progressive embedding around them; the map's degree stays.
 
     `grid` rounds unit rows to the positions that are allowed. Where it is too coarse vertices spread out, and then ever
     larger regions are rebuilt. Foldings that this does not repair stay. The whole map stays as it is if more than half
     of its faces are folded.
     """
-    bad, forced, rings, keep = folded_faces(x, f), np.zeros(len(x), dtype=bool), _REMOVED_RINGS, True
+    bad, forced, rings, keep = (
+        folded_faces(x, f),
+        np.zeros(len(x), dtype=bool),
+        _REMOVED_RINGS,
+        True,
+    )
     while 0 < bad.sum() <= len(f) / 2:
         try:
             return _rebuild_locally(x, f, bad, forced, grid or unit_rows, listener, rings, keep)
@@ -120,8 +130,16 @@ def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
     return marked
 
 
-def _rebuild_locally(x: FloatArray, f: IntArray, bad: BoolArray, forced: BoolArray, grid: Grid,
-                     listener: PositionsListener | None, rings: int, keep_positions: bool) -> FloatArray:
+def _rebuild_locally(
+    x: FloatArray,
+    f: IntArray,
+    bad: BoolArray,
+    forced: BoolArray,
+    grid: Grid,
+    listener: PositionsListener | None,
+    rings: int,
+    keep_positions: bool,
+) -> FloatArray:
     """Remove and rebuild the forced vertices, and as few as possible around bad faces, within `rings` of both.
 
     With `keep_positions` vertices return to where they were, or as near as their kernels allow; else they spread out.
@@ -148,8 +166,12 @@ def with_rows(x: FloatArray, vertices: IntArray, rows: FloatArray) -> FloatArray
     return x
 
 
-def _rebuild(mesh: ProgressiveMesh, forced: BoolArray, listener: PositionsListener | None,
-             keep_positions: bool = False) -> None:
+def _rebuild(
+    mesh: ProgressiveMesh,
+    forced: BoolArray,
+    listener: PositionsListener | None,
+    keep_positions: bool = False,
+) -> None:
     """Remove the forced vertices and all foldings, and put everything back, changing the positions."""
     f, home = mesh.f.copy(), mesh.x.copy() if keep_positions else None
     batches = list(_removals(mesh, forced))
@@ -158,7 +180,10 @@ def _rebuild(mesh: ProgressiveMesh, forced: BoolArray, listener: PositionsListen
             raise _RegionTooSmall
         corners = mesh.f[mesh.faces()[0]]
         last = np.setdiff1d(np.flatnonzero(mesh.present), corners)
-        tetrahedron = np.array([[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]]) / 3**0.5
+        tetrahedron = (
+            np.array([[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]])
+            / 3**0.5
+        )
         mesh.x[np.append(last, corners)] = mesh.grid(tetrahedron)
     movable = dilate(f, ~mesh.present & ~mesh.frozen, 1) & ~mesh.frozen
     _put_back(mesh, batches, movable, listener, home)
@@ -180,8 +205,13 @@ def _removals(mesh: ProgressiveMesh, forced: BoolArray) -> Iterator[Batch]:
             forced = np.ones_like(forced)
 
 
-def _put_back(mesh: ProgressiveMesh, batches: list[Batch], movable: BoolArray, listener: PositionsListener | None,
-              home: FloatArray | None) -> None:
+def _put_back(
+    mesh: ProgressiveMesh,
+    batches: list[Batch],
+    movable: BoolArray,
+    listener: PositionsListener | None,
+    home: FloatArray | None,
+) -> None:
     """Reverse the collapses, newest first: towards positions `home` if given, else relaxing as the complex grows."""
     for batch in reversed(batches):
         mesh.x[batch.stars.vertices] = mesh.x[batch.target]

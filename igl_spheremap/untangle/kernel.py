@@ -129,8 +129,15 @@ def _half_planes(x: FloatArray, stars: Stars, centre: FloatArray) -> _HalfPlanes
     level = row_dets(at, da, db)
     length = np.sqrt(row_dots(slope, slope))
     length = np.where(length > 0, length, 1.0)
-    return _HalfPlanes(slope / length[:, None], level / length, owner, stars.start, centre,
-                       np.stack((e1, e2), axis=1) * size[:, None], size[:, 0])
+    return _HalfPlanes(
+        slope / length[:, None],
+        level / length,
+        owner,
+        stars.start,
+        centre,
+        np.stack((e1, e2), axis=1) * size[:, None],
+        size[:, 0],
+    )
 
 
 def analytic_centres(x: FloatArray, stars: Stars) -> FloatArray:
@@ -143,7 +150,9 @@ def analytic_centres(x: FloatArray, stars: Stars) -> FloatArray:
     return planes.lift(_newton(planes, np.zeros((len(stars.vertices), 2))))
 
 
-def centres_beside(x: FloatArray, stars: Stars, target: IntArray, wanted: FloatArray | None = None) -> FloatArray:
+def centres_beside(
+    x: FloatArray, stars: Stars, target: IntArray, wanted: FloatArray | None = None
+) -> FloatArray:
     """A point in each star's kernel: its analytic centre, or a point on the way from there to the `wanted` one.
 
     `target` is the corner of the star to which the vertex was collapsed. Where the faces of the fan from there are
@@ -173,7 +182,10 @@ def _towards(planes: _HalfPlanes, z: FloatArray, wanted: FloatArray) -> FloatArr
     seen = ahead > _IN_VIEW
     ahead = np.where(seen, ahead, 1.0)
     size = planes.size[:, None]
-    away = np.einsum("ki,kji->kj", (wanted - planes.centre) / size, planes.axes / size[..., None]) / ahead[:, None]
+    away = (
+        np.einsum("ki,kji->kj", (wanted - planes.centre) / size, planes.axes / size[..., None])
+        / ahead[:, None]
+    )
     way = np.where(seen[:, None], away - z, 0.0)
     h = planes.offset + row_dots(planes.normal, z[planes.owner])
     approach = -row_dots(planes.normal, way[planes.owner])
@@ -194,7 +206,10 @@ def _newton(planes: _HalfPlanes, z: FloatArray) -> FloatArray:
         # Determinants are divided by the length of x, above 1 in the chart; the disc's barrier has the weight 2.
         pull = bend * (valence / (1 + square) + 2 / (_CHART_RADIUS**2 - square))
         g = np.add.reduceat(unit, planes.start, axis=0) - pull[:, None] * z
-        xx, xy, yy = (np.add.reduceat(unit[:, i] * unit[:, j], planes.start) for i, j in ((0, 0), (0, 1), (1, 1)))
+        xx, xy, yy = (
+            np.add.reduceat(unit[:, i] * unit[:, j], planes.start)
+            for i, j in ((0, 0), (0, 1), (1, 1))
+        )
         step = solve_symmetric(xx + pull, xy, yy + pull, g)
         decrement = np.sqrt(np.maximum(row_dots(g, step), 0.0))
         # Below a decrement of 1/4 full steps converge quadratically (Nesterov and Nemirovski 1994).
@@ -202,8 +217,13 @@ def _newton(planes: _HalfPlanes, z: FloatArray) -> FloatArray:
     return z
 
 
-def solve_symmetric(xx: FloatArray, xy: FloatArray, yy: FloatArray, g: FloatArray, least: float = 0.0) -> FloatArray:
+def solve_symmetric(
+    xx: FloatArray, xy: FloatArray, yy: FloatArray, g: FloatArray, least: float = 0.0
+) -> FloatArray:
     """Solutions (k, 2) of k symmetric systems of two unknowns; 0 where determinant over trace^2 is `least` or less."""
     det = xx * yy - xy * xy
     scale = np.where(det > least * (xx + yy) ** 2, det, np.inf)
-    return np.stack((yy * g[:, 0] - xy * g[:, 1], xx * g[:, 1] - xy * g[:, 0]), axis=1) / scale[:, None]
+    return (
+        np.stack((yy * g[:, 0] - xy * g[:, 1], xx * g[:, 1] - xy * g[:, 0]), axis=1)
+        / scale[:, None]
+    )

@@ -110,7 +110,9 @@ def _targets(f: IntArray, source: FloatArray, x: FloatArray, hole: int) -> Float
     pole = -unit_rows(x[f[hole]].sum(axis=0, keepdims=True))
     z = to_chart(x, pole)
     plane, ball = plane_angles(z[f]), corner_angles(x, f)
-    known = np.isfinite(plane + ball).all(axis=1) & (log_edges(x, f)[f].min(axis=1) > np.log(_SHORT))
+    known = np.isfinite(plane + ball).all(axis=1) & (
+        log_edges(x, f)[f].min(axis=1) > np.log(_SHORT)
+    )
     usable = known & ~folded_faces(x, f) & (plane > 0).all(axis=1)
     return proper_angles(source + np.where(usable[:, None], plane - ball, 0))
 
@@ -155,7 +157,11 @@ class Layout:
         log, unit = self.about(corner), float(self.log_edge[corner])
         middle = np.exp(log[self.f[face]] - unit).mean()
         denominator = log_sum(log, unit + np.log(-middle))
-        return Layout(self.f, about_images(self.about, denominator, 1j * np.pi), self.log_edge - 2 * denominator.real)
+        return Layout(
+            self.f,
+            about_images(self.about, denominator, 1j * np.pi),
+            self.log_edge - 2 * denominator.real,
+        )
 
 
 def about_images(about: About, denominator: ComplexArray, determinant: complex = 0j) -> About:
@@ -190,7 +196,9 @@ def _summed(tree: sp.csr_matrix, key: IntArray, steps: ComplexArray, root: int) 
     return log
 
 
-def lengths_and_directions(f: IntArray, angles: FloatArray, hole: int) -> tuple[FloatArray, FloatArray]:
+def lengths_and_directions(
+    f: IntArray, angles: FloatArray, hole: int
+) -> tuple[FloatArray, FloatArray]:
     """Log length and direction of each half-edge, (m, 3): column k runs from corner k + 1 to k + 2.
 
     Faces take the length and the direction of an edge from a neighbour that has them, outwards from one beside the
@@ -198,10 +206,12 @@ def lengths_and_directions(f: IntArray, angles: FloatArray, hole: int) -> tuple[
     """
     m = len(f)
     sines = np.log(np.sin(angles))
-    turn = np.column_stack((np.zeros(m), np.pi - angles[:, 2], 2 * np.pi - angles[:, 2] - angles[:, 0]))
+    turn = np.column_stack(
+        (np.zeros(m), np.pi - angles[:, 2], 2 * np.pi - angles[:, 2] - angles[:, 0])
+    )
     twin = twins(f)
     scale, rotation = np.full(m, np.nan), np.zeros(m)
-    front = twin[3 * hole:3 * hole + 1] // 3
+    front = twin[3 * hole : 3 * hole + 1] // 3
     done = np.zeros(m, dtype=bool)
     scale[front], done[front], done[hole] = 0.0, True, True
     while len(front):
@@ -227,7 +237,9 @@ def centred(mesh: Mesh, layout: Layout) -> Placed:
     size = np.log((1 - p @ p) / square)
     log, unit = log_sum(log, logarithm(-2 * (p[0] + 1j * p[1]) / square)) - size, unit + size
     depth = unit + np.logaddexp(0, 2 * log.real) - np.log(2) - layout.log_edge
-    turn = best_rotation(to_ball(Anchored(exponential(log))).astype(np.float64), orientation_target(mesh), area)
+    turn = best_rotation(
+        to_ball(Anchored(exponential(log))).astype(np.float64), orientation_target(mesh), area
+    )
     return Placed(layout.f, log, depth, lambda tip: layout.about(tip) - unit, turn=turn)
 
 

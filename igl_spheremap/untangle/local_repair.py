@@ -55,19 +55,31 @@ def has_few_foldings(certificate: Certificate, f: IntArray) -> bool:
     return certificate.foldings <= max(1.0, FEW * len(f)) and certificate.degree == 1
 
 
-def repair_locally(mesh: Mesh, x: FloatArray, listener: PositionsListener | None = None,
-                   after: FloatArray | None = None) -> FloatArray:
+def repair_locally(
+    mesh: Mesh,
+    x: FloatArray,
+    listener: PositionsListener | None = None,
+    after: FloatArray | None = None,
+) -> FloatArray:
     """A map free of foldings: by small moves, by embedding where folds are left, and by relaxing what moved.
 
     `listener` is called with the map after each round of small moves, and after each batch of embedded vertices.
     `after` is what small moves make of the map, if that is known.
     """
     x = fix_orientation(x, mesh.f)
-    y = progressive_embedding(small_moves(x, mesh.f, listener) if after is None else after, mesh.f, listener)
+    y = progressive_embedding(
+        small_moves(x, mesh.f, listener) if after is None else after, mesh.f, listener
+    )
     moved = dilate(mesh.f, (y != x).any(axis=1), RELAXED_RINGS)
     around = touching(mesh.f, moved)
-    return relax_angles(y, mesh.f[around], AngleLoss(mesh.angles[around].T), moved, sweeps=_SWEEPS,
-                        tolerance=_SETTLED)
+    return relax_angles(
+        y,
+        mesh.f[around],
+        AngleLoss(mesh.angles[around].T),
+        moved,
+        sweeps=_SWEEPS,
+        tolerance=_SETTLED,
+    )
 
 
 def unfolded(mesh: Mesh, x: FloatArray) -> FloatArray:
@@ -75,7 +87,9 @@ def unfolded(mesh: Mesh, x: FloatArray) -> FloatArray:
     return repair_locally(mesh, x) if folded_faces(x, mesh.f).any() else x
 
 
-def small_moves(x: FloatArray, f: IntArray, listener: PositionsListener | None = None) -> FloatArray:
+def small_moves(
+    x: FloatArray, f: IntArray, listener: PositionsListener | None = None
+) -> FloatArray:
     """Repair foldings by small moves of the vertices around them, where that succeeds.
 
     For each folded face the shortest move of its corners is computed that gives it a small positive area: a projection
@@ -116,7 +130,9 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
     size = sizes((np.abs(side[:, 0]) + np.abs(side[:, 1])).T)
     side /= size
     square = column_dots(side, side)
-    lack = _LEAST_AREA * square.max(axis=0) - column_dots(outward, column_crosses(side[:, 1], side[:, 2]))
+    lack = _LEAST_AREA * square.max(axis=0) - column_dots(
+        outward, column_crosses(side[:, 1], side[:, 2])
+    )
     length = size * lack / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
     corners, n, moves = folded.ravel(), x.shape[1], length * column_crosses(outward[:, None], side)
     count = np.bincount(corners, minlength=n)

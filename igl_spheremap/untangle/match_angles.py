@@ -48,8 +48,17 @@ _THIN = np.radians(30)
 _SAMPLE = 500
 
 
-def match_angles(mesh: Mesh, x: FloatArray, centroid: FloatArray, system: VertexSystem, systems: int,
-                 least_gain: float, *, damping: float, rough: bool = False) -> tuple[FloatArray, float]:
+def match_angles(
+    mesh: Mesh,
+    x: FloatArray,
+    centroid: FloatArray,
+    system: VertexSystem,
+    systems: int,
+    least_gain: float,
+    *,
+    damping: float,
+    rough: bool = False,
+) -> tuple[FloatArray, float]:
     """Lower the angle differences of a map free of foldings by damped Newton steps, until `Aitken` ends them.
 
     The centroid of the source's area goes to `centroid`. Also returned is the share that further steps are predicted to
@@ -108,7 +117,9 @@ def is_worth_steps(mesh: Mesh, x: FloatArray, price: float) -> bool:
     lowerable = 1 - np.abs(curvature).sum() / np.abs(difference[own]).sum()
     mean = float(np.degrees(np.abs(difference).mean()))
     thin = _THIN / source.min(axis=1).mean()
-    y = relax_angles(x, around, AngleLoss(source.T, _SAMPLE_SMOOTHING * np.radians(mean)), movable, sweeps=1)
+    y = relax_angles(
+        x, around, AngleLoss(source.T, _SAMPLE_SMOOTHING * np.radians(mean)), movable, sweeps=1
+    )
     gain = 1 - mean_difference(source, y, around) / mean
     return bool(_STEPS_PER_SWEEP * gain * lowerable * thin > price)
 
@@ -132,8 +143,15 @@ class AngleProblem:
         Whether what a step folds is repaired by small moves only, and nothing is relaxed around it: for speed.
     """
 
-    def __init__(self, f: IntArray, source: FloatArray, A: FloatArray, centroid: FloatArray,
-                 smoothing: float | None = None, rough: bool = False) -> None:
+    def __init__(
+        self,
+        f: IntArray,
+        source: FloatArray,
+        A: FloatArray,
+        centroid: FloatArray,
+        smoothing: float | None = None,
+        rough: bool = False,
+    ) -> None:
         self.f, self.source, self.A, self.centroid = f, source, A, centroid
         self._smoothing, self._rough = smoothing, rough
 
@@ -149,10 +167,17 @@ class AngleProblem:
         smoothing = self._smoothing or _SMOOTHING * np.radians(max(mean, np.degrees(HALF_DIGITS)))
         weight = 1 / np.sqrt(difference**2 + smoothing**2)
         corners, slopes = self.f.T.ravel(), np.einsum("im,ijam->ajm", weight * difference, J)
-        gradient = np.array([np.bincount(corners, slope.ravel(), len(x)) for slope in slopes], dtype=np.float64)
+        gradient = np.array(
+            [np.bincount(corners, slope.ravel(), len(x)) for slope in slopes], dtype=np.float64
+        )
         off_centre = weighted_sum(self.A, x) - self.centroid
-        return Model(mean, axes, gradient, gram_blocks(weight[:, None, None] * J, J),
-                     border=(self.A * axes.transpose(1, 0, 2), -off_centre))
+        return Model(
+            mean,
+            axes,
+            gradient,
+            gram_blocks(weight[:, None, None] * J, J),
+            border=(self.A * axes.transpose(1, 0, 2), -off_centre),
+        )
 
     def move(self, x: FloatArray, model: Model, step: FloatArray) -> FloatArray:
         """Displacements of a step along the axes."""

@@ -65,17 +65,27 @@ class Plan:
     def __str__(self) -> str:
         """The plan in a sentence."""
         several = "1 layout" if self.layouts == 1 else f"up to {self.layouts} layouts"
-        names = ["the map itself"] * self.itself + [f"{several} by angles that close"] * (self.layouts > 0)
+        names = ["the map itself"] * self.itself + [f"{several} by angles that close"] * (
+            self.layouts > 0
+        )
         if np.isinf(self.price):
             return f"{self.why}; so the map {'is repaired where it folds' if self.itself else 'stays as it is'}"
         percent = f"{100 * self.price:.2g} percent"
-        return (f"{self.why}; so {' and '.join(names)} may start, and steps on angles go on while further ones "
-                f"gain {percent}")
+        return (
+            f"{self.why}; so {' and '.join(names)} may start, and steps on angles go on while further ones "
+            f"gain {percent}"
+        )
 
 
 @phase("plan")
-def plan_repair(mesh: Mesh, x: FloatArray, certificate: Certificate, polish: str | None, effort: Effort,
-                large: Large = "embedded") -> Plan:
+def plan_repair(
+    mesh: Mesh,
+    x: FloatArray,
+    certificate: Certificate,
+    polish: str | None,
+    effort: Effort,
+    large: Large = "embedded",
+) -> Plan:
     """The first row of `Auto`'s table whose condition a map meets."""
     few, free, n = has_few_foldings(certificate, mesh.f), certificate.folding_free, len(x)
     folded = "no face folds" if free else f"{certificate.foldings:,} of {len(mesh.f):,} faces fold"
@@ -88,8 +98,13 @@ def plan_repair(mesh: Mesh, x: FloatArray, certificate: Certificate, polish: str
     if not few:  # row 1
         layouts = max(1, effort.layouts(n)) if poor else 1
         # On coarse meshes embedding spoils angles: layouts follow each other until one does not fold.
-        return Plan(angles, price, layouts=layouts, holes=effort.holes if coarse else layouts - 1,
-                    embeds=large == "embedded" or layouts > 1)
+        return Plan(
+            angles,
+            price,
+            layouts=layouts,
+            holes=effort.holes if coarse else layouts - 1,
+            embeds=large == "embedded" or layouts > 1,
+        )
     if poor:  # row 2
         return Plan(angles, price, itself=True, layouts=effort.layouts(n), holes=effort.holes)
     if polish == "angles":  # row 3

@@ -30,7 +30,9 @@ def on_float64(placed: Placed, source: FloatArray, centred: bool) -> tuple[Float
 def at_poles(placed: Placed, floor: float) -> Placed:
     """The body with the tips of the three deepest limbs beyond a floor at the nearest ends of axes."""
     found = tips_beyond(placed.depth, placed.f, floor)
-    tips = sorted((each.tip for each in found if each.meets < 0), key=lambda tip: -placed.depth[tip])[:3]
+    tips = sorted(
+        (each.tip for each in found if each.meets < 0), key=lambda tip: -placed.depth[tip]
+    )[:3]
     t = to_ball(Anchored(placed.points.z[tips])).astype(np.float64) @ placed.turn
     ends = _nearest_ends(t)
     turn = _away_from_infinity(ends)
@@ -46,7 +48,9 @@ def at_poles(placed: Placed, floor: float) -> Placed:
     finer = np.maximum(-distance, 0)
     # of the nearest vertex
     distance[tips] = [np.partition(distance[nearest == k], 1)[1] for k in range(len(tips))]
-    depth = placed.depth - np.logaddexp(0, 2 * placed.log.real) + np.logaddexp(2 * N.real, 2 * D.real)
+    depth = (
+        placed.depth - np.logaddexp(0, 2 * placed.log.real) + np.logaddexp(2 * N.real, 2 * D.real)
+    )
     # Coordinates are no finer below the smallest normal number, which no edge at the floor is to be below.
     depth += np.clip(distance, -normal_range(floor), 0)
     return replace(placed, log=log, anchor=anchor, depth=depth, finer=finer, about=about, turn=turn)
@@ -78,7 +82,10 @@ def _completed(t: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]
             middle = middle if middle.any() else np.roll(ends[0], 1)
         if not image.any():  # opposite ends
             image = middle - (middle @ ends[0]) * ends[0]
-        t, ends = (np.vstack((rows, last / np.linalg.norm(last))) for rows, last in ((t, middle), (ends, image)))
+        t, ends = (
+            np.vstack((rows, last / np.linalg.norm(last)))
+            for rows, last in ((t, middle), (ends, image))
+        )
     return t, ends
 
 

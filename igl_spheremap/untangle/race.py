@@ -30,7 +30,9 @@ class Candidate:
     further: float = np.inf
 
 
-def race(field: Sequence[Candidate], steps: Callable[[Candidate], Candidate], price: float) -> Candidate:
+def race(
+    field: Sequence[Candidate], steps: Callable[[Candidate], Candidate], price: float
+) -> Candidate:
     """The best of several candidates, after rounds of steps that make none worse.
 
     Each round keeps the better half. Of these, candidates take steps that are predicted to gain more than the share
@@ -38,7 +40,7 @@ def race(field: Sequence[Candidate], steps: Callable[[Candidate], Candidate], pr
     candidate is left, and it is predicted to gain no more.
     """
     while len(field) > 1 or field[0].further > price:
-        field = sorted(field, key=attrgetter("mean"))[:max(1, len(field) // 2)]
+        field = sorted(field, key=attrgetter("mean"))[: max(1, len(field) // 2)]
         for k, before in enumerate(field):
             if before.further > price:
                 after = steps(before)

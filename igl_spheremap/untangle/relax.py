@@ -40,7 +40,9 @@ class AngleLoss:
     def at(self, corner: IntArray) -> AngleLoss:
         """The loss of faces turned so that p is the given corner, an index into the flattened faces."""
         flat = np.ascontiguousarray(self.source.T).ravel()
-        return AngleLoss(np.stack([flat.take(each) for each in (corner, *next_corners(corner))]), self.smoothing)
+        return AngleLoss(
+            np.stack([flat.take(each) for each in (corner, *next_corners(corner))]), self.smoothing
+        )
 
     def take(self, faces: IntArray) -> AngleLoss:
         """The loss of some of the faces."""
@@ -51,7 +53,9 @@ class AngleLoss:
         d = self._differences(u, w)[0]
         return np.asarray(np.sqrt(d * d + self.smoothing**2).sum(axis=0))
 
-    def model(self, u: FloatArray, w: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def model(
+        self, u: FloatArray, w: FloatArray, axes: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Loss of each face, its gradient (2, e) as p moves along two axes (2, 3, e), and a Hessian (3, e): xx, xy, yy.
 
         The gradient is sum d (grad d) / size and the Hessian sum (grad d) (grad d)^T / size, that of Gauss and Newton
@@ -68,20 +72,33 @@ class AngleLoss:
             turn[0] = -turn[1] - turn[2]
         size = np.sqrt(d * d + self.smoothing**2)
         gradient = (d / size * turns).sum(axis=1)
-        hessian = np.stack([(turns[i] * turns[j] / size).sum(axis=0) for i, j in ((0, 0), (0, 1), (1, 1))])
+        hessian = np.stack(
+            [(turns[i] * turns[j] / size).sum(axis=0) for i, j in ((0, 0), (0, 1), (1, 1))]
+        )
         return size.sum(axis=0), gradient, hessian
 
-    def _differences(self, u: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _differences(
+        self, u: FloatArray, w: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Angle differences at p, a, b (3, e), and normals of the flat faces with their lengths."""
         normal = column_crosses(u, w)
         double_area = np.sqrt(column_dots(normal, normal))
         across = w - u
-        angles = np.arctan2(double_area, (column_dots(u, w), -column_dots(u, across), column_dots(w, across)))
+        angles = np.arctan2(
+            double_area, (column_dots(u, w), -column_dots(u, across), column_dots(w, across))
+        )
         return angles - self.source, normal, double_area
 
 
-def relax_angles(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray | None = None, *,
-                 sweeps: int, tolerance: float = 2e-3) -> FloatArray:
+def relax_angles(
+    x: FloatArray,
+    f: IntArray,
+    loss: AngleLoss,
+    movable: BoolArray | None = None,
+    *,
+    sweeps: int,
+    tolerance: float = 2e-3,
+) -> FloatArray:
     """Lower the angle differences vertex by vertex, keeping a map that is free of foldings so.
 
     It ends after this many sweeps, or after one that gains at most the share `tolerance`.
@@ -124,11 +141,16 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
     size = np.maximum.reduceat(sizes(u.T), stars.start)
     unit = size.take(owner)
     u, w = u / unit, w / unit
-    old, gradient, hessian = (np.add.reduceat(part, stars.start, axis=-1)
-                              for part in loss.model(u, w, axes.take(owner, axis=2)))
+    old, gradient, hessian = (
+        np.add.reduceat(part, stars.start, axis=-1)
+        for part in loss.model(u, w, axes.take(owner, axis=2))
+    )
     # Models that are flatter are rounding.
     steps = solve_symmetric(hessian[0], hessian[1], hessian[2], -gradient.T, least=1e-12).T
-    nearest, squared = np.minimum.reduceat(column_dots(u, u), stars.start), (steps * steps).sum(axis=0)
+    nearest, squared = (
+        np.minimum.reduceat(column_dots(u, u), stars.start),
+        (steps * steps).sum(axis=0),
+    )
     share = np.minimum(1, _REACH * np.sqrt(nearest / np.maximum(squared, np.finfo(float).tiny)))
     move = size * share * (steps[0] * axes[0] + steps[1] * axes[1])
     new, rows, part = old.copy(), np.arange(len(old)), stars
@@ -143,7 +165,17 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
         if better.all():
             break
         left, faces = np.flatnonzero(~better), np.flatnonzero(~better[part.owner])
-        p, move, size, rows = p.take(left, axis=1), move.take(left, axis=1), size.take(left), rows.take(left)
-        loss, a, b, part = loss.take(faces), a.take(faces, axis=1), b.take(faces, axis=1), part.take(left)
+        p, move, size, rows = (
+            p.take(left, axis=1),
+            move.take(left, axis=1),
+            size.take(left),
+            rows.take(left),
+        )
+        loss, a, b, part = (
+            loss.take(faces),
+            a.take(faces, axis=1),
+            b.take(faces, axis=1),
+            part.take(left),
+        )
         x[:, part.vertices] = p
     return float(old.sum()), float(new.sum())

@@ -55,13 +55,25 @@ _ROUGH_GAIN = 0.1
 
 
 @phase("repair")
-def repair(mesh: Mesh, x: FloatArray, run: Run, plan: Plan, operators: Operators, listener: Listener | None = None, *,
-           centred: bool = False, effort: Effort = Effort()) -> tuple[FloatArray, Run]:  # noqa: B008 - it is frozen
+def repair(
+    mesh: Mesh,
+    x: FloatArray,
+    run: Run,
+    plan: Plan,
+    operators: Operators,
+    listener: Listener | None = None,
+    *,
+    centred: bool = False,
+    effort: Effort = Effort(),  # noqa: B008
+) -> tuple[FloatArray, Run]:
     """Carry out a plan: free a map of foldings, improve its angles, and put it in the gauge of the result.
 
     Bodies with limbs too deep for float64 get the gauge "poles", unless `centred`.
     """
-    work, field = _Repair(mesh, x, run, plan, operators, listener, centred, effort), list[Candidate]()
+    work, field = (
+        _Repair(mesh, x, run, plan, operators, listener, centred, effort),
+        list[Candidate](),
+    )
     try:
         with work.attempt("repair"):
             field = work.field()
@@ -77,8 +89,17 @@ def repair(mesh: Mesh, x: FloatArray, run: Run, plan: Plan, operators: Operators
 class _Repair:
     """A plan that is carried out, and the record of what happened."""
 
-    def __init__(self, mesh: Mesh, x: FloatArray, run: Run, plan: Plan, operators: Operators,
-                 listener: Listener | None, centred: bool, effort: Effort) -> None:
+    def __init__(
+        self,
+        mesh: Mesh,
+        x: FloatArray,
+        run: Run,
+        plan: Plan,
+        operators: Operators,
+        listener: Listener | None,
+        centred: bool,
+        effort: Effort,
+    ) -> None:
         self.mesh, self.x, self.run, self.plan, self.operators = mesh, x, run, plan, operators
         self.listener, self.centred, self.effort = listener, centred, effort
         self.rounds: list[Round] = []
@@ -102,7 +123,11 @@ class _Repair:
         """The candidates after rough steps, which predict nothing of whole ones, if several may start."""
         field, plan = list[Candidate](), self.plan
         for start in islice(self.starts(), plan.starts):
-            field.append(start if plan.starts == 1 else replace(self.steps(start, _ROUGH_GAIN, True), further=np.inf))
+            field.append(
+                start
+                if plan.starts == 1
+                else replace(self.steps(start, _ROUGH_GAIN, True), further=np.inf)
+            )
             if field[-1].mean <= POOR:
                 break
         if not field and (last := self.embedded(self.x)):
@@ -119,7 +144,9 @@ class _Repair:
                 placed = unroll(self.mesh, self.x, self._system)
                 if placed is not None and placed.depth.max() > floor_of(np.float64):
                     y, stretch, gauge = on_float64(placed, self.mesh.angles, self.centred)
-                    if start := self.record("angles", y, stretch, gauge) or self.embedded(y, None, stretch, gauge):
+                    if start := self.record("angles", y, stretch, gauge) or self.embedded(
+                        y, None, stretch, gauge
+                    ):
                         yield start
                 else:
                     yield from self._shallow(placed)
@@ -132,12 +159,19 @@ class _Repair:
             if start := self.record("angles", y) or self.embedded(y, after):
                 yield start
 
-    def embedded(self, x: FloatArray, after: FloatArray | None = None, stretch: float = 1.0,
-                 gauge: str = "centred") -> Candidate | None:
+    def embedded(
+        self,
+        x: FloatArray,
+        after: FloatArray | None = None,
+        stretch: float = 1.0,
+        gauge: str = "centred",
+    ) -> Candidate | None:
         """A map repaired locally, given what small moves make of it, if that is known; None unless the plan embeds."""
         if self.plan.embeds:
             with self.attempt("embedding"):
-                return self.record("embedding", repair_locally(self.mesh, x, after=after), stretch, gauge)
+                return self.record(
+                    "embedding", repair_locally(self.mesh, x, after=after), stretch, gauge
+                )
         return None
 
     def steps(self, start: Candidate, least_gain: float, rough: bool = False) -> Candidate:
@@ -146,20 +180,45 @@ class _Repair:
             deep = start.gauge == "poles" or start.stretch > 1
             centred = not (deep or is_off_centre(self.mesh, start.x))
             centroid = np.zeros(3) if centred else weighted_sum(self.mesh.A, start.x)
-            x, further = match_angles(self.mesh, start.x, centroid, self._system, self.effort.systems, least_gain,
-                                      damping=DAMPED if deep else HALF_DIGITS, rough=rough)
+            x, further = match_angles(
+                self.mesh,
+                start.x,
+                centroid,
+                self._system,
+                self.effort.systems,
+                least_gain,
+                damping=DAMPED if deep else HALF_DIGITS,
+                rough=rough,
+            )
             after = self.record("newton", x, start.stretch, start.gauge)
             if after and after.mean < start.mean:
                 return replace(after, further=further)
         return start
 
-    def record(self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred") -> Candidate | None:
+    def record(
+        self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred"
+    ) -> Candidate | None:
         """Record a map; a candidate if it is certified."""
         certificate, mean = Certificate.of(x, self.mesh.f), mean_angle_difference(self.mesh, x)
         before = self.rounds[-1].foldings_after if self.rounds else certificate.foldings
-        k, now, energy = len(self.rounds), time.perf_counter(), HarmonicEnergy(self.operators.L).evaluate(x)[0]
-        self.rounds.append(Round(k, name, before, certificate.foldings, 0, energy, mean, Status.DONE,
-                                 now - self._began))
+        k, now, energy = (
+            len(self.rounds),
+            time.perf_counter(),
+            HarmonicEnergy(self.operators.L).evaluate(x)[0],
+        )
+        self.rounds.append(
+            Round(
+                k,
+                name,
+                before,
+                certificate.foldings,
+                0,
+                energy,
+                mean,
+                Status.DONE,
+                now - self._began,
+            )
+        )
         self._began = now
         try:
             if self.listener is not None:

@@ -84,12 +84,23 @@ class Certificate:
         """
         nothing = np.empty(0, dtype=np.int64)
         if not np.isfinite(x).all():
-            return cls(nothing, nothing, 0, not_finite=np.flatnonzero(~np.isfinite(x).all(axis=1)), faces=len(f))
+            return cls(
+                nothing,
+                nothing,
+                0,
+                not_finite=np.flatnonzero(~np.isfinite(x).all(axis=1)),
+                faces=len(f),
+            )
         signs = orientation_signs(x, f)
         off_sphere = np.flatnonzero(np.abs(row_lengths(x) - 1) > UNIT_TOLERANCE)
         degree = _degree(x, scale_rows(x) if len(off_sphere) else x, f, signs)
-        return cls(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), degree, off_sphere=off_sphere,
-                   faces=len(f))
+        return cls(
+            np.flatnonzero(signs < 0),
+            np.flatnonzero(signs == 0),
+            degree,
+            off_sphere=off_sphere,
+            faces=len(f),
+        )
 
     @classmethod
     @phase("certificate")
@@ -112,12 +123,24 @@ class Certificate:
         """
         nothing = np.empty(0, dtype=np.int64)
         if not np.isfinite(p).all():
-            return cls(nothing, nothing, 0, np.flatnonzero(~np.isfinite(p).all(axis=1)), boundary_loops=1,
-                       faces=len(f))
+            return cls(
+                nothing,
+                nothing,
+                0,
+                np.flatnonzero(~np.isfinite(p).all(axis=1)),
+                boundary_loops=1,
+                faces=len(f),
+            )
         signs, crossings = plane_signs(p, f), rim[rim_crossings(p, rim)]
         degree = 0 if len(crossings) else rim_direction(p, rim)
-        return cls(np.flatnonzero(signs < 0), np.flatnonzero(signs == 0), degree, boundary_loops=1, crossings=crossings,
-                   faces=len(f))
+        return cls(
+            np.flatnonzero(signs < 0),
+            np.flatnonzero(signs == 0),
+            degree,
+            boundary_loops=1,
+            crossings=crossings,
+            faces=len(f),
+        )
 
     @property
     def orientation(self) -> int | None:
@@ -148,22 +171,38 @@ class Certificate:
         return f"Certificate(folding_free={self.folding_free}, {self.foldings} foldings, degree {self.degree})"
 
     def __str__(self) -> str:
-        once = "the boundary crosses itself nowhere" if self.boundary_loops else "the sphere is covered once"
+        once = (
+            "the boundary crosses itself nowhere"
+            if self.boundary_loops
+            else "the sphere is covered once"
+        )
         if self.orientation == 1:
             return f"folding-free: every face is positively oriented and {once} (exact)"
         if self.orientation == -1:
-            repair = "" if self.boundary_loops else f" ({Remedy('repair_foldings', given='v, f, x')} does)"
-            return (f"a mirror image, not folded: every face is negatively oriented and {once} (exact); negate a "
-                    f"coordinate{repair}, or reverse the faces if the surface is inside out")
-        faults = [f"{len(bad)} {what}, e.g. {', '.join(map(str, bad[:3].tolist()))}" for bad, what in (
-            (self.not_finite, "vertices not finite"),
-            (self.off_sphere, "vertices off the unit sphere"),
-            (self.flipped, "flipped faces"),
-            (self.degenerate, "degenerate faces"),
-            (self.crossings, "boundary edges that meet others"),
-        ) if len(bad)]
+            repair = (
+                ""
+                if self.boundary_loops
+                else f" ({Remedy('repair_foldings', given='v, f, x')} does)"
+            )
+            return (
+                f"a mirror image, not folded: every face is negatively oriented and {once} (exact); negate a "
+                f"coordinate{repair}, or reverse the faces if the surface is inside out"
+            )
+        faults = [
+            f"{len(bad)} {what}, e.g. {', '.join(map(str, bad[:3].tolist()))}"
+            for bad, what in (
+                (self.not_finite, "vertices not finite"),
+                (self.off_sphere, "vertices off the unit sphere"),
+                (self.flipped, "flipped faces"),
+                (self.degenerate, "degenerate faces"),
+                (self.crossings, "boundary edges that meet others"),
+            )
+            if len(bad)
+        ]
         if self.degree != 1 and not len(self.not_finite) and not len(self.crossings):
-            faults.append(f"the {'image' if self.boundary_loops else 'sphere'} is covered {self.degree} times")
+            faults.append(
+                f"the {'image' if self.boundary_loops else 'sphere'} is covered {self.degree} times"
+            )
         folds = self.foldings or self.degree != 1 or len(self.not_finite)
         return ("not folding-free: " if folds else "no face folds, but: ") + "; ".join(faults)
 
@@ -237,8 +276,11 @@ def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:
         if not len(over):
             return 0
         corners = [x[f[over, k]] for k in range(3)]
-        side = determinant_signs(np.tile(q, (3 * len(over), 1)), np.concatenate(corners),
-                                 np.concatenate([corners[k - 2] for k in range(3)])).reshape(3, -1)
+        side = determinant_signs(
+            np.tile(q, (3 * len(over), 1)),
+            np.concatenate(corners),
+            np.concatenate([corners[k - 2] for k in range(3)]),
+        ).reshape(3, -1)
         sign = signs[over]
         inside = (side * sign).min(axis=0, initial=1)
         on_edge = np.where(sign != 0, inside == 0, (side == 0).all(axis=0))
@@ -250,7 +292,11 @@ def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:
 def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> Iterator[FloatArray]:
     """Directions to count at: inside eight faces of the image, then 24 fixed ones; hardly ever is a second needed."""
     proper = np.flatnonzero(signs)
-    chosen = proper[np.linspace(0, len(proper) - 1, num=min(8, len(proper))).astype(int)] if len(proper) else proper
+    chosen = (
+        proper[np.linspace(0, len(proper) - 1, num=min(8, len(proper))).astype(int)]
+        if len(proper)
+        else proper
+    )
     yield from (np.array([0.5, 0.3, 0.2]) @ x[face] for face in f[chosen])
     # Points spaced by the golden angle: they lie on an edge of a mesh only if the mesh was made from them.
     height = (np.arange(24) + 0.5) / 12 - 1

@@ -139,7 +139,9 @@ def log_length_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     """
     v, f, x = _checked(v, f, x)
     with np.errstate(divide="ignore"):
-        image, source = (np.log(igl.edge_lengths(p, f)) - np.log(surface_area(p, f)) / 2 for p in (x, v))
+        image, source = (
+            np.log(igl.edge_lengths(p, f)) - np.log(surface_area(p, f)) / 2 for p in (x, v)
+        )
     return _log_ratio(image, source)
 
 
@@ -202,7 +204,11 @@ def log_figures(ratios: FloatArray) -> dict[str, float]:
     """
     finite = ratios[np.isfinite(ratios)]
     size = np.abs(finite) if len(finite) else np.full(1, np.nan)
-    return {"mean": float(size.mean()), "p99": float(np.percentile(size, 99)), "max": float(size.max())}
+    return {
+        "mean": float(size.mean()),
+        "p99": float(np.percentile(size, 99)),
+        "max": float(size.max()),
+    }
 
 
 def angle_figures(differences: FloatArray) -> dict[str, float]:
@@ -213,4 +219,10 @@ def angle_figures(differences: FloatArray) -> dict[str, float]:
     """
     size = np.abs(differences).ravel()
     median, p95, p99 = np.percentile(size, [50, 95, 99]).tolist()
-    return {"mean": float(size.mean()), "median": median, "p95": p95, "p99": p99, "max": float(size.max())}
+    return {
+        "mean": float(size.mean()),
+        "median": median,
+        "p95": p95,
+        "p99": p99,
+        "max": float(size.max()),
+    }

@@ -34,7 +34,10 @@ def rim_crossings(p: FloatArray, rim: IntArray) -> BoolArray:
     meets[back] = meets[ends[back, 0]] = True
     for i, j in close_pairs(q):
         a, b, c, d = i, (i + 1) % k, j, (j + 1) % k
-        s = [plane_signs(q, np.column_stack(corners)) for corners in ((a, b, c), (a, b, d), (c, d, a), (c, d, b))]
+        s = [
+            plane_signs(q, np.column_stack(corners))
+            for corners in ((a, b, c), (a, b, d), (c, d, a), (c, d, b))
+        ]
         hit = (s[0] * s[1] <= 0) & (s[2] * s[3] <= 0)  # on one line, too: there their boxes overlap
         meets[i[hit]] = meets[j[hit]] = True
     return meets

@@ -38,8 +38,11 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
 
 def column_signs(corners: FloatArray) -> IntArray:
     """Orientation of faces by their corners (coordinate, corner, face), finite numbers whose cubes do not overflow."""
-    return _signs(signed_volumes(corners), np.abs(corners).max(initial=0.0),
-                  lambda unsure: corners[:, :, unsure].T.reshape(-1, 3))
+    return _signs(
+        signed_volumes(corners),
+        np.abs(corners).max(initial=0.0),
+        lambda unsure: corners[:, :, unsure].T.reshape(-1, 3),
+    )
 
 
 def _signs(det: FloatArray, largest: float, rows: Callable[[IntArray], FloatArray]) -> IntArray:
@@ -65,7 +68,9 @@ def folded_faces(x: FloatArray, f: IntArray) -> BoolArray:
 def signed_volumes(corners: NDArray[Any]) -> NDArray[Any]:
     """Determinants of the corners (coordinate, corner, face) of faces, in floating point, or of Python's integers."""
     (a0, b0, c0), (a1, b1, c1), (a2, b2, c2) = corners
-    return np.asarray(a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0))
+    return np.asarray(
+        a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)
+    )
 
 
 def _exact_signs(x: FloatArray) -> IntArray:
@@ -79,7 +84,9 @@ def _exact_signs(x: FloatArray) -> IntArray:
     row = (exponent - column).max(axis=2, keepdims=True)
     y = np.ldexp(x, -(column + row).reshape(-1, 3))
     plain = _in_range(y) & ((y == 0) == (x == 0))
-    signs = np.asarray(igl.predicates.orient3d(*(y[k::3] for k in range(3)), _ORIGIN), dtype=np.int64)
+    signs = np.asarray(
+        igl.predicates.orient3d(*(y[k::3] for k in range(3)), _ORIGIN), dtype=np.int64
+    )
     rest = np.flatnonzero(~plain.reshape(-1, 9).all(axis=1))
     for block in np.array_split(rest, -(-len(rest) // _BLOCK)) if len(rest) else ():
         signs[block] = _integer_signs(x.reshape(-1, 3, 3)[block])

@@ -56,7 +56,7 @@ def close_pairs(p: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
         i, j = (_PARTS * i[:, None] + one).ravel(), (_PARTS * j[:, None] + other).ravel()
         kept = (i <= j) & (j < levels[h - 1].count)
         i, j = i[kept], j[kept]
-        waiting += [(h - 1, i[n:n + _BLOCK], j[n:n + _BLOCK]) for n in range(0, len(i), _BLOCK)]
+        waiting += [(h - 1, i[n : n + _BLOCK], j[n : n + _BLOCK]) for n in range(0, len(i), _BLOCK)]
 
 
 class _Runs:
@@ -78,8 +78,10 @@ class _Runs:
         self.count, self._met = len(self._first), 0
         # Bounding boxes, of the coordinates as they were given: comparing them is exact.
         ends = p.T, np.append(p[1:], p[:1], axis=0).T
-        self._low, self._high = (extreme.reduceat(extreme(*ends), self._first, axis=1)
-                                 for extreme in (np.minimum, np.maximum))
+        self._low, self._high = (
+            extreme.reduceat(extreme(*ends), self._first, axis=1)
+            for extreme in (np.minimum, np.maximum)
+        )
 
     def near(self, i: IntArray, j: IntArray) -> tuple[IntArray, IntArray]:
         """The pairs whose bounding boxes meet; if they are many, only those whose rectangles no side separates."""
@@ -90,7 +92,11 @@ class _Runs:
         if self._met <= _MANY * self.count:
             return i, j
         centre, along, sides, error = self._rectangles
-        between, turn, error = centre[j] - centre[i], along[j] * along[i].conj(), error[i] + error[j]
+        between, turn, error = (
+            centre[j] - centre[i],
+            along[j] * along[i].conj(),
+            error[i] + error[j],
+        )
         cos, sin, meet = np.abs(turn.real), np.abs(turn.imag), np.ones(len(i), dtype=bool)
         for one, other in ((i, j), (j, i)):
             seen, (long, wide), (a, b) = between * along[one].conj(), sides[:, one], sides[:, other]
@@ -102,12 +108,20 @@ class _Runs:
     def _rectangles(self) -> tuple[ComplexArray, ComplexArray, FloatArray, FloatArray]:
         """Centres, unit vectors of the first sides, halves of the sides (2, runs), and bounds on their rounding."""
         z, after, first, run = self._z, self._after, self._first, self._run
-        start, axis = z[first], np.sqrt(np.add.reduceat((after - z)**2, first))
+        start, axis = z[first], np.sqrt(np.add.reduceat((after - z) ** 2, first))
         along = np.where(axis == 0, 1.0, axis / np.where(axis == 0, 1.0, np.abs(axis)))
         one, other = ((each - start[run]) * along.conj()[run] for each in (z, after))
         (left, under), (right, above) = (
-            [extreme.reduceat(extreme(a, b), first) for a, b in ((one.real, other.real), (one.imag, other.imag))]
-            for extreme in (np.minimum, np.maximum))
+            [
+                extreme.reduceat(extreme(a, b), first)
+                for a, b in ((one.real, other.real), (one.imag, other.imag))
+            ]
+            for extreme in (np.minimum, np.maximum)
+        )
         size = np.maximum.reduceat(np.maximum(np.abs(z), np.abs(after)), first)
-        return (start + along * ((left + right) / 2 + 0.5j * (under + above)), along,
-                np.stack((right - left, above - under)) / 2, _ERROR * size)
+        return (
+            start + along * ((left + right) / 2 + 0.5j * (under + above)),
+            along,
+            np.stack((right - left, above - under)) / 2,
+            _ERROR * size,
+        )

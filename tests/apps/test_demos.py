@@ -45,20 +45,33 @@ def test_a_demo_is_a_screen_that_uses_the_library_alone(script):
     tree = ast.parse(text)
     code = [line for line in text.splitlines()[tree.body[0].end_lineno :] if line.strip()]
     assert len(code) <= 40
-    imported = {name.partition(".")[0] for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)
-                for name in ([alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module])}
+    imported = {
+        name.partition(".")[0]
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in (
+            [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module]
+        )
+    }
     assert imported <= {"numpy", "igl_spheremap"}
 
 
-@pytest.mark.parametrize("words", [[], ["a.ply"], ["a.png"], ["a.png", "a.ply"], ["a.ply", "a.png"]])
-def test_a_demo_takes_a_surface_and_a_picture_in_any_order_either_or_both(words, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(
+    "words", [[], ["a.ply"], ["a.png"], ["a.png", "a.ply"], ["a.ply", "a.png"]]
+)
+def test_a_demo_takes_a_surface_and_a_picture_in_any_order_either_or_both(
+    words, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     v, f = ism.samples.make("spheroid", n_vertices=200)
     ism.write_mesh("a.ply", v, f)
     monkeypatch.setattr(demo.window, "backend", lambda offscreen: "none")
     monkeypatch.setattr(sys, "argv", ["script.py", *words])
     given = []
-    demo.run_demo(lambda v, f, up, target, progress: given.append((len(v), target)), "sample:sphere:n_vertices=42")
+    demo.run_demo(
+        lambda v, f, up, target, progress: given.append((len(v), target)),
+        "sample:sphere:n_vertices=42",
+    )
     assert given == [(len(v) if "a.ply" in words else 42, "a.png" if "a.png" in words else None)]
     assert capsys.readouterr() == ("", "")
 
@@ -127,7 +140,9 @@ figures['files'] = os.listdir()
 """)
     assert figures.pop("files") == []
     used = {name.split("/")[-1]: set(labels) for name, labels in figures.items()}
-    assert {"play ", "<", ">", "##iteration", "stops", "lens", "folded faces"} <= used["every_iteration.py"]
+    assert {"play ", "<", ">", "##iteration", "stops", "lens", "folded faces"} <= used[
+        "every_iteration.py"
+    ]
     assert "colours" in used["compare_methods.py"]
     assert {"balance", "colours", "squares", "lens"} <= used["checkerboard.py"]
 

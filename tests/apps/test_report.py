@@ -88,12 +88,26 @@ def test_the_plot_shows_the_history_and_every_angle(result):
 
 @needs_drawing
 def test_the_report_is_one_page_without_a_network(tmp_path):
-    command("map", "sample:dino:n_vertices=1200", tmp_path / "out.obj", "--method", "lai2014",
-            "--report", tmp_path / "report", "--json", tmp_path / "figures.json")
+    command(
+        "map",
+        "sample:dino:n_vertices=1200",
+        tmp_path / "out.obj",
+        "--method",
+        "lai2014",
+        "--report",
+        tmp_path / "report",
+        "--json",
+        tmp_path / "figures.json",
+    )
     text = (tmp_path / "report" / "report.html").read_text("utf-8")
     assert [path.name for path in (tmp_path / "report").iterdir()] == ["report.html"]
     tags = Balance(text).seen
-    links = [value for _, attributes in tags for name, value in attributes.items() if name in ("src", "href", "srcset")]
+    links = [
+        value
+        for _, attributes in tags
+        for name, value in attributes.items()
+        if name in ("src", "href", "srcset")
+    ]
     assert all(link.startswith(("data:", "#")) for link in links)
     assert not re.search(r"@import|url\((?!#)", text)
     pictures = [attributes["src"] for tag, attributes in tags if tag == "img"]
@@ -103,8 +117,13 @@ def test_the_report_is_one_page_without_a_network(tmp_path):
     assert sum(tag == "svg" for tag, _ in tags) == 1
     assert "folding-free: every face is positively oriented" in text
     header = text.partition('<p class="made">')[2].partition("</p>")[0]
-    assert re.match(rf"\d{{4}}-\d\d-\d\d \d\d:\d\d UTC, igl_spheremap {ism.__version__}<br>", header)
-    assert f"igl-spheremap map sample:dino:n_vertices=1200 {tmp_path / 'out.obj'} --method lai2014" in header
+    assert re.match(
+        rf"\d{{4}}-\d\d-\d\d \d\d:\d\d UTC, igl_spheremap {ism.__version__}<br>", header
+    )
+    assert (
+        f"igl-spheremap map sample:dino:n_vertices=1200 {tmp_path / 'out.obj'} --method lai2014"
+        in header
+    )
     assert len(text) < 1_500_000
 
 
@@ -117,16 +136,33 @@ def test_the_report_of_a_plane_map_has_its_figures_and_a_scene(tmp_path, name):
     text = (tmp_path / "page.html").read_text("utf-8")
     tags = Balance(text).seen
     assert [tag for tag, _ in tags].count("svg") == 1
-    assert [attributes["src"][:21] for tag, attributes in tags if tag == "img"] == ["data:image/png;base64"]
-    (views,) = [json.loads(attributes["data-scene"])["views"] for _, attributes in tags if "data-scene" in attributes]
-    assert [view["caption"] for view in views] == ["Surface: areas", "Image: areas", "Image: angles"]
-    colours = [np.frombuffer(base64.b64decode(view["colours"]), np.uint8).reshape(-1, 3) for view in views]
+    assert [attributes["src"][:21] for tag, attributes in tags if tag == "img"] == [
+        "data:image/png;base64"
+    ]
+    (views,) = [
+        json.loads(attributes["data-scene"])["views"]
+        for _, attributes in tags
+        if "data-scene" in attributes
+    ]
+    assert [view["caption"] for view in views] == [
+        "Surface: areas",
+        "Image: areas",
+        "Image: angles",
+    ]
+    colours = [
+        np.frombuffer(base64.b64decode(view["colours"]), np.uint8).reshape(-1, 3) for view in views
+    ]
     assert all(len(each) == len(f) for each in colours)
-    areas, _, angles = (re.findall(r"[\w./ ]+(?= <span)|(?<=</span>)[\w./ ]+", view["legend"]) for view in views)
+    areas, _, angles = (
+        re.findall(r"[\w./ ]+(?= <span)|(?<=</span>)[\w./ ]+", view["legend"]) for view in views
+    )
     assert float(areas[0].partition("/")[2]) == float(areas[1]) > 1
     assert angles[0].strip() == "0"
     assert np.array_equal(*colours[:2])
-    assert "folding-free: every face is positively oriented and the boundary crosses itself nowhere" in text
+    assert (
+        "folding-free: every face is positively oriented and the boundary crosses itself nowhere"
+        in text
+    )
     assert "<h1>&lt;face&gt;.ply in the plane</h1>" in text
     assert "Before" not in text  # there is one map
     assert f"igl-spheremap {name} " in text
@@ -140,9 +176,13 @@ def test_a_scene_has_every_folded_face_and_its_marks():
     flipped[pairs] = v[pairs[:, ::-1]]
     for x, few in ((flipped, True), (-v, False)):
         folded = np.flatnonzero(folded_faces(x, f))
-        text = scene(f, [View("a sphere", x, np.ones((len(f), 3)), folded, sphere=True, image=True)])
+        text = scene(
+            f, [View("a sphere", x, np.ones((len(f), 3)), folded, sphere=True, image=True)]
+        )
         (view,) = json.loads(dict(Balance(text).seen[0][1])["data-scene"])["views"]
-        kept, starts = (np.frombuffer(base64.b64decode(view[key]), "<u4") for key in ("folded", "starts"))
+        kept, starts = (
+            np.frombuffer(base64.b64decode(view[key]), "<u4") for key in ("folded", "starts")
+        )
         colours = np.frombuffer(base64.b64decode(view["colours"]), np.uint8).reshape(-1, 3)
         assert np.array_equal(kept, folded)
         assert np.array_equal(np.flatnonzero((colours != 255).any(axis=1)), folded)
@@ -155,7 +195,13 @@ def test_a_scene_has_every_folded_face_and_its_marks():
 def test_a_report_is_a_page_or_a_folder(tmp_path, name, capsys):
     """Said before the work starts."""
     (tmp_path / "there").write_text("a file")
-    words = ["map", "sample:sphere:n_vertices=200", str(tmp_path / "out.obj"), "--report", str(tmp_path / name)]
+    words = [
+        "map",
+        "sample:sphere:n_vertices=200",
+        str(tmp_path / "out.obj"),
+        "--report",
+        str(tmp_path / name),
+    ]
     assert main(words) == 64
     assert len(capsys.readouterr().err.splitlines()) == 1
     assert [path.name for path in tmp_path.iterdir()] == ["there"]
@@ -178,20 +224,40 @@ def test_a_report_without_opengl_names_why_it_has_no_pictures(tmp_path, monkeypa
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(ctypes, "CDLL", missing)
     monkeypatch.setattr(window, "_offscreen", None)  # as in a process that has drawn nothing
-    words = ["map", "sample:sphere:n_vertices=200", str(tmp_path / "out.obj"), "--report", str(tmp_path / "report")]
+    words = [
+        "map",
+        "sample:sphere:n_vertices=200",
+        str(tmp_path / "out.obj"),
+        "--report",
+        str(tmp_path / "report"),
+    ]
     assert main([*words, "-q"]) == 0
-    assert "No pictures: libEGL.so.1 is missing" in (tmp_path / "report" / "report.html").read_text("utf-8")
+    assert "No pictures: libEGL.so.1 is missing" in (tmp_path / "report" / "report.html").read_text(
+        "utf-8"
+    )
 
 
 @pytest.mark.parametrize(("name", "start"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml")])
 def test_curves_are_drawn_in_the_format_that_is_named(tmp_path, name, start):
-    words = ["map", "sample:sphere:n_vertices=200", str(tmp_path / "out.obj"), "--plot", str(tmp_path / name)]
+    words = [
+        "map",
+        "sample:sphere:n_vertices=200",
+        str(tmp_path / "out.obj"),
+        "--plot",
+        str(tmp_path / name),
+    ]
     assert main([*words, "-q"]) == 0
     assert (tmp_path / name).read_bytes().startswith(start)
 
 
 def test_a_plot_of_no_known_format_is_refused_before_the_work(tmp_path, capsys):
-    words = ["map", "sample:sphere:n_vertices=200", str(tmp_path / "out.obj"), "--plot", str(tmp_path / "a.doc")]
+    words = [
+        "map",
+        "sample:sphere:n_vertices=200",
+        str(tmp_path / "out.obj"),
+        "--plot",
+        str(tmp_path / "a.doc"),
+    ]
     assert main(words) == 64
     assert len(capsys.readouterr().err.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
@@ -217,7 +283,9 @@ def test_view_without_a_display_is_one_line(monkeypatch, capsys):
     assert len(err.splitlines()) == 1
     assert "(--screenshot OUT.png, --video OUT.gif)" in err
     result = ism.spherical_conformal_map(*ism.samples.sphere(42))
-    with pytest.raises(DisplayError, match=r"\(screenshot\(result, 'map.png'\), play\(v, f, out='run.gif'\)\)"):
+    with pytest.raises(
+        DisplayError, match=r"\(screenshot\(result, 'map.png'\), play\(v, f, out='run.gif'\)\)"
+    ):
         ism.show(result)
 
 

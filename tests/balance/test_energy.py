@@ -30,7 +30,9 @@ def test_gradient_is_that_of_differences(map_of_spheroid, power):
     h = 1e-6
     ahead, behind = (energy.by_face(unit_rows(x + sign * h * move)).sum() for sign in (1, -1))
     difference = (ahead - behind) / (2 * h)
-    assert (energy.derivatives(x, axes_at(x))[0] * step).sum() == pytest.approx(difference, rel=1e-7)
+    assert (energy.derivatives(x, axes_at(x))[0] * step).sum() == pytest.approx(
+        difference, rel=1e-7
+    )
 
 
 def cap(size):
@@ -59,13 +61,17 @@ def test_hessian_is_that_of_differences_of_the_gradient_where_the_sphere_is_flat
     axes = np.tile(axes_at(np.array([[0, 0, 1.0]])), (1, 1, 7))
     h = 1e-9
     move = h * np.einsum("an,ain->ni", step, axes)
-    difference = (energy.derivatives(x + move, axes)[0] - energy.derivatives(x - move, axes)[0]) / (2 * h)
+    difference = (energy.derivatives(x + move, axes)[0] - energy.derivatives(x - move, axes)[0]) / (
+        2 * h
+    )
     blocks = energy.derivatives(x, axes, convex=False)[1]
     product = np.zeros((7, 2))
     for block, (i, j) in zip(blocks, PAIRS, strict=True):
         np.add.at(product, source.f[:, i], np.einsum("abm,bm->ma", block, step[:, source.f[:, j]]))
         if i != j:
-            np.add.at(product, source.f[:, j], np.einsum("abm,am->mb", block, step[:, source.f[:, i]]))
+            np.add.at(
+                product, source.f[:, j], np.einsum("abm,am->mb", block, step[:, source.f[:, i]])
+            )
     assert np.allclose(product.T, difference, rtol=0, atol=1e-4 * np.abs(difference).max())
 
 
@@ -89,7 +95,10 @@ def projected(v, f, x):
         p, q = v[corners], x[corners]
         outward = q.sum(axis=0) / np.linalg.norm(q.sum(axis=0))
         flat = np.eye(3) - np.outer(outward, outward)
-        source, image = np.stack((p[1] - p[0], p[2] - p[0])), np.stack((q[1] - q[0], q[2] - q[0])) @ flat
+        source, image = (
+            np.stack((p[1] - p[0], p[2] - p[0])),
+            np.stack((q[1] - q[0], q[2] - q[0])) @ flat,
+        )
         gram = np.linalg.solve(source @ source.T, image @ image.T)
         ratios.append(np.sqrt(np.linalg.det(gram)))
         stretch.append(np.trace(gram) / 2 / ratios[-1])
@@ -100,14 +109,24 @@ def test_the_energy_is_mips_and_the_area_barrier(map_of_spheroid):
     source, x = map_of_spheroid
     v, f = ism.samples.make("spheroid", n_vertices=200)
     J, conformal = projected(v, f, x)
-    J *= np.linalg.norm(np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), axis=1).sum() / 2 / (4 * np.pi)
+    J *= (
+        np.linalg.norm(np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), axis=1).sum()
+        / 2
+        / (4 * np.pi)
+    )
     none = np.zeros(len(source.f))
     assert np.allclose(np.exp(log_areas(source, x)), J)
-    assert np.allclose(BalancedEnergy(source, 0.0, 1, none).by_face(x), source.area * 2 * (conformal - 1))
-    assert np.allclose(BalancedEnergy(source, 1.0, 1, none).by_face(x), source.area * (J + 1 / J - 2))
+    assert np.allclose(
+        BalancedEnergy(source, 0.0, 1, none).by_face(x), source.area * 2 * (conformal - 1)
+    )
+    assert np.allclose(
+        BalancedEnergy(source, 1.0, 1, none).by_face(x), source.area * (J + 1 / J - 2)
+    )
 
 
-def test_it_is_an_energy_of_maps_whose_derivatives_by_the_coordinates_are_those_of_differences(map_of_spheroid):
+def test_it_is_an_energy_of_maps_whose_derivatives_by_the_coordinates_are_those_of_differences(
+    map_of_spheroid,
+):
     source, x = map_of_spheroid
     energy = BalancedEnergy(source, 0.6, 1, np.random.default_rng(0).normal(size=len(source.f)))
     value, gradient = energy.evaluate(x)

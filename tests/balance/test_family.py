@@ -52,8 +52,10 @@ def profile_map(balance):
         theta = colatitudes(y)
         s1 = np.log(np.diff(theta) / step)
         s2 = np.log(np.sin((theta[1:] + theta[:-1]) / 2) / radius)
-        parts = (np.sqrt(1 - weight) * np.sinh(POWER * (s1 - s2) / 2),
-                 np.sqrt(weight) * np.sinh(POWER * (s1 + s2 - target) / 2))
+        parts = (
+            np.sqrt(1 - weight) * np.sinh(POWER * (s1 - s2) / 2),
+            np.sqrt(weight) * np.sinh(POWER * (s1 + s2 - target) / 2),
+        )
         return (np.sqrt(area) * np.stack(parts)).ravel()
 
     return edges, colatitudes(least_squares(residuals, np.zeros(len(t)), xtol=1e-12, ftol=1e-12).x)
@@ -74,7 +76,9 @@ def test_a_spheroid_agrees_with_the_energy_of_its_profile_to_second_order(balanc
     for n in (642, 2562):
         mesh, t, conformal = spheroid(n)
         x = converged(mesh, conformal, balance)
-        errors.append(np.sqrt(np.mean((np.arccos(np.clip(x[:, 2], -1, 1)) - np.interp(t, edges, theta)) ** 2)))
+        errors.append(
+            np.sqrt(np.mean((np.arccos(np.clip(x[:, 2], -1, 1)) - np.interp(t, edges, theta)) ** 2))
+        )
     assert errors[1] < 2e-3
     assert errors[0] > 3 * errors[1]
 

@@ -6,7 +6,12 @@ import pytest
 from triangulations import icosphere, wild
 
 import igl_spheremap as ism
-from igl_spheremap.descent.energies import HarmonicEnergy, LandmarkEnergy, SumEnergy, p_harmonic_energy
+from igl_spheremap.descent.energies import (
+    HarmonicEnergy,
+    LandmarkEnergy,
+    SumEnergy,
+    p_harmonic_energy,
+)
 from igl_spheremap.descent.problem import p_harmonic_problem
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.sphere.rows import tangent, unit_rows
@@ -22,7 +27,9 @@ CHOSEN = np.array([3, 7, 15, 22, 40, 51])
 def test_energy_is_that_of_libigls_laplacian():
     x = wild(X)
     # eq. (6)
-    assert np.isclose(ism.harmonic_energy(V, F, x), -0.5 * np.trace(x.T @ (igl.cotmatrix(V, F) @ x)))
+    assert np.isclose(
+        ism.harmonic_energy(V, F, x), -0.5 * np.trace(x.T @ (igl.cotmatrix(V, F) @ x))
+    )
 
 
 def test_energy_does_not_see_the_sources_scale_or_place():
@@ -32,7 +39,9 @@ def test_energy_does_not_see_the_sources_scale_or_place():
 def test_energy_is_at_least_the_area_face_by_face():
     x = wild(X)
     cotangents = 1 / np.tan(igl.internal_angles(V, F))
-    edges = np.stack([((x[F[:, (k + 1) % 3]] - x[F[:, (k + 2) % 3]]) ** 2).sum(1) for k in range(3)], axis=1)
+    edges = np.stack(
+        [((x[F[:, (k + 1) % 3]] - x[F[:, (k + 2) % 3]]) ** 2).sum(1) for k in range(3)], axis=1
+    )
     per_face = (cotangents * edges).sum(axis=1) / 4
     assert np.isclose(per_face.sum(), ism.harmonic_energy(V, F, x))
     assert (per_face >= igl.doublearea(x, F) / 2 - 1e-12).all()
@@ -53,7 +62,9 @@ def test_energy_of_moebius_maps_converges_to_four_pi_at_second_order():
 def test_the_discrete_energy_falls_along_a_strong_boost():
     """Why boosts are kept out of the descent: its minimiser is a point."""
     towards = unit_rows(X[F[0]].mean(axis=0, keepdims=True))[0]
-    assert ism.harmonic_energy(X, F, moebius(X, 0.99999 * towards)) < 0.1 * ism.harmonic_energy(X, F, X)
+    assert ism.harmonic_energy(X, F, moebius(X, 0.99999 * towards)) < 0.1 * ism.harmonic_energy(
+        X, F, X
+    )
 
 
 def test_faces_without_area_do_not_spoil_the_energy():
@@ -84,7 +95,9 @@ def test_energy_of_a_similarity_is_the_power_of_its_scale():
     """Onto a scaled copy of itself each face has |grad F|^2 = 2 s^2, so that E_p = 2^(p/2) s^p / p."""
     s = np.sqrt(4 * np.pi) * 0.7
     for p in (1.5, 2, 4):
-        assert np.isclose(p_harmonic_problem(MESH, p).energy.evaluate(s * MESH.unit)[0], 2 ** (p / 2) * s**p / p)
+        assert np.isclose(
+            p_harmonic_problem(MESH, p).energy.evaluate(s * MESH.unit)[0], 2 ** (p / 2) * s**p / p
+        )
 
 
 def test_energies_are_homogeneous_of_degree_p():
@@ -136,14 +149,18 @@ def test_faces_without_area_do_not_spoil_it():
 def test_the_penalty_is_half_the_weighted_squared_chord():
     """A vertex that is named twice is drawn to both targets."""
     targets = np.array([[0.0, 0, 1], [0, 1, 0], [1, 0, 0]])
-    value, gradient = LandmarkEnergy(np.array([1, 1, 2]), targets, np.array([2.0, 3, 0])).evaluate(np.eye(3))
+    value, gradient = LandmarkEnergy(np.array([1, 1, 2]), targets, np.array([2.0, 3, 0])).evaluate(
+        np.eye(3)
+    )
     assert value == (2 * 2 + 3 * 0) / 2
     assert np.array_equal(gradient, [[0, 0, 0], [0, 2, -2], [0, 0, 0]])
 
 
 def test_the_sums_gradient_is_its_first_variation():
     x = wild(SMALL)
-    energy = SumEnergy((HARMONIC, LandmarkEnergy(CHOSEN, wild(SMALL, 2)[CHOSEN], np.arange(6) + 0.5)))
+    energy = SumEnergy(
+        (HARMONIC, LandmarkEnergy(CHOSEN, wild(SMALL, 2)[CHOSEN], np.arange(6) + 0.5))
+    )
     direction = np.random.default_rng(1).normal(size=x.shape)
     _, gradient = energy.evaluate(x)
     h = 1e-6

@@ -41,6 +41,9 @@ def test_numbers_that_are_none_are_refused():
 def test_the_last_trial_is_taken_if_asked_at_any_finite_energy():
     search = NonmonotoneSearch(1.0, delta=0.2, trials=5, takes_last=True)
     energies = [np.inf, 9.0, np.nan, 7.0, 8.0]
-    accepted = [search.accepts(energy, tau, -1.0) for energy, tau in zip(energies, search.steps(1.0), strict=True)]
+    accepted = [
+        search.accepts(energy, tau, -1.0)
+        for energy, tau in zip(energies, search.steps(1.0), strict=True)
+    ]
     assert accepted == [False] * 4 + [True]
     assert not any(search.accepts(np.inf, tau, -1.0) for tau in search.steps(1.0))

@@ -27,6 +27,7 @@ def test_each_way_to_end_has_its_status():
     assert run(max_iterations=3).status is ism.Status.MAX_ITERATIONS
     assert run(max_iterations=0).last.iteration == run(max_iterations=-1).last.iteration == 0
     assert run(tolerance=0, plateau=1e-6).status is ism.Status.PLATEAU
+
     class Uphill:  # an energy that rises along its own descent direction
         def evaluate(self, x):
             value, gradient = PROBLEM.energy.evaluate(x)

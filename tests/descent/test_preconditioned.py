@@ -21,8 +21,14 @@ def test_a_start_that_faces_cut_deep_through_is_kept_where_the_energy_misleads()
     """A square bar, each side but two triangles: the worse its chords, the less energy they have."""
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     v = np.vstack((corners, corners + np.array([0.0, 0.0, 8.0])))
-    f = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]]
-                 + [face for a, b in ((0, 1), (1, 2), (2, 3), (3, 0)) for face in ([a, b, b + 4], [a, b + 4, a + 4])])
+    f = np.array(
+        [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]]
+        + [
+            face
+            for a, b in ((0, 1), (1, 2), (2, 3), (3, 0))
+            for face in ([a, b, b + 4], [a, b + 4, a + 4])
+        ]
+    )
     mesh = check_mesh(v, f)
     operators = build_operators(mesh)
     start = punctured_start(mesh, operators).x
@@ -38,22 +44,36 @@ def test_all_starts_lead_to_one_map():
     mesh = check_mesh(*ism.samples.make("spheroid", n_vertices=1500))
     operators = build_operators(mesh)
     starts = None, ism.gauss_map(mesh.v, mesh.f)
-    plain, other = (fix_gauge(mesh, harmonic_map(mesh, operators, x, tolerance=1e-12).last.x) for x in starts)
+    plain, other = (
+        fix_gauge(mesh, harmonic_map(mesh, operators, x, tolerance=1e-12).last.x) for x in starts
+    )
     assert np.abs(plain - other).max() < 1e-6
 
 
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize(("degree", "left"), [(2, 0), (3, 1 / 36), (4, 1 / 100)])
-def test_a_step_leaves_nothing_of_degree_2_and_a_sixth_and_a_tenth_of_the_next_two(degree, left, turned):
+def test_a_step_leaves_nothing_of_degree_2_and_a_sixth_and_a_tenth_of_the_next_two(
+    degree, left, turned
+):
     """On the round sphere; of gradients of spherical harmonics, and of such gradients turned by a right angle."""
     x, f = icosphere(5)
     mesh = check_mesh(x, f)
     a, b, c = x.T
-    gradients = {2: (b, a, 0 * c), 3: (b * c, a * c, a * b), 4: (3 * a**2 * b - b**3, a**3 - 3 * a * b**2, 0 * c)}
+    gradients = {
+        2: (b, a, 0 * c),
+        3: (b * c, a * c, a * b),
+        4: (3 * a**2 * b - b**3, a**3 - 3 * a * b**2, 0 * c),
+    }
     field = tangent(x, np.column_stack(gradients[degree]))
     start = unit_rows(x + 1e-2 * (np.cross(x, field) if turned else field))
     energies = []
-    harmonic_map(mesh, build_operators(mesh), start, tolerance=1e-9, listener=lambda step: energies.append(step.energy))
+    harmonic_map(
+        mesh,
+        build_operators(mesh),
+        start,
+        tolerance=1e-9,
+        listener=lambda step: energies.append(step.energy),
+    )
     before, after = np.array(energies[:2]) - energies[-1]
     assert after / before == pytest.approx(left, rel=0.05, abs=1e-3)
 

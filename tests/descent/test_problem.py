@@ -11,7 +11,14 @@ import igl_spheremap as ism
 from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.preconditioned import harmonic_map
-from igl_spheremap.descent.problem import Diagonal, Problem, SobolevH1, SobolevH2, remove_boosts, step_metric
+from igl_spheremap.descent.problem import (
+    Diagonal,
+    Problem,
+    SobolevH1,
+    SobolevH2,
+    remove_boosts,
+    step_metric,
+)
 from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.paper.algorithm_1 import cayley_bb
 from igl_spheremap.paper.safeguards import AsPrinted
@@ -34,7 +41,9 @@ def test_gradient_is_the_derivative_along_the_sphere(gauge):
     _, gradient = problem.evaluate(x)
     h = 1e-6
     values = [problem.evaluate(ism.cayley_update(x, -direction, s))[0] for s in (h, -h)]
-    assert np.isclose((values[0] - values[1]) / (2 * h), problem.metric.inner(gradient, direction), rtol=1e-6)
+    assert np.isclose(
+        (values[0] - values[1]) / (2 * h), problem.metric.inner(gradient, direction), rtol=1e-6
+    )
 
 
 def test_gradient_has_neither_radial_part_nor_boost_nor_rotation():
@@ -76,7 +85,9 @@ def test_solve_inverts_the_inner_product(name):
     covector, field = np.random.default_rng(1).normal(size=(2, *X.shape))
     covector -= covector.mean(axis=0)  # P is all but singular on constants
     metric = METRICS[name]
-    assert np.isclose(metric.inner(metric.solve(covector), field), np.vdot(covector, field), rtol=1e-6)
+    assert np.isclose(
+        metric.inner(metric.solve(covector), field), np.vdot(covector, field), rtol=1e-6
+    )
     assert np.isclose(metric.inner(covector, field), metric.inner(field, covector))
     assert metric.inner(field, field) > 0
 
@@ -94,8 +105,9 @@ def test_gradients_are_tangent_and_point_uphill(name):
 def test_algorithm_1_finds_one_minimum_in_every_metric(name):
     expected = harmonic_map(MESH, build_operators(MESH), START, tolerance=1e-9, max_iterations=50)
     problem = replace(PROBLEM, metric=METRICS[name])
-    found = minimize(cayley_bb(problem, START, AsPrinted()), tolerance=1e-6, max_iterations=2000,
-                     plateau=1e-12)
+    found = minimize(
+        cayley_bb(problem, START, AsPrinted()), tolerance=1e-6, max_iterations=2000, plateau=1e-12
+    )
     assert np.isclose(found.last.energy, expected.last.energy, rtol=1e-8)
 
 

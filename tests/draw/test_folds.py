@@ -23,7 +23,11 @@ def test_faces_are_in_one_cluster_if_a_chain_of_shared_vertices_leads_from_one_t
         for _ in cluster:
             reached = cluster[np.isin(f[cluster], f[reached]).any(axis=1)]
         assert len(reached) == len(cluster)
-    assert clusters.sizes.tolist() == [len(cluster) for cluster in clusters] == sorted(clusters.sizes, reverse=True)
+    assert (
+        clusters.sizes.tolist()
+        == [len(cluster) for cluster in clusters]
+        == sorted(clusters.sizes, reverse=True)
+    )
     assert (clusters[-1] == list(clusters)[-1]).all()
     with pytest.raises(IndexError):
         clusters[len(clusters)]

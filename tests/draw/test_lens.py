@@ -33,7 +33,9 @@ def test_a_strong_lens_magnifies_by_its_power_at_its_place():
 
 def test_the_plain_view_is_the_map_itself():
     x = unit(np.random.default_rng(2).normal(size=(50, 3)))
-    assert follow([x], np.array([[0, 1, 2]]), np.empty(0, dtype=np.int64))[0](x) == pytest.approx(x, abs=1e-14)
+    assert follow([x], np.array([[0, 1, 2]]), np.empty(0, dtype=np.int64))[0](x) == pytest.approx(
+        x, abs=1e-14
+    )
 
 
 def test_a_fold_planted_at_a_limb_s_tip_comes_to_the_front_and_is_seen():

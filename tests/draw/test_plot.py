@@ -71,5 +71,7 @@ def test_a_curve_keeps_the_least_and_the_largest_value_of_each_bin(count, bins):
     values = np.random.default_rng(count).normal(size=count)
     drawn = extremes(values, bins)
     part = np.arange(count) * bins // max(count, 1)
-    least_and_largest = {f(np.flatnonzero(part == k), key=values.__getitem__) for k in set(part) for f in (min, max)}
+    least_and_largest = {
+        f(np.flatnonzero(part == k), key=values.__getitem__) for k in set(part) for f in (min, max)
+    }
     assert drawn.tolist() == sorted(least_and_largest)

@@ -73,24 +73,54 @@ def group():
     """Balls of three sizes."""
     shapes, one = np.multiply.outer([0.9, 1.0, 1.1], V), np.ones(len(V))
     members = tuple(Member(str(k), None, 1.0, 1.0, 1.0) for k in range(3))
-    return Group(V, F, V, shapes, V[None], np.array([0.01]), np.array([[-0.1], [0], [0.1]]), members, one, 0.1 * one,
-                 np.empty((len(V), 0)), np.empty((len(V), 0)), {}, ())
+    return Group(
+        V,
+        F,
+        V,
+        shapes,
+        V[None],
+        np.array([0.01]),
+        np.array([[-0.1], [0], [0.1]]),
+        members,
+        one,
+        0.1 * one,
+        np.empty((len(V), 0)),
+        np.empty((len(V), 0)),
+        {},
+        (),
+    )
 
 
 def series():
     """A ball that doubles."""
-    return Series(np.array([V, 2 * V]), F, V, np.ones((2, len(V))), np.empty((2, len(V), 0)), (BALL, BALL), V[:, 0])
+    return Series(
+        np.array([V, 2 * V]),
+        F,
+        V,
+        np.ones((2, len(V))),
+        np.empty((2, len(V), 0)),
+        (BALL, BALL),
+        V[:, 0],
+    )
 
 
-@pytest.mark.parametrize(("make", "bodies"), [
-    (lambda: ism.flatten(*half(V, F)[:2]), 2),
-    (lambda: ism.resample(BALL, "ico:2"), 2),
-    (lambda: ism.shapes.spherical_harmonics(BALL, degree=4), 3),
-    (lambda: ism.shapes.spherical_harmonics(BALL, V[:, :2], degree=4), 1),
-    (lambda: SurfaceMap(BALL, BALL, np.array([0]), Location(np.array([0]), np.array([[1.0, 0, 0]]))), 2),
-    (group, 3),
-    (series, 2),
-])
+@pytest.mark.parametrize(
+    ("make", "bodies"),
+    [
+        (lambda: ism.flatten(*half(V, F)[:2]), 2),
+        (lambda: ism.resample(BALL, "ico:2"), 2),
+        (lambda: ism.shapes.spherical_harmonics(BALL, degree=4), 3),
+        (lambda: ism.shapes.spherical_harmonics(BALL, V[:, :2], degree=4), 1),
+        (
+            lambda: SurfaceMap(
+                BALL, BALL, np.array([0]), Location(np.array([0]), np.array([[1.0, 0, 0]]))
+            ),
+            2,
+        ),
+        (group, 3),
+        (series, 2),
+    ],
+)
 def test_every_body_is_in_the_picture(make, bodies):
     pixels, _ = shown(make())
     assert pixels.shape[1] == bodies * pixels.shape[0]

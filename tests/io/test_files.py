@@ -85,9 +85,12 @@ def mesh_bytes(name, tmp_path, ball):
 def test_damaged_files_give_one_line(name, damage, ball, tmp_path, capfd):
     data = mesh_bytes(name, tmp_path, ball)
     noise = np.random.default_rng(1).integers(0, 256, 3000, dtype=np.uint8).tobytes()
-    broken = {"empty": b"", "half": data[: len(data) // 2], "noise": noise, "tail": data[:300] + noise}[
-        damage
-    ]
+    broken = {
+        "empty": b"",
+        "half": data[: len(data) // 2],
+        "noise": noise,
+        "tail": data[:300] + noise,
+    }[damage]
     (tmp_path / name).write_bytes(broken)
     with pytest.raises(MeshError) as caught:
         # half a text file may be a mesh, but not a closed one
@@ -102,7 +105,9 @@ def test_unknown_and_missing(tmp_path):
     with pytest.raises(FileError, match="directory"):
         read_mesh(tmp_path)
     (tmp_path / "mesh.xyz").write_text("hello")
-    with pytest.raises(FileError, match=r"unknown format.*OBJ \(.obj\).*glTF \(.glb, .gltf\).*FreeSurfer \(.pial, "):
+    with pytest.raises(
+        FileError, match=r"unknown format.*OBJ \(.obj\).*glTF \(.glb, .gltf\).*FreeSurfer \(.pial, "
+    ):
         read_mesh(tmp_path / "mesh.xyz")
     with pytest.raises(FileError, match="unknown format"):
         write_mesh(tmp_path / "out.xyz", np.zeros((3, 3)), [[0, 1, 2]])
@@ -135,13 +140,24 @@ def test_every_format_is_in_the_table_once():
     suffixes = [suffix for entry in FORMATS for suffix in entry.suffixes]
     assert len(suffixes) == len(set(suffixes))
     package = Path(io.__file__).parent
-    defined = [path.stem for path in package.glob("*.py")
-               if len(re.findall(r"^def (read|write)\(", path.read_text("utf-8"), re.MULTILINE)) == 2]
+    defined = [
+        path.stem
+        for path in package.glob("*.py")
+        if len(re.findall(r"^def (read|write)\(", path.read_text("utf-8"), re.MULTILINE)) == 2
+    ]
     assert sorted(entry.module for entry in FORMATS) == sorted(defined)
 
 
 def test_files_without_a_telling_name_are_known_by_their_first_bytes(ball, tmp_path):
-    for name in ("ball.off", "ball.ply", "ball.npz", "ball.glb", "ball.surf.gii", "ball.surf.gii.gz", "lh.sphere"):
+    for name in (
+        "ball.off",
+        "ball.ply",
+        "ball.npz",
+        "ball.glb",
+        "ball.surf.gii",
+        "ball.surf.gii.gz",
+        "lh.sphere",
+    ):
         needs(name)
         write_mesh(tmp_path / name, *ball)
         (tmp_path / name).rename(tmp_path / "mystery")

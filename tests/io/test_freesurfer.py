@@ -56,6 +56,7 @@ def test_counts_of_curvature_that_the_file_can_t_hold_are_refused(tmp_path):
 
 def test_files_of_quads_are_read_as_triangles(tmp_path):
     """FreeSurfer's older format, each quad cut in two."""
+
     def three(n):
         return int(n).to_bytes(3, "big")
 

@@ -40,7 +40,9 @@ def test_a_scalar_map_is_no_surface(tmp_path):
 def test_arrays_of_many_dimensions_are_refused_before_they_are_counted(ball, tmp_path):
     path = tmp_path / "a.surf.gii"
     write_mesh(path, *ball)
-    path.write_bytes(path.read_bytes().replace(b'Dimensionality="2"', b'Dimensionality="2000000000"'))
+    path.write_bytes(
+        path.read_bytes().replace(b'Dimensionality="2"', b'Dimensionality="2000000000"')
+    )
     with pytest.raises(MeshError, match="dimensions"):
         read_mesh(path)
 
@@ -55,6 +57,8 @@ def test_gifti_names_the_hemisphere_of_the_file_s_name_where_the_source_names_no
         ("plain.ply", "sphere.surf.gii", None),
     ):
         write_mesh(tmp_path / source, v, f, force=True)
-        write_mesh(tmp_path / target, v, f, force=True, metadata=read_mesh(tmp_path / source).metadata)
+        write_mesh(
+            tmp_path / target, v, f, force=True, metadata=read_mesh(tmp_path / source).metadata
+        )
         points = nibabel.load(tmp_path / target).get_arrays_from_intent("NIFTI_INTENT_POINTSET")[0]
         assert dict(points.meta).get("AnatomicalStructurePrimary") == structure

@@ -9,7 +9,14 @@ import os
 import numpy as np
 import pytest
 
-from igl_spheremap import FileError, MeshError, check_mesh, repair_mesh, samples, spherical_conformal_map
+from igl_spheremap import (
+    FileError,
+    MeshError,
+    check_mesh,
+    repair_mesh,
+    samples,
+    spherical_conformal_map,
+)
 from igl_spheremap.io.files import read_mesh, write_mesh
 from igl_spheremap.io.textured import read_textured, write_textured
 from igl_spheremap.resampling.texture import checker_image, texture_atlas
@@ -66,7 +73,9 @@ def test_scenes_that_expand_are_refused(tmp_path):
     node = dict(only_mesh(tree), name="")
     many = tree | {"nodes": tree["nodes"] + [node] * 100_000}
     many["scenes"] = [{"nodes": list(range(len(many["nodes"])))}]
-    zeros = tree | {"accessors": [*tree["accessors"], {"count": 10**10, "type": "VEC3", "componentType": 5126}]}
+    zeros = tree | {
+        "accessors": [*tree["accessors"], {"count": 10**10, "type": "VEC3", "componentType": 5126}]
+    }
     views = tree | {"bufferViews": tree["bufferViews"] * 5_000}
     for scene in (many, zeros, views):
         with pytest.raises(MeshError, match="expand to"):
@@ -97,9 +106,15 @@ def test_sparse_values_are_put_in_their_places(suffix, tree, ball, tmp_path):
     where = len(tree["bufferViews"])
     for each in content:
         tree["bufferViews"].append({"buffer": len(tree["buffers"]), "byteLength": len(each)})
-        tree["buffers"].append({"uri": "data:;base64," + base64.b64encode(each).decode(), "byteLength": len(each)})
+        tree["buffers"].append(
+            {"uri": "data:;base64," + base64.b64encode(each).decode(), "byteLength": len(each)}
+        )
     place = next(k for k, entry in enumerate(tree["accessors"]) if entry["type"] == "VEC3")
-    sparse = {"count": 3, "indices": {"bufferView": where, "componentType": 5123}, "values": {"bufferView": where + 1}}
+    sparse = {
+        "count": 3,
+        "indices": {"bufferView": where, "componentType": 5123},
+        "values": {"bufferView": where + 1},
+    }
     tree["accessors"][place]["sparse"] = sparse
     expected = ball[0].copy()
     expected[moved] *= 2
@@ -108,7 +123,9 @@ def test_sparse_values_are_put_in_their_places(suffix, tree, ball, tmp_path):
         if suffix == ".gltf":
             return read(tree, tmp_path).v
         binary = base64.b64decode(tree["buffers"][0]["uri"].partition(",")[2])
-        head = json.dumps(tree | {"buffers": [{"byteLength": len(binary)}, *tree["buffers"][1:]]}).encode()
+        head = json.dumps(
+            tree | {"buffers": [{"byteLength": len(binary)}, *tree["buffers"][1:]]}
+        ).encode()
         head += b" " * (-len(head) % 4)
         chunks = [head, b"JSON"], [binary + bytes(-len(binary) % 4), b"BIN\0"]
         body = b"".join(len(each).to_bytes(4, "little") + kind + each for each, kind in chunks)
@@ -164,7 +181,9 @@ def test_a_seam_that_a_turned_node_opens_is_welded(ball, tmp_path):
     turn = trimesh.transformations.rotation_matrix(np.pi / 2, [0, 0, 1])
     lower = v[f][..., 2].mean(axis=1) < 0
     scene = trimesh.Scene([trimesh.Trimesh(v, f[lower], process=False)])
-    scene.add_geometry(trimesh.Trimesh(v @ np.rint(turn[:3, :3]), f[~lower], process=False), transform=turn)
+    scene.add_geometry(
+        trimesh.Trimesh(v @ np.rint(turn[:3, :3]), f[~lower], process=False), transform=turn
+    )
     scene.export(tmp_path / "halves.glb")
     mesh = read_mesh(tmp_path / "halves.glb")
     with pytest.raises(MeshError, match="nearly coincide") as caught:

@@ -10,7 +10,9 @@ from mutants import CASES, judge, mutant, write_sound
 from igl_spheremap.io.files import read_mesh
 
 
-@pytest.mark.parametrize(("reader", "name"), CASES, ids=[f"{reader.__name__}-{name}" for reader, name in CASES])
+@pytest.mark.parametrize(
+    ("reader", "name"), CASES, ids=[f"{reader.__name__}-{name}" for reader, name in CASES]
+)
 def test_only_errors_of_one_line_leave_a_reader(reader, name, tmp_path, capfd):
     needs(name)
     sound, rng, path = write_sound(tmp_path, name), np.random.default_rng(1), tmp_path / name

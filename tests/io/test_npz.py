@@ -25,7 +25,11 @@ from igl_spheremap.io.written_map import certify_radius, read_map, write_map
 def same(a, b):
     """Equal in every field, type and bit; NaN equals NaN."""
     if isinstance(a, np.ndarray):
-        return isinstance(b, np.ndarray) and a.dtype == b.dtype and np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+        return (
+            isinstance(b, np.ndarray)
+            and a.dtype == b.dtype
+            and np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+        )
     if type(a) is not type(b):
         return False
     if dataclasses.is_dataclass(a):
@@ -60,11 +64,22 @@ def test_every_field_of_a_map_comes_back(make, tmp_path):
 
 def test_fields_that_differ_from_their_defaults_come_back(result, tmp_path):
     settings = {"polish": "angles", "rounds": np.int64(2)}
-    run = dataclasses.replace(result.run, gauge="poles", stretch=np.float64(3.25), notes=("one", "two"),
-                              settings=settings, status=Status.STALLED)
+    run = dataclasses.replace(
+        result.run,
+        gauge="poles",
+        stretch=np.float64(3.25),
+        notes=("one", "two"),
+        settings=settings,
+        status=Status.STALLED,
+    )
     write_map(tmp_path / "map.npz", dataclasses.replace(result, run=run))
     back = read_map(tmp_path / "map.npz").run
-    assert (back.gauge, back.stretch, back.notes, back.status) == ("poles", 3.25, ("one", "two"), Status.STALLED)
+    assert (back.gauge, back.stretch, back.notes, back.status) == (
+        "poles",
+        3.25,
+        ("one", "two"),
+        Status.STALLED,
+    )
     assert back.settings == settings
 
 
@@ -101,7 +116,10 @@ def test_arrays_of_any_real_dtype_become_float64_before_they_are_judged(dtype, r
     assert f.dtype == np.int64
     assert np.array_equal(x, stored.astype(np.float64))
     assert np.array_equal(f, result.faces)
-    off = np.abs(np.linalg.norm(stored.astype(np.float64), axis=1) / certify_radius(x, f).radius - 1) > 1e-6
+    off = (
+        np.abs(np.linalg.norm(stored.astype(np.float64), axis=1) / certify_radius(x, f).radius - 1)
+        > 1e-6
+    )
     assert len(certify_radius(x, f).off_sphere) == off.sum()
     assert off.any() == (np.dtype(dtype).itemsize == 2)
 
@@ -126,7 +144,9 @@ def test_arrays_that_hold_no_rows_of_numbers_are_named(name, spoil, result, tmp_
     write_map(tmp_path / "map.npz", result)
     with np.load(tmp_path / "map.npz") as archive:
         arrays = dict(archive)
-    arrays[name] = spoil(arrays[name].astype(np.int64) if name == "faces" else np.round(arrays[name], 3))
+    arrays[name] = spoil(
+        arrays[name].astype(np.int64) if name == "faces" else np.round(arrays[name], 3)
+    )
     np.savez(tmp_path / "bad.npz", **arrays)
     for reader in (read_map, read_sphere if name == "sphere" else read_mesh):
         with pytest.raises(MeshError, match=r"dtype|shape|whole|rows"):
@@ -145,7 +165,9 @@ def forged(tmp_path, result, **changes):
 def test_the_conformal_map_of_a_balanced_one_is_certified_on_its_own_numbers(tmp_path):
     """Whatever the file says of it: it comes back from rebalance."""
     balanced = balanced_spherical_map(*samples.make("spheroid", n_vertices=300), balance=0.5)
-    folded = np.where(np.arange(len(balanced.vertices)) < 5, -1, 1)[:, None] * balanced.conformal.sphere
+    folded = (
+        np.where(np.arange(len(balanced.vertices)) < 5, -1, 1)[:, None] * balanced.conformal.sphere
+    )
     back = read_map(forged(tmp_path, balanced, conformal=folded))
     assert back.certificate.folding_free
     assert not back.conformal.certificate.folding_free
@@ -160,11 +182,20 @@ def test_spheres_of_other_shapes_are_refused(name, tmp_path):
 
 
 def test_texts_of_a_map_put_no_line_into_another_file(result, tmp_path, capsys):
-    run = dataclasses.replace(result.run, method="auto\nv 0 0 0", notes=("one\ntwo\x1b[31m",), gauge="a\u202eb",
-                              settings={"a\rb": "\x00"})
+    run = dataclasses.replace(
+        result.run,
+        method="auto\nv 0 0 0",
+        notes=("one\ntwo\x1b[31m",),
+        gauge="a\u202eb",
+        settings={"a\rb": "\x00"},
+    )
     write_map(tmp_path / "map.npz", dataclasses.replace(result, run=run))
     back = read_map(tmp_path / "map.npz")
-    assert (back.run.method, back.run.notes, back.run.gauge) == ("auto\\nv 0 0 0", ("one\\ntwo\\x1b[31m",), "a\\u202eb")
+    assert (back.run.method, back.run.notes, back.run.gauge) == (
+        "auto\\nv 0 0 0",
+        ("one\\ntwo\\x1b[31m",),
+        "a\\u202eb",
+    )
     assert back.run.settings == {"a\\rb": "\\x00"}
     for source in (back, dataclasses.replace(result, run=run)):  # of a file, and of a caller
         write_map(tmp_path / "map.obj", source, force=True)
@@ -176,8 +207,12 @@ def test_texts_of_a_map_put_no_line_into_another_file(result, tmp_path, capsys):
 def test_an_archive_without_the_record_of_its_run_is_refused_and_its_surfaces_are_read(tmp_path):
     v, f = ism.samples.sphere(42)
     path = tmp_path / "old.npz"
-    np.savez(path, vertices=2 * v, faces=f, sphere=v, json=json.dumps({"energy": 12.6, "sphere": None}))
-    with pytest.raises(MeshError, match="does not say how its map was made; its surfaces can be read"):
+    np.savez(
+        path, vertices=2 * v, faces=f, sphere=v, json=json.dumps({"energy": 12.6, "sphere": None})
+    )
+    with pytest.raises(
+        MeshError, match="does not say how its map was made; its surfaces can be read"
+    ):
         read_map(path)
     assert ism.sphere_map(*read_mesh(path), read_sphere(path).v).certificate.folding_free
 

@@ -22,7 +22,9 @@ def patch():
 def test_a_file_byte_by_byte(tmp_path):
     rows = [(7, (1.0, 2.0, 3.0), False), (0, (0.5, 0.0, -1.0), True)]
     data = struct.pack(">ii", -1, len(rows))
-    data += b"".join(struct.pack(">ifff", -(k + 1) if border else k + 1, *x) for k, x, border in rows)
+    data += b"".join(
+        struct.pack(">ifff", -(k + 1) if border else k + 1, *x) for k, x, border in rows
+    )
     path = tmp_path / "lh.cut.patch.3d"
     path.write_bytes(data)
     read = read_patch(path)
@@ -44,11 +46,19 @@ def test_the_part_of_a_surface_comes_back(tmp_path):
         read.part(V[:50], F[:1])
 
 
-@pytest.mark.parametrize("damage", [
-    lambda data: data[:-1], lambda data: data[:6], lambda data: b"", lambda data: b"\0" * len(data),
-    lambda data: data[:8] + data[24:40] + data[24:], lambda data: data + b"1234",
-    lambda data: data[:4] + struct.pack(">i", 2**31 - 1) + data[8:], lambda data: data[:4] + struct.pack(">i", 0),
-])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda data: data[:-1],
+        lambda data: data[:6],
+        lambda data: b"",
+        lambda data: b"\0" * len(data),
+        lambda data: data[:8] + data[24:40] + data[24:],
+        lambda data: data + b"1234",
+        lambda data: data[:4] + struct.pack(">i", 2**31 - 1) + data[8:],
+        lambda data: data[:4] + struct.pack(">i", 0),
+    ],
+)
 def test_damage_is_refused_in_one_line(tmp_path, damage):
     path = tmp_path / "lh.half.patch.flat"
     write_patch(path, patch())

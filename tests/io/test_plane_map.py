@@ -15,15 +15,19 @@ W, G, ROWS = half(*icosphere(3))
 FLAT = ism.flatten(W, G)
 
 
-@pytest.mark.parametrize("name", ["a.obj", "a.glb", "a.npz", "a.ply", "a.off", "a.vtk", "lh.a.patch.flat",
-                                  "lh.a.surf.gii"])
+@pytest.mark.parametrize(
+    "name",
+    ["a.obj", "a.glb", "a.npz", "a.ply", "a.off", "a.vtk", "lh.a.patch.flat", "lh.a.surf.gii"],
+)
 def test_a_map_comes_back_and_is_certified_as_written(tmp_path, name):
     for suffix, package in ((".gii", "nibabel"), (".glb", "trimesh")):
         if name.endswith(suffix):
             pytest.importorskip(package)
     certificate = ism.write_plane_map(tmp_path / name, FLAT)
     assert certificate.folding_free
-    again = ism.read_plane_map(tmp_path / name, surface=None if name in ("a.obj", "a.glb", "a.npz") else (W, G))
+    again = ism.read_plane_map(
+        tmp_path / name, surface=None if name in ("a.obj", "a.glb", "a.npz") else (W, G)
+    )
     assert again.certificate.folding_free
     assert (again.rim == FLAT.rim).all()
     plane = again.plane
@@ -44,7 +48,9 @@ def test_other_programs_read_the_coordinates_and_the_factor(tmp_path):
     first = (tmp_path / "a.obj").read_text().partition("\n")[0]
     known = json.loads(first.removeprefix("# vt: "))
     theirs = trimesh.load_mesh(tmp_path / "a.obj", process=False, maintain_order=True)
-    assert np.allclose(theirs.visual.uv, known["factor"] * (FLAT.plane - known["corner"]), atol=1e-12)
+    assert np.allclose(
+        theirs.visual.uv, known["factor"] * (FLAT.plane - known["corner"]), atol=1e-12
+    )
     scene = trimesh.load_scene(tmp_path / "a.glb", process=False)
     (part,) = scene.geometry.values()
     assert part.metadata["factor"] == known["factor"]
@@ -128,14 +134,17 @@ def test_an_image_alone_needs_its_surface(tmp_path):
 HEAD = "v 0 0 0\nv 1 0 0\nv 0 1 1\nvt 0 0\nvt 1 0\nvt 0 1\nvt 0.5 0.5\n"
 
 
-@pytest.mark.parametrize(("face", "words"), [
-    ("f 1/1/1 2/2/1 3/3/1", None),
-    ("f 1/1 2/2 3/4", None),
-    ("f 1/1 2/2 3/3 3/4", "not triangles"),
-    ("f 1 2 3", "without texture"),
-    ("f 1/1 2/2 3/9", "a.obj"),
-    ("f -3/1 -2/2 -1/3", "negative"),
-])
+@pytest.mark.parametrize(
+    ("face", "words"),
+    [
+        ("f 1/1/1 2/2/1 3/3/1", None),
+        ("f 1/1 2/2 3/4", None),
+        ("f 1/1 2/2 3/3 3/4", "not triangles"),
+        ("f 1 2 3", "without texture"),
+        ("f 1/1 2/2 3/9", "a.obj"),
+        ("f -3/1 -2/2 -1/3", "negative"),
+    ],
+)
 def test_texture_coordinates_of_others(tmp_path, face, words):
     path = tmp_path / "a.obj"
     path.write_text(f"{HEAD}{face}\n")
@@ -173,10 +182,15 @@ def test_a_flat_mesh_of_a_part_goes_with_the_whole_surface(tmp_path):
 def test_a_vertex_without_texture_coordinates_is_in_no_face(tmp_path):
     ism.write_plane_map(tmp_path / "flat.obj", FLAT)
     text = (tmp_path / "flat.obj").read_text()
-    lines = [" ".join(f"{int(a) + 1}/{b}" for a, b in (corner.split("/") for corner in line.split()[1:]))
-             for line in text.splitlines() if line.startswith("f ")]
+    lines = [
+        " ".join(f"{int(a) + 1}/{b}" for a, b in (corner.split("/") for corner in line.split()[1:]))
+        for line in text.splitlines()
+        if line.startswith("f ")
+    ]
     head = [line for line in text.splitlines() if not line.startswith("f ")]
-    (tmp_path / "more.obj").write_text("\n".join(["v 9 9 9", *head, *(f"f {line}" for line in lines)]) + "\n")
+    (tmp_path / "more.obj").write_text(
+        "\n".join(["v 9 9 9", *head, *(f"f {line}" for line in lines)]) + "\n"
+    )
     found = ism.read_plane_map(tmp_path / "more.obj")
     assert np.array_equal(np.sort(found.mesh.v, axis=0), np.sort(FLAT.mesh.v, axis=0))
     assert found.certificate.folding_free

@@ -18,7 +18,9 @@ from igl_spheremap.verify.distortion import vertex_maps
 def test_ply_of_another_program_with_colours(binary, ball, tmp_path):
     trimesh = pytest.importorskip("trimesh")
     v, f = ball
-    mesh = trimesh.Trimesh(v, f, process=False, vertex_colors=np.full((len(v), 4), 77, dtype=np.uint8))
+    mesh = trimesh.Trimesh(
+        v, f, process=False, vertex_colors=np.full((len(v), 4), 77, dtype=np.uint8)
+    )
     mesh.export(tmp_path / "ball.ply", encoding="binary" if binary else "ascii")
     back = read_mesh(tmp_path / "ball.ply")
     assert np.allclose(back.v, v, atol=1e-6)
@@ -33,7 +35,10 @@ def test_colours_in_a_ply(result, tmp_path):
     assert np.array_equal(read_mesh(tmp_path / "a.ply").v, result.vertices)
     body = trimesh.load(tmp_path / "a.ply", process=False)
     assert np.array_equal(body.visual.vertex_colors[:, 0], kept["vertex_properties"]["red"])
-    assert values[body.visual.vertex_colors[:, 1].argmax()] > values[body.visual.vertex_colors[:, 1].argmin()]
+    assert (
+        values[body.visual.vertex_colors[:, 1].argmax()]
+        > values[body.visual.vertex_colors[:, 1].argmin()]
+    )
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -48,7 +53,12 @@ def test_ply_of_either_byte_order_with_more_than_a_mesh(order, tmp_path):
     body = b"".join(struct.pack(f"{order}fBff", p[0], 7, p[1], p[2]) for p in v)
     for corners, texture in (((0, 1, 2), 2), ((0, 1, 2, 3), 0), ((3, 2, 1), 1)):
         body += struct.pack(
-            f"{order}BB{len(corners)}iB{texture}f", 1, len(corners), *corners, texture, *[0.5] * texture
+            f"{order}BB{len(corners)}iB{texture}f",
+            1,
+            len(corners),
+            *corners,
+            texture,
+            *[0.5] * texture,
         )
     (tmp_path / "mesh.ply").write_bytes(head.encode() + body)
     mesh = read_mesh(tmp_path / "mesh.ply", triangulate=True)
@@ -89,10 +99,12 @@ def read(tmp_path, data):
         TEXT.replace("element vertex", "comment créé à la main\nelement vertex"),
         BINARY.replace(b"element vertex", "comment créé à la main\nelement vertex".encode()),
         TEXT.replace("end_header", "element edge 1\nproperty int vertex1\nend_header") + "7\n",
-        BINARY.replace(b"end_header", b"element edge 1\nproperty int vertex1\nend_header") + b"\0\0\0\0",
+        BINARY.replace(b"end_header", b"element edge 1\nproperty int vertex1\nend_header")
+        + b"\0\0\0\0",
         TEXT.replace("0 1 0\n", "\n0 1 0\n# a remark\n"),
         TEXT.replace("property float z\n", "property float z\nproperty uchar red\n").replace(
-            "0 0 0\n1 0 0\n0 1 0\n", "0 0 0 9\n1 0 0 9\n0 1 0 9\n"),
+            "0 0 0\n1 0 0\n0 1 0\n", "0 0 0 9\n1 0 0 9\n0 1 0 9\n"
+        ),
     ],
 )
 def test_dialects(data, tmp_path):
@@ -116,9 +128,15 @@ def test_lists_before_what_is_wanted_are_refused_in_text(before, row, longer, tm
 
 
 def test_lists_before_what_is_wanted_are_passed_over_in_binary(tmp_path):
-    head = LITTLE.replace(b"property float x", b"property list uchar float weights\nproperty float x").replace(
-        b"property list uchar int", b"property list uchar short flags\nproperty list uchar int")
-    vertices = b"".join(struct.pack(f"<B{k}f", k, *[9] * k) + p.astype("<f4").tobytes() for k, p in enumerate(CORNERS))
+    head = LITTLE.replace(
+        b"property float x", b"property list uchar float weights\nproperty float x"
+    ).replace(
+        b"property list uchar int", b"property list uchar short flags\nproperty list uchar int"
+    )
+    vertices = b"".join(
+        struct.pack(f"<B{k}f", k, *[9] * k) + p.astype("<f4").tobytes()
+        for k, p in enumerate(CORNERS)
+    )
     mesh = read(tmp_path, head + vertices + struct.pack("<BhhB3i", 2, 7, 8, 3, 0, 1, 2))
     assert np.array_equal(mesh.v, CORNERS)
     assert mesh.f.tolist() == [[0, 1, 2]]
@@ -129,14 +147,18 @@ def test_faces_of_any_size_are_read(sizes, tmp_path):
     rng = np.random.default_rng(0)
     faces = [rng.integers(0, 3, size).tolist() for size in sizes]
     head = LITTLE.replace(b"face 1", b"face %d" % len(sizes))
-    body = CORNERS.astype("<f4").tobytes() + b"".join(struct.pack(f"<B{len(f)}i", len(f), *f) for f in faces)
+    body = CORNERS.astype("<f4").tobytes() + b"".join(
+        struct.pack(f"<B{len(f)}i", len(f), *f) for f in faces
+    )
     (tmp_path / "a.ply").write_bytes(head + body)
     fans = [[face[0], face[k], face[k + 1]] for face in faces for k in range(1, len(face) - 1)]
     assert read_mesh(tmp_path / "a.ply", triangulate=True).f.tolist() == fans
 
 
 def test_digits_beyond_the_announced_type_are_kept_in_text(tmp_path):
-    assert read(tmp_path, TEXT.replace("1 0 0\n", "0.1234567890123 0 0\n")).v[1, 0] == 0.1234567890123
+    assert (
+        read(tmp_path, TEXT.replace("1 0 0\n", "0.1234567890123 0 0\n")).v[1, 0] == 0.1234567890123
+    )
 
 
 @pytest.mark.parametrize(
@@ -149,7 +171,10 @@ def test_digits_beyond_the_announced_type_are_kept_in_text(tmp_path):
         (BINARY.replace(b"face 1", b"face 40"), "where the file holds fewer"),
         (BINARY.replace(b"face 1", b"face -1"), "-1 rows of face"),
         (TEXT.replace("face 1", "face -1"), "-1 rows of face"),
-        (BINARY.replace(b"list uchar", b"list char").replace(b"\x03\0\0\0\0", b"\xff\0\0\0\0"), "vertex_indices"),
+        (
+            BINARY.replace(b"list uchar", b"list char").replace(b"\x03\0\0\0\0", b"\xff\0\0\0\0"),
+            "vertex_indices",
+        ),
         (TEXT.replace("3 0 1 2", "-1 0 1 2"), "reads '-1 0 1 2'"),
         (TEXT.replace("3 0 1 2", "4 0 1 2"), "reads '4 0 1 2'"),
         (TEXT.replace("list uchar int vertex_indices", "int red"), "no list vertex_indices"),
@@ -174,7 +199,10 @@ def test_a_sphere_beside_its_surface_is_written_and_read(result, tmp_path):
     path = tmp_path / "both.ply"
     check = write_map(path, result, surface=True)
     assert check.folding_free
-    assert b"property double z\nproperty double px\nproperty double py\nproperty double pz\n" in path.read_bytes()[:400]
+    assert (
+        b"property double z\nproperty double px\nproperty double py\nproperty double pz\n"
+        in path.read_bytes()[:400]
+    )
     assert np.array_equal(read_mesh(path).v, result.vertices)
     assert np.array_equal(read_sphere(path).v, result.sphere)
     assert np.array_equal(trimesh.load(path, process=False).vertices, result.vertices)
@@ -190,8 +218,10 @@ def test_a_sphere_of_moebius_registration_is_read(order, ball, tmp_path):
     kind = {"": "ascii", "<": "binary_little_endian", ">": "binary_big_endian"}[order]
     floats = "".join(f"property float {name}\n" for name in ("x", "y", "z", "px", "py", "pz"))
     colours = "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
-    head = (f"ply\nformat {kind} 1.0\nelement vertex {len(v)}\n{floats}{colours}element face {len(f)}\n"
-            "property list uchar int vertex_indices\nend_header\n").encode()
+    head = (
+        f"ply\nformat {kind} 1.0\nelement vertex {len(v)}\n{floats}{colours}element face {len(f)}\n"
+        "property list uchar int vertex_indices\nend_header\n"
+    ).encode()
     rows = np.column_stack([v * [1, 2, 3], v]).astype("f4")
     if order:
         body = b"".join(struct.pack(f"{order}6f3B", *row, 1, 2, 3) for row in rows.tolist())

@@ -24,7 +24,9 @@ READERS = [read_mesh, read_sphere, read_map, read_scalars, read_mark]
 
 
 @pytest.mark.posix
-@pytest.mark.parametrize("reader", [*READERS, read_coefficients], ids=lambda reader: reader.__name__)
+@pytest.mark.parametrize(
+    "reader", [*READERS, read_coefficients], ids=lambda reader: reader.__name__
+)
 def test_what_is_no_regular_file_is_refused_without_reading_it(reader, tmp_path):
     """A pipe would be waited for, a device read without end."""
     (tmp_path / "zero.npz").symlink_to("/dev/zero")
@@ -50,7 +52,9 @@ def peak_of(reader, path):
         tracemalloc.stop()
 
 
-@pytest.mark.parametrize("reader", [read_mesh, read_sphere, read_map, read_scalars], ids=lambda reader: reader.__name__)
+@pytest.mark.parametrize(
+    "reader", [read_mesh, read_sphere, read_map, read_scalars], ids=lambda reader: reader.__name__
+)
 def test_archives_that_expand_are_refused_in_little_memory(reader, tmp_path):
     """20 kB that hold 20 MB of zeros."""
     path = tmp_path / "bomb.npz"
@@ -80,7 +84,9 @@ def test_an_array_that_announces_more_than_there_is_takes_no_memory(tmp_path):
     members = {}
     with zipfile.ZipFile(path) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
-    members["vertices.npy"] = members["vertices.npy"].replace(b"(4, 3), }" + b" " * 9, b"(99999999, 3), }  ")
+    members["vertices.npy"] = members["vertices.npy"].replace(
+        b"(4, 3), }" + b" " * 9, b"(99999999, 3), }  "
+    )
     with zipfile.ZipFile(path, "w") as archive:
         for name, content in members.items():
             archive.writestr(name, content)

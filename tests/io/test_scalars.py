@@ -42,12 +42,19 @@ def test_arrays_of_other_programs(tmp_path):
     """By NumPy, and tables as spreadsheets, pandas and AFNI write them."""
     np.save(tmp_path / "a.npy", VALUES.astype("f4")[:, None])
     assert np.array_equal(read_scalars(tmp_path / "a.npy")["0"], VALUES.astype("f4"))
-    np.savetxt(tmp_path / "a.1D", np.column_stack([np.arange(42), VALUES]), header="node value", fmt="%.17g")
+    np.savetxt(
+        tmp_path / "a.1D",
+        np.column_stack([np.arange(42), VALUES]),
+        header="node value",
+        fmt="%.17g",
+    )
     assert np.array_equal(read_scalars(tmp_path / "a.1D")["1"], VALUES)
     np.savetxt(tmp_path / "row.txt", VALUES[None], delimiter=",", fmt="%.17g")
     assert np.array_equal(read_scalars(tmp_path / "row.txt")["0"], VALUES)
     lines = [f"{k};V{k};{x!r}" for k, x in enumerate(VALUES.tolist())]
-    (tmp_path / "a.csv").write_bytes(b'\xef\xbb\xbf;area;"mean; depth"\r\n' + "\r\n".join(lines).encode())
+    (tmp_path / "a.csv").write_bytes(
+        b'\xef\xbb\xbf;area;"mean; depth"\r\n' + "\r\n".join(lines).encode()
+    )
     maps = read_scalars(tmp_path / "a.csv")
     assert list(maps) == ["0", "mean; depth"]
     assert np.array_equal(maps["mean; depth"], VALUES)
@@ -58,7 +65,11 @@ def test_arrays_of_other_programs(tmp_path):
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.csv", b"depth\n1\nx\n", "line 3 reads 'x' in column 'depth' where a number is expected"),
+        (
+            "a.csv",
+            b"depth\n1\nx\n",
+            "line 3 reads 'x' in column 'depth' where a number is expected",
+        ),
         ("a.txt", b"# made\n1\n2_0\n", "line 3 reads '2_0' in column '0'"),
         ("a.tsv", b"a\tb\n1\t2\n\n3\n", "line 4 has 1 fields where line 1 has 2"),
         ("a.csv", b"a,a\n1,2\n3,4\n", "two columns are called 'a'"),
@@ -67,7 +78,11 @@ def test_arrays_of_other_programs(tmp_path):
         ("a.txt", b"1 2 3\n4 5 6\n", "2 lines of 3 fields; give one line a vertex"),
         ("lh.sphere", b"\xff\xff\xfesurface", "no data over vertices"),
         ("lh.depth", b"1 2 3", "no data over vertices"),
-        ("a.xlsx", b"PK", "unknown format of data; the end of the name decides: PLY (.ply), VTK (.vtk), GIFTI"),
+        (
+            "a.xlsx",
+            b"PK",
+            "unknown format of data; the end of the name decides: PLY (.ply), VTK (.vtk), GIFTI",
+        ),
     ],
 )
 def test_what_is_no_data_is_named_in_a_line(tmp_path, name, content, message):
@@ -79,9 +94,39 @@ def test_what_is_no_data_is_named_in_a_line(tmp_path, name, content, message):
 
 
 #: Words that a format could take for something else.
-WORDS = ["0", "2020", "nan", "-inf", "1_0", "=1+1", "'=1+1", "'1", "+a", "#a", "a;b", "a\tb", "a,b", 'a"b', '"',
-         "x.npy", "file", "mark", "label_table", "allow_pickle", "a/b", "]]>", "&amp;", "%41", "\u00e9a", "\u200da",
-         "x", "px", " a", "", "\n"]
+WORDS = [
+    "0",
+    "2020",
+    "nan",
+    "-inf",
+    "1_0",
+    "=1+1",
+    "'=1+1",
+    "'1",
+    "+a",
+    "#a",
+    "a;b",
+    "a\tb",
+    "a,b",
+    'a"b',
+    '"',
+    "x.npy",
+    "file",
+    "mark",
+    "label_table",
+    "allow_pickle",
+    "a/b",
+    "]]>",
+    "&amp;",
+    "%41",
+    "\u00e9a",
+    "\u200da",
+    "x",
+    "px",
+    " a",
+    "",
+    "\n",
+]
 NAMES = st.lists(st.sampled_from(WORDS) | st.text(max_size=4), min_size=1, max_size=3, unique=True)
 
 
@@ -98,7 +143,10 @@ def test_a_name_comes_back_or_is_refused(tmp_path, name):
         try:
             write_scalars(tmp_path / name, maps, surface=(v, f), force=True)
         except FileError:
-            assert any(each.strip() != each or not each or not each.isprintable() for each in names) or name in OTHERS
+            assert (
+                any(each.strip() != each or not each or not each.isprintable() for each in names)
+                or name in OTHERS
+            )
             return
         found = read_scalars(tmp_path / name)
         assert len(found) == len(maps)

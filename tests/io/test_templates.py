@@ -23,8 +23,15 @@ def template_sphere(name, structure=None):
 @pytest.fixture
 def bare(monkeypatch, tmp_path):
     """A machine on which no other program has data, but for what nilearn brings."""
-    for name in ("SUBJECTS_DIR", "FREESURFER_HOME", "NILEARN_DATA", "NILEARN_SHARED_DATA", "NEUROMAPS_DATA",
-                 "TEMPLATEFLOW_HOME", "HCPPIPEDIR"):
+    for name in (
+        "SUBJECTS_DIR",
+        "FREESURFER_HOME",
+        "NILEARN_DATA",
+        "NILEARN_SHARED_DATA",
+        "NEUROMAPS_DATA",
+        "TEMPLATEFLOW_HOME",
+        "HCPPIPEDIR",
+    ):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     monkeypatch.setenv("USERPROFILE", str(tmp_path / "home"))
@@ -36,7 +43,9 @@ def test_coarser_spheres_are_the_ones_that_were_cut():
         x, f = sphere(n)
         y, g = coarser(*sphere(4 * n - 6))
         assert np.array_equal(x, y)
-        assert {*map(tuple, map(np.roll, f, -f.argmin(axis=1)))} == {*map(tuple, map(np.roll, g, -g.argmin(axis=1)))}
+        assert {*map(tuple, map(np.roll, f, -f.argmin(axis=1)))} == {
+            *map(tuple, map(np.roll, g, -g.argmin(axis=1)))
+        }
     backwards = x[::-1], len(x) - 1 - f
     with pytest.raises(ism.MeshError, match="not nested"):
         coarser(*backwards)
@@ -45,7 +54,9 @@ def test_coarser_spheres_are_the_ones_that_were_cut():
 @pytest.mark.parametrize("level", [3, 4, 5])
 def test_fsaverage_has_the_vertices_of_nilearn(level, bare):
     pytest.importorskip("nibabel")
-    theirs, _ = read_mesh(pytest.importorskip("nilearn.datasets").fetch_surf_fsaverage("fsaverage5")["sphere_left"])
+    theirs, _ = read_mesh(
+        pytest.importorskip("nilearn.datasets").fetch_surf_fsaverage("fsaverage5")["sphere_left"]
+    )
     x, f = template_sphere(f"fsaverage{level}")
     assert np.array_equal(x, theirs[: 10 * 4**level + 2])
     assert ism.certify(unit_rows(x), f).folding_free
@@ -58,7 +69,16 @@ def test_data_land_on_the_vertices_of_the_template(bare, monkeypatch):
     monkeypatch.chdir(bare)
     thickness = read_scalars(folder["thick_left"]).popitem()[1]
     write_scalars("data.npz", {"thickness": thickness})
-    words = ["transfer", folder["white_left"], folder["sphere_left"], "out.npz", "--data", "data.npz", "-q", "--to"]
+    words = [
+        "transfer",
+        folder["white_left"],
+        folder["sphere_left"],
+        "out.npz",
+        "--data",
+        "data.npz",
+        "-q",
+        "--to",
+    ]
     assert main([*words, "fsaverage5"]) == 0
     assert np.array_equal(read_scalars("out.npz")["thickness"], thickness)
     assert main([*words, "fsaverage4", "-f"]) == 0
@@ -75,9 +95,13 @@ def test_sides_of_fslr(bare, monkeypatch, capsys):
     x, f = sphere(32_492)
     assert len(x) == 32_492
     for side, turn in (("L", 0), ("R", 1)):
-        write_mesh(folder / f"tpl-fsLR_den-32k_hemi-{side}_sphere.surf.gii", np.roll(x, turn, axis=1), f)
+        write_mesh(
+            folder / f"tpl-fsLR_den-32k_hemi-{side}_sphere.surf.gii", np.roll(x, turn, axis=1), f
+        )
     assert np.allclose(template_sphere("fsLR-32k", "CortexLeft")[0], x, atol=1e-7)
-    assert np.allclose(template_sphere("fsLR-32k", "CortexRight")[0], np.roll(x, 1, axis=1), atol=1e-7)
+    assert np.allclose(
+        template_sphere("fsLR-32k", "CortexRight")[0], np.roll(x, 1, axis=1), atol=1e-7
+    )
     y, g = sphere(642)
     write_mesh("rh.white", y, g)
     write_mesh("white.ply", y, g)
@@ -94,7 +118,9 @@ def test_what_is_not_there_is_named(bare, monkeypatch):
     with pytest.raises(ism.FileError, match="no sphere of fsaverage7"):
         template_sphere("fsaverage7")
     pytest.importorskip("nilearn")
-    with pytest.raises(ism.FileError, match=r"surface of fsaverage with .*; take fsaverage5, which is on"):
+    with pytest.raises(
+        ism.FileError, match=r"surface of fsaverage with .*; take fsaverage5, which is on"
+    ):
         template_files("fsaverage", "CortexLeft")
     with pytest.raises(ism.FileError, match="no sphere of fsLR-32k"):
         template_sphere("fsLR-32k", "CortexLeft")
@@ -140,8 +166,14 @@ def test_a_template_has_another_kind_where_one_is_missing(bare, monkeypatch):
     files = template_files("fsLR", "CortexRight", "white")
     assert (files.space, files.kind, files.size) == ("fsLR", "midthickness", 32_492)
     assert np.allclose(template_sphere("fsLR", "CortexRight")[0], x, atol=1e-6)
-    with pytest.raises(ism.FileError, match=r"no surface of fsLR .*tpl-fsLR; python -c .*templateflow"):
+    with pytest.raises(
+        ism.FileError, match=r"no surface of fsLR .*tpl-fsLR; python -c .*templateflow"
+    ):
         template_files("fsLR", "CortexLeft")
-    write_mesh(bare / "tpl-fsLR" / "tpl-fsLR_den-32k_hemi-R_midthickness.surf.gii", *sphere(642), force=True)
+    write_mesh(
+        bare / "tpl-fsLR" / "tpl-fsLR_den-32k_hemi-R_midthickness.surf.gii",
+        *sphere(642),
+        force=True,
+    )
     with pytest.raises(ism.MeshError, match="give a surface and its own sphere"):
         files.read()

@@ -64,7 +64,9 @@ def test_the_fault_is_named(text, words, tmp_path):
         read_mesh(tmp_path / "mesh.obj")
 
 
-@pytest.mark.parametrize("head", ["OFF\n3 1 0", "OFF 3 1 0", "# c\nCOFF\n3 1 3", "3 1 0", "OFF\n# c\n\n3 1"])
+@pytest.mark.parametrize(
+    "head", ["OFF\n3 1 0", "OFF 3 1 0", "# c\nCOFF\n3 1 3", "3 1 0", "OFF\n# c\n\n3 1"]
+)
 def test_off_dialects(head, tmp_path):
     (tmp_path / "mesh.off").write_text(
         f"{head}\n0 0 0 255 0 0\n1 0 0 255 0 0\n\n0 1 0 255 0 0\n3 0 1 2 9 9 9\n"

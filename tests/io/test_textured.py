@@ -56,11 +56,20 @@ def accessor(tree, binary, number):
     assert "byteStride" not in view
     start = view.get("byteOffset", 0) + entry.get("byteOffset", 0)
     assert start % dtype.itemsize == 0
-    assert entry.get("byteOffset", 0) + entry["count"] * width * dtype.itemsize <= view["byteLength"]
-    assert view.get("byteOffset", 0) + view["byteLength"] <= tree["buffers"][view["buffer"]]["byteLength"]
+    assert (
+        entry.get("byteOffset", 0) + entry["count"] * width * dtype.itemsize <= view["byteLength"]
+    )
+    assert (
+        view.get("byteOffset", 0) + view["byteLength"]
+        <= tree["buffers"][view["buffer"]]["byteLength"]
+    )
     values = np.frombuffer(binary, dtype, entry["count"] * width, start).reshape(-1, width)
-    assert "min" not in entry or np.array_equal(np.float32(entry["min"]), values.min(axis=0).astype(np.float32))
-    assert "max" not in entry or np.array_equal(np.float32(entry["max"]), values.max(axis=0).astype(np.float32))
+    assert "min" not in entry or np.array_equal(
+        np.float32(entry["min"]), values.min(axis=0).astype(np.float32)
+    )
+    assert "max" not in entry or np.array_equal(
+        np.float32(entry["max"]), values.max(axis=0).astype(np.float32)
+    )
     return values
 
 
@@ -82,13 +91,17 @@ def test_the_surface_is_all_there(written):
     middle = stored["NORMAL"][faces].mean(axis=1)
     assert (np.einsum("ij,ij->i", flat, middle)[np.linalg.norm(flat, axis=1) > 1e-9] > 0).all()
     # glTF counts rows of a picture from above.
-    assert np.allclose(stored["TEXCOORD_0"], np.column_stack([atlas.uv[:, 0], 1 - atlas.uv[:, 1]]), atol=1e-6)
+    assert np.allclose(
+        stored["TEXCOORD_0"], np.column_stack([atlas.uv[:, 0], 1 - atlas.uv[:, 1]]), atol=1e-6
+    )
 
 
 def test_the_picture_is_the_one_that_was_given(written):
     tree, binary = chunks(written[3])
     primitive = tree["meshes"][0]["primitives"][0]
-    texture = tree["materials"][primitive["material"]]["pbrMetallicRoughness"]["baseColorTexture"]["index"]
+    texture = tree["materials"][primitive["material"]]["pbrMetallicRoughness"]["baseColorTexture"][
+        "index"
+    ]
     picture = tree["images"][tree["textures"][texture]["source"]]
     view = tree["bufferViews"][picture["bufferView"]]
     start = view.get("byteOffset", 0)
@@ -115,7 +128,9 @@ def test_textures_in_another_program(name, projection, result, tmp_path):
     write_textured(tmp_path / name, result.vertices, result.faces, atlas, image)
     body = trimesh.load(tmp_path / name, force="mesh", process=False)
     f = np.asarray(body.faces)
-    assert np.allclose(np.asarray(body.vertices)[f], atlas.carry(result.vertices)[atlas.f], atol=1e-6)
+    assert np.allclose(
+        np.asarray(body.vertices)[f], atlas.carry(result.vertices)[atlas.f], atol=1e-6
+    )
     assert np.allclose(np.asarray(body.visual.uv)[f], atlas.uv[atlas.f], atol=1e-6)
     material = body.visual.material
     picture = material.baseColorTexture if name.endswith("glb") else material.image
@@ -128,10 +143,14 @@ def test_textures_are_not_overwritten(result, tmp_path):
     atlas = texture_atlas(result.sphere, result.faces)
     (tmp_path / "body.png").write_text("precious")
     with pytest.raises(FileError, match=r"body.png exists already"):
-        write_textured(tmp_path / "body.obj", result.vertices, result.faces, atlas, checker_image(8, 2))
+        write_textured(
+            tmp_path / "body.obj", result.vertices, result.faces, atlas, checker_image(8, 2)
+        )
     assert os.listdir(tmp_path) == ["body.png"]
     with pytest.raises(FileError, match=r"\.obj and \.glb"):
-        write_textured(tmp_path / "body.off", result.vertices, result.faces, atlas, checker_image(8, 2))
+        write_textured(
+            tmp_path / "body.off", result.vertices, result.faces, atlas, checker_image(8, 2)
+        )
 
 
 def test_pictures_come_back(tmp_path):
@@ -143,7 +162,12 @@ def test_pictures_come_back(tmp_path):
 def huge_png():
     """A header that announces 10 gigapixels."""
     header = b"IHDR" + struct.pack(">2I5B", 100_000, 100_000, 8, 2, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + header + struct.pack(">I", zlib.crc32(header))
+    return (
+        b"\x89PNG\r\n\x1a\n"
+        + struct.pack(">I", 13)
+        + header
+        + struct.pack(">I", zlib.crc32(header))
+    )
 
 
 @pytest.mark.parametrize("data", [b"", b"no picture", huge_png()], ids=["empty", "text", "huge"])
@@ -176,13 +200,16 @@ f 1/1 2/2 3/3 4/4
 """
 
 
-@pytest.mark.parametrize(("material", "words"), [
-    ("newmtl a\nmap_Kd -s 1 1 1 one picture.png\n", None),
-    ("newmtl a\nmap_Kd one picture.png\nnewmtl b\nmap_Kd other.png\n", "2 pictures; join them"),
-    ("newmtl a\nKd 1 1 1\n", "it names no texture"),
-    ("newmtl a\nmap_Kd nowhere.png\n", "nowhere.png"),
-    (None, "a square.mtl"),
-])
+@pytest.mark.parametrize(
+    ("material", "words"),
+    [
+        ("newmtl a\nmap_Kd -s 1 1 1 one picture.png\n", None),
+        ("newmtl a\nmap_Kd one picture.png\nnewmtl b\nmap_Kd other.png\n", "2 pictures; join them"),
+        ("newmtl a\nKd 1 1 1\n", "it names no texture"),
+        ("newmtl a\nmap_Kd nowhere.png\n", "nowhere.png"),
+        (None, "a square.mtl"),
+    ],
+)
 def test_polygons_have_the_texture_that_their_material_names(material, words, tmp_path):
     for name, size in (("one picture.png", 8), ("other.png", 16)):
         write_picture(tmp_path / name, checker_image(size, 2))

@@ -104,13 +104,20 @@ def test_legacy_files_are_read_as_vtk_reads_them(version, binary, vtk, support, 
 def test_vtk_reads_what_is_written(vtk, support, ball, tmp_path):
     v, f = ball
     data = point_data(len(v))
-    write_mesh(tmp_path / "a.vtk", v, f, metadata={"point_data": data | {"short": np.arange(3)}, "mark": "made by"})
+    write_mesh(
+        tmp_path / "a.vtk",
+        v,
+        f,
+        metadata={"point_data": data | {"short": np.arange(3)}, "mark": "made by"},
+    )
     found = as_vtk_reads(vtk, support, tmp_path / "a.vtk")
     assert np.array_equal(found[0], v)
     assert np.array_equal(found[1], f)
     assert sorted(found[2]) == sorted(data)
-    assert all(np.array_equal(found[2][key], values) and found[2][key].dtype == values.dtype
-               for key, values in data.items())
+    assert all(
+        np.array_equal(found[2][key], values) and found[2][key].dtype == values.dtype
+        for key, values in data.items()
+    )
 
 
 def test_point_data_survive(ball, tmp_path):
@@ -122,7 +129,11 @@ def test_point_data_survive(ball, tmp_path):
 
 
 def test_point_data_are_scalar_maps(ball, tmp_path):
-    write_mesh(tmp_path / "a.vtk", *ball, metadata={"point_data": {"height": ball[0][:, 2], "vector": ball[0]}})
+    write_mesh(
+        tmp_path / "a.vtk",
+        *ball,
+        metadata={"point_data": {"height": ball[0][:, 2], "vector": ball[0]}},
+    )
     maps = read_scalars(tmp_path / "a.vtk")
     assert list(maps) == ["height"]
     assert np.array_equal(maps["height"], ball[0][:, 2])
@@ -142,7 +153,14 @@ def test_a_map_has_the_vertices_of_its_surface_in_their_order(tmp_path):
 
     v, f = ism.samples.make("spheroid", n_vertices=400)
     write_mesh(tmp_path / "X_surf.vtk", v, f, metadata={"point_data": {"sulc": v[:, 2]}})
-    arguments = ["map", str(tmp_path / "X_surf.vtk"), str(tmp_path / "X_para.vtk"), "--balance", "1", "-q"]
+    arguments = [
+        "map",
+        str(tmp_path / "X_surf.vtk"),
+        str(tmp_path / "X_para.vtk"),
+        "--balance",
+        "1",
+        "-q",
+    ]
     assert main(arguments) == 0
     surface, para = read_mesh(tmp_path / "X_surf.vtk"), read_mesh(tmp_path / "X_para.vtk")
     assert np.array_equal(para.f, surface.f)
@@ -153,8 +171,11 @@ def test_a_map_has_the_vertices_of_its_surface_in_their_order(tmp_path):
 HEAD = "# vtk DataFile Version {}\ntitle\n{}\nDATASET POLYDATA\n"
 POINTS = "POINTS 3 float\n0 0 0 1 0 0 0 1 0\n"
 OLD = HEAD.format("3.0", "ASCII") + POINTS + "POLYGONS 1 4\n3 0 1 2\n"
-NEW = (HEAD.format("5.1", "ASCII") + POINTS
-       + "POLYGONS 2 3\nOFFSETS vtktypeint64\n0 3\nCONNECTIVITY vtktypeint64\n0 1 2\n")
+NEW = (
+    HEAD.format("5.1", "ASCII")
+    + POINTS
+    + "POLYGONS 2 3\nOFFSETS vtktypeint64\n0 3\nCONNECTIVITY vtktypeint64\n0 1 2\n"
+)
 FIELD = "POINT_DATA 3\nFIELD FieldData 1\na 1 3 int\n7 8 9\n"
 
 
@@ -174,7 +195,9 @@ def test_dialects(text, tmp_path):
 
 
 def test_all_kinds_of_attributes_are_kept(tmp_path):
-    (tmp_path / "a.vtk").write_text(OLD + """CELL_DATA 1
+    (tmp_path / "a.vtk").write_text(
+        OLD
+        + """CELL_DATA 1
 SCALARS c float 1
 LOOKUP_TABLE default
 5
@@ -191,22 +214,36 @@ NORMALS n%20n double
 TEXTURE_COORDINATES uv 2 float
 0 0 1 0 0 1
 TENSORS t float
-""" + "1 2 3 4 5 6 7 8 9\n" * 3 + """GLOBAL_IDS g vtkIdType
+"""
+        + "1 2 3 4 5 6 7 8 9\n" * 3
+        + """GLOBAL_IDS g vtkIdType
 4 5 6
 FIELD f 1
 wide 2 3 unsigned_char
 1 2 3 4 5 255
-""")
+"""
+    )
     data = read_mesh(tmp_path / "a.vtk").metadata["point_data"]
     assert {name: values.shape for name, values in data.items()} == {
-        "s": (3,), "colour": (3, 2), "n n": (3, 3), "uv": (3, 2), "t": (3, 9), "g": (3,), "wide": (3, 2)}
+        "s": (3,),
+        "colour": (3, 2),
+        "n n": (3, 3),
+        "uv": (3, 2),
+        "t": (3, 9),
+        "g": (3,),
+        "wide": (3, 2),
+    }
     assert data["colour"].tolist() == [[0, 255], [128, 0], [255, 255]]
     assert data["g"].tolist() == [4, 5, 6]
 
 
 def test_polygons_are_cut_where_that_is_asked_for(tmp_path):
     (tmp_path / "a.vtk").write_text(OLD.replace("POLYGONS 1 4\n", "POLYGONS 2 9\n4 0 1 2 0\n"))
-    assert read_mesh(tmp_path / "a.vtk", triangulate=True).f.tolist() == [[0, 1, 2], [0, 2, 0], [0, 1, 2]]
+    assert read_mesh(tmp_path / "a.vtk", triangulate=True).f.tolist() == [
+        [0, 1, 2],
+        [0, 2, 0],
+        [0, 1, 2],
+    ]
     with pytest.raises(MeshError, match="faces are not triangles"):
         read_mesh(tmp_path / "a.vtk")
 

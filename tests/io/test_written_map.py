@@ -19,7 +19,14 @@ from igl_spheremap.verify.certificate import certify
 
 @pytest.mark.parametrize(
     ("name", "radius"),
-    [("s.obj", 1), ("s.ply", 1), ("s.npz", 1), ("lh.sphere", 100), ("s.surf.gii", 100), ("s.stl", 1)],
+    [
+        ("s.obj", 1),
+        ("s.ply", 1),
+        ("s.npz", 1),
+        ("lh.sphere", 100),
+        ("s.surf.gii", 100),
+        ("s.stl", 1),
+    ],
 )
 def test_a_map_is_certified_as_written(name, radius, result, tmp_path):
     needs(name)
@@ -91,7 +98,10 @@ def test_limbs_too_narrow_for_float32_are_stretched_with_hardly_a_loss_in_angles
     check = write_map(path, result)
     assert check.folding_free
     assert check.moved > 100
-    assert np.abs(angle_differences(v, f, read_mesh(path).v)).mean() < 1.3 * np.abs(result.angle_differences()).mean()
+    assert (
+        np.abs(angle_differences(v, f, read_mesh(path).v)).mean()
+        < 1.3 * np.abs(result.angle_differences()).mean()
+    )
 
 
 V, F = ism.samples.sphere(42)
@@ -121,10 +131,17 @@ def test_a_second_run_writes_the_same_bytes(name, tmp_path):
 def test_the_mark_distinguishes_input_method_options_and_version(monkeypatch):
     other = V.copy()
     other[0, 0] = np.nextafter(other[0, 0], 2)
-    marks = [make_mark(V, F, "auto", {}), make_mark(other, F, "auto", {}), make_mark(V, F[:, [1, 2, 0]], "auto", {}),
-             make_mark(V, F, "lai2014", {}), make_mark(V, F, "auto", {"polish": "angles"}),
-             make_mark(V, F, "auto", {"weights": np.arange(3.0)}), make_mark(V, F, "auto", {"weights": np.arange(4.0)}),
-             make_mark(V, F, "auto", {"a": "x" * 60}), make_mark(V, F, "auto", {"a": "x" * 61})]
+    marks = [
+        make_mark(V, F, "auto", {}),
+        make_mark(other, F, "auto", {}),
+        make_mark(V, F[:, [1, 2, 0]], "auto", {}),
+        make_mark(V, F, "lai2014", {}),
+        make_mark(V, F, "auto", {"polish": "angles"}),
+        make_mark(V, F, "auto", {"weights": np.arange(3.0)}),
+        make_mark(V, F, "auto", {"weights": np.arange(4.0)}),
+        make_mark(V, F, "auto", {"a": "x" * 60}),
+        make_mark(V, F, "auto", {"a": "x" * 61}),
+    ]
     # nothing else changes a version
     monkeypatch.setattr("igl_spheremap.io.written_map.__version__", "0.0.0")
     marks.append(make_mark(V, F, "auto", {}))
@@ -153,7 +170,9 @@ def test_other_programs_read_files_with_marks(name, result, tmp_path):
     trimesh = pytest.importorskip("trimesh")
     write_map(tmp_path / name, result)
     other = trimesh.load(tmp_path / name, force="mesh", process=False)
-    assert np.allclose(np.asarray(other.vertices)[other.faces], result.sphere[result.faces], atol=1e-6)
+    assert np.allclose(
+        np.asarray(other.vertices)[other.faces], result.sphere[result.faces], atol=1e-6
+    )
 
 
 @pytest.mark.parametrize("name", ["ball.obj", "ball.off", "ball.ply"])

@@ -26,8 +26,10 @@ def test_foldings_of_a_dinosaur_are_removed_in_at_most_three_rounds():
 
 def test_on_a_delaunay_mesh_the_weights_are_the_papers():
     options = {"gradient_tolerance": 1e-2, "rounds": 0}
-    papers, delaunay = (ism.spherical_conformal_map(X, F, method=ism.Lai2014(edge_weights=weights, **options))
-                        for weights in ("cotangent", "delaunay"))
+    papers, delaunay = (
+        ism.spherical_conformal_map(X, F, method=ism.Lai2014(edge_weights=weights, **options))
+        for weights in ("cotangent", "delaunay")
+    )
     assert np.allclose(papers.sphere, delaunay.sphere, atol=1e-9)
     assert papers.settings == options | {"edge_weights": "cotangent"}
 

@@ -23,8 +23,10 @@ def family():
         if iterate.stage in ("opening", "balance"):
             folded.append(int((orientation_signs(iterate.x, F) <= 0).sum()))
 
-    maps = {balance: ism.balanced_spherical_map(V, F, balance=balance, listener=count)
-            for balance in (0, 0.25, 0.5, 0.75, 1)}
+    maps = {
+        balance: ism.balanced_spherical_map(V, F, balance=balance, listener=count)
+        for balance in (0, 0.25, 0.5, 0.75, 1)
+    }
     return maps, folded
 
 
@@ -89,18 +91,24 @@ def test_a_slider_takes_fewer_steps_from_a_neighbour(family):
     near, far = maps[0.75].rebalance(0.8), maps[0].rebalance(0.8)
     assert near.certificate.folding_free
     assert near.iterations < far.iterations
-    assert np.abs(near.log_area_ratios()).mean() == pytest.approx(np.abs(far.log_area_ratios()).mean(), rel=0.03)
+    assert np.abs(near.log_area_ratios()).mean() == pytest.approx(
+        np.abs(far.log_area_ratios()).mean(), rel=0.03
+    )
 
 
 def test_a_map_that_goes_to_another_balance_gives_the_same_numbers(family):
-    np.testing.assert_array_equal(ism.SphereMapper(V, F).map().rebalance(1).sphere, family[0][1].sphere)
+    np.testing.assert_array_equal(
+        ism.SphereMapper(V, F).map().rebalance(1).sphere, family[0][1].sphere
+    )
 
 
 def test_a_balanced_map_from_a_file_goes_on(family, tmp_path):
     ism.write_map(tmp_path / "map.npz", family[0][0.5])
     back = ism.read_map(tmp_path / "map.npz")
     assert back.balance == 0.5
-    np.testing.assert_array_equal(back.rebalance(0.75).sphere, family[0][0.5].rebalance(0.75).sphere)
+    np.testing.assert_array_equal(
+        back.rebalance(0.75).sphere, family[0][0.5].rebalance(0.75).sphere
+    )
 
 
 def test_a_listener_ends_with_a_bijection():
@@ -145,4 +153,6 @@ def test_a_cortex_is_less_distorted_than_by_the_sphere_that_freesurfer_ships():
     ours = ism.balanced_spherical_map(v, f, balance=0.85).sphere
     limits = {ism.log_area_ratios: 0.15, ism.angle_differences: 11, ism.log_length_ratios: 0.14}
     for distortion, limit in limits.items():
-        assert np.abs(distortion(v, f, ours)).mean() < limit < np.abs(distortion(v, f, theirs)).mean()
+        assert (
+            np.abs(distortion(v, f, ours)).mean() < limit < np.abs(distortion(v, f, theirs)).mean()
+        )

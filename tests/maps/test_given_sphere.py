@@ -35,11 +35,15 @@ def test_a_planted_fold_is_named_and_its_map_kept(pear):
     v, f, result = pear
     x = result.sphere.copy()
     x[[10, 20]] = x[[20, 10]]
-    with pytest.raises(ism.FoldingsRemain, match=r"flipped faces, e\.g\. .*repair_foldings") as caught:
+    with pytest.raises(
+        ism.FoldingsRemain, match=r"flipped faces, e\.g\. .*repair_foldings"
+    ) as caught:
         ism.sphere_map(v, f, x)
     kept = caught.value.result
     assert np.array_equal(kept.certificate.flipped, ism.certify(x, f).flipped)
-    assert ism.sphere_map(v, f, ism.repair_foldings(v, f, kept.sphere).sphere).certificate.folding_free
+    assert ism.sphere_map(
+        v, f, ism.repair_foldings(v, f, kept.sphere).sphere
+    ).certificate.folding_free
 
 
 def test_refusals(pear):
@@ -90,7 +94,9 @@ def test_a_map_turned_inside_out_is_reflected():
     v = x * [1.0, 1.1, 1.2]
     result = ism.repair_foldings(v, f, -x)
     assert result.certificate.folding_free
-    assert np.abs(result.angle_differences()).mean() == pytest.approx(np.abs(ism.angle_differences(v, f, x)).mean())
+    assert np.abs(result.angle_differences()).mean() == pytest.approx(
+        np.abs(ism.angle_differences(v, f, x)).mean()
+    )
 
 
 @pytest.mark.parametrize("bad", [0.0, np.nan, np.inf])
@@ -104,7 +110,10 @@ def test_rows_without_direction_are_refused(bad):
 
 def test_a_repaired_map_that_the_default_method_would_beat_says_so():
     v, f = ism.samples.make("dino", n_vertices=1500)
-    repaired, made = ism.repair_foldings(v, f, ism.gauss_map(v, f)), ism.spherical_conformal_map(v, f)
+    repaired, made = (
+        ism.repair_foldings(v, f, ism.gauss_map(v, f)),
+        ism.spherical_conformal_map(v, f),
+    )
     means = [np.abs(result.angle_differences()).mean() for result in (made, repaired)]
     assert 3 * means[0] < means[1]
     (note,) = repaired.notes

@@ -17,7 +17,9 @@ def mapper():
     return ism.SphereMapper(V, F)
 
 
-@pytest.mark.parametrize("options", [{}, {"tolerance": 1e-8}, {"max_iterations": 1}, {"polish": "angles"}], ids=str)
+@pytest.mark.parametrize(
+    "options", [{}, {"tolerance": 1e-8}, {"max_iterations": 1}, {"polish": "angles"}], ids=str
+)
 def test_gives_the_same_numbers_as_the_function(mapper, options):
     there = ism.spherical_conformal_map(V, F, **options)
     here = (ism.SphereMapper(V, F, method=ism.Auto(**options)) if options else mapper).map()
@@ -35,7 +37,9 @@ def test_a_map_leaves_nothing_behind_for_the_next(mapper):
 def test_factorises_once(monkeypatch):
     v, f = ism.samples.make("spheroid", n_vertices=800)
     calls, factorize = [], operators_module.factorize
-    monkeypatch.setattr(operators_module, "factorize", lambda *args: calls.append(1) or factorize(*args))
+    monkeypatch.setattr(
+        operators_module, "factorize", lambda *args: calls.append(1) or factorize(*args)
+    )
     mapper = ism.SphereMapper(v, f)
     for _ in range(3):
         assert mapper.map().certificate.folding_free
@@ -55,10 +59,14 @@ def test_moved_positions_give_the_map_of_a_new_mapper(backend):
         np.testing.assert_array_equal(mapper.map().sphere, expected.sphere)
         assert mapper.map().notes == expected.notes
         np.testing.assert_array_equal(mapper.map().vertices, w)
-    np.testing.assert_array_equal(mapper.map().rebalance(0.3).sphere, expected.rebalance(0.3).sphere)
+    np.testing.assert_array_equal(
+        mapper.map().rebalance(0.3).sphere, expected.rebalance(0.3).sphere
+    )
 
 
-@pytest.mark.parametrize("positions", [V[:-1], V * np.nan, V * 0, [1, 2]], ids=["too few", "NaN", "a point", "no rows"])
+@pytest.mark.parametrize(
+    "positions", [V[:-1], V * np.nan, V * 0, [1, 2]], ids=["too few", "NaN", "a point", "no rows"]
+)
 def test_a_mapper_stays_as_it_is_where_positions_are_refused(mapper, positions):
     before = mapper.map().sphere
     with pytest.raises(ism.MeshError):

@@ -84,7 +84,11 @@ def test_a_listener_can_stop_it_in_either_stage():
 def test_only_what_met_its_stopping_rule_has_converged():
     direct = through(V, F)
     given, repaired = ism.sphere_map(V, F, direct.sphere), ism.repair_foldings(V, F, direct.sphere)
-    assert {direct.status, given.status, repaired.status, repaired.rounds[0].status} == {ism.Status.DONE}
-    ended = ism.spherical_conformal_map(V, F, method=ism.Lai2014(gradient_tolerance=0.0, plateau=1e-4))
+    assert {direct.status, given.status, repaired.status, repaired.rounds[0].status} == {
+        ism.Status.DONE
+    }
+    ended = ism.spherical_conformal_map(
+        V, F, method=ism.Lai2014(gradient_tolerance=0.0, plateau=1e-4)
+    )
     assert ended.status is ism.Status.PLATEAU
     assert ended.history[-1].residual > 0

@@ -16,7 +16,11 @@ def bowl(height, stretch=(1.0, 1.0, 1.0)):
     """A ball without its top, filled: the mesh, and how many vertices and faces were there before."""
     f = BALL_F[BALL[BALL_F].mean(axis=1)[:, 2] < height]
     used, corners = np.unique(f, return_inverse=True)
-    return ism.repair_mesh(BALL[used] * stretch, corners.reshape(-1, 3), holes="fill"), len(used), len(f)
+    return (
+        ism.repair_mesh(BALL[used] * stretch, corners.reshape(-1, 3), holes="fill"),
+        len(used),
+        len(f),
+    )
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +37,9 @@ def result(body):
 def test_the_surface_weighs_and_caps_do_not(body, result):
     mesh, _, m = body
     part = np.zeros((len(mesh.f), 1))
-    part[:m, 0] = np.linalg.norm(np.cross(*(mesh.v[mesh.f[:m, k]] - mesh.v[mesh.f[:m, 0]] for k in (1, 2))), axis=1)
+    part[:m, 0] = np.linalg.norm(
+        np.cross(*(mesh.v[mesh.f[:m, k]] - mesh.v[mesh.f[:m, 0]] for k in (1, 2))), axis=1
+    )
     weights = np.bincount(mesh.f.ravel(), np.repeat(part, 3), len(mesh.v))
     assert np.linalg.norm(weights @ result.sphere) / weights.sum() < 1e-6
     ordinary = ism.spherical_conformal_map(mesh.v, mesh.f)
@@ -47,8 +53,13 @@ def test_moebius_maps_leave_angles_so_caps_are_seen_in_no_figure(body, result):
     assert len(result.angle_differences()) == len(result.log_area_ratios()) == m
     whole = ism.angle_differences(mesh.v, mesh.f, result.sphere)
     assert np.array_equal(result.angle_differences(), whole[~caps])
-    image, source = (np.linalg.norm(np.cross(p[mesh.f[:m, 1]] - p[mesh.f[:m, 0]], p[mesh.f[:m, 2]] - p[mesh.f[:m, 0]]),
-                                    axis=1) for p in (result.sphere, mesh.v))
+    image, source = (
+        np.linalg.norm(
+            np.cross(p[mesh.f[:m, 1]] - p[mesh.f[:m, 0]], p[mesh.f[:m, 2]] - p[mesh.f[:m, 0]]),
+            axis=1,
+        )
+        for p in (result.sphere, mesh.v)
+    )
     ratios = np.log(image / image.sum() / source * source.sum())
     assert np.allclose(result.log_area_ratios(), ratios)
     assert len(result.plot().axes) > 0
@@ -58,12 +69,20 @@ def test_a_capped_ball_maps_by_a_moebius_map():
     """The exact map of a part of a sphere is the identity up to a Moebius map: cross ratios stay."""
     mesh, n, _ = bowl(0.6)
     result = ism.spherical_conformal_map(mesh.v, mesh.f, caps=mesh.face_source < 0)
-    rows = np.random.default_rng(0).permutation(np.flatnonzero(mesh.v[:n, 2] < 0.4))[:400].reshape(4, -1)
+    rows = (
+        np.random.default_rng(0)
+        .permutation(np.flatnonzero(mesh.v[:n, 2] < 0.4))[:400]
+        .reshape(4, -1)
+    )
 
     def cross_ratio(x):
         a, b, c, d = x[rows]
-        return (np.linalg.norm(a - c, axis=1) * np.linalg.norm(b - d, axis=1)
-                / np.linalg.norm(a - d, axis=1) / np.linalg.norm(b - c, axis=1))
+        return (
+            np.linalg.norm(a - c, axis=1)
+            * np.linalg.norm(b - d, axis=1)
+            / np.linalg.norm(a - d, axis=1)
+            / np.linalg.norm(b - c, axis=1)
+        )
 
     assert np.abs(np.log(cross_ratio(result.sphere) / cross_ratio(mesh.v))).mean() < 0.02
 
@@ -107,16 +126,22 @@ def test_every_map_takes_caps(body, result):
     assert np.array_equal(made[1].sphere, result.sphere)
     # minimisers of the same energy, the last digits of its minimum apart
     for each in (made[2], made[3], made[5]):
-        assert np.abs(each.angle_differences()).mean() < np.abs(result.angle_differences()).mean() + 0.3
+        assert (
+            np.abs(each.angle_differences()).mean()
+            < np.abs(result.angle_differences()).mean() + 0.3
+        )
     area = result.rebalance(1)
     assert np.abs(area.log_area_ratios()).mean() < 0.05 < np.abs(result.log_area_ratios()).mean()
 
 
 def test_what_are_no_caps_is_refused(body):
     mesh = body[0]
-    for caps, words in ((np.flatnonzero(mesh.face_source < 0), "caps have shape"),
-                        (np.ones(len(mesh.f), bool), "all faces"), (np.zeros(len(mesh.f)), "dtype float64"),
-                        ([True], "shape")):
+    for caps, words in (
+        (np.flatnonzero(mesh.face_source < 0), "caps have shape"),
+        (np.ones(len(mesh.f), bool), "all faces"),
+        (np.zeros(len(mesh.f)), "dtype float64"),
+        ([True], "shape"),
+    ):
         with pytest.raises(ism.MeshError, match=words):
             ism.check_mesh(mesh.v, mesh.f, caps=caps)
     assert ism.check_mesh(mesh.v, mesh.f, caps=np.zeros(len(mesh.f), bool)).caps is None

@@ -17,18 +17,24 @@ V, F = ism.samples.make("dino", n_vertices=1500)
 #: The paper's method takes seconds for limbs; here it is to state what it has in common with the default.
 BODIES = {"auto": (V, F), "lai2014": ism.samples.make("dumbbell", n_vertices=500)}
 BALL, BALL_F = icosphere(3)
-TETRAHEDRON = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]]), np.array(
-    [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+TETRAHEDRON = (
+    np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]]),
+    np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]),
+)
 
 
 def distance(x, y):
     return np.sqrt(((x - y) ** 2).sum(axis=1).mean())
 
 
-@pytest.mark.parametrize("surface", [
-    ism.samples.SurfaceOfRevolution(half_length=2.0),
-    ism.samples.SurfaceOfRevolution(half_length=1.0, radius=(1.0, 0.3, -0.2)),
-], ids=["spheroid", "pear"])
+@pytest.mark.parametrize(
+    "surface",
+    [
+        ism.samples.SurfaceOfRevolution(half_length=2.0),
+        ism.samples.SurfaceOfRevolution(half_length=1.0, radius=(1.0, 0.3, -0.2)),
+    ],
+    ids=["spheroid", "pear"],
+)
 @pytest.mark.parametrize("method", METHODS)
 def test_maps_of_surfaces_of_revolution_converge_at_second_order(surface, method):
     """Against the exact map in the source-area gauge: a wrong gauge shows here at once."""
@@ -37,7 +43,11 @@ def test_maps_of_surfaces_of_revolution_converge_at_second_order(surface, method
     for level in (3, 4, 5) if method == "auto" else (2, 3, 4):
         p, f = icosphere(level)
         v = surface.embed(p)
-        record = ism.Auto(tolerance=1e-9) if method == "auto" else ism.Lai2014(gradient_tolerance=1e-6, plateau=0.0)
+        record = (
+            ism.Auto(tolerance=1e-9)
+            if method == "auto"
+            else ism.Lai2014(gradient_tolerance=1e-6, plateau=0.0)
+        )
         x = ism.spherical_conformal_map(v, f, method=record).sphere
         exact = surface.conformal_map(v)
         errors.append(distance(x @ best_rotation(x, exact, np.ones(len(x))), exact))
@@ -60,11 +70,14 @@ def test_moving_and_scaling_the_input_turns_the_sphere_along(method):
     assert distance(x @ turn, y) < (1e-6 if method == "auto" else 1e-2)
 
 
-@pytest.mark.parametrize(("name", "bound"), [
-    ("spheroid", 1e-8),
-    # its angles are poor: the foldings of steps are relaxed in the order of the numbers
-    ("dino", 1e-3),
-])
+@pytest.mark.parametrize(
+    ("name", "bound"),
+    [
+        ("spheroid", 1e-8),
+        # its angles are poor: the foldings of steps are relaxed in the order of the numbers
+        ("dino", 1e-3),
+    ],
+)
 def test_renumbering_the_input_renumbers_the_sphere(name, bound):
     rng, (v, f) = np.random.default_rng(1), ism.samples.make(name, n_vertices=1500)
     order = rng.permutation(len(v))
@@ -96,11 +109,21 @@ def test_two_runs_agree_bit_for_bit(method):
 
 def test_two_runs_agree_bit_for_bit_with_any_number_of_blas_threads():
     """On a map with steps on its angles, whose vectors are long enough for threads."""
-    code = ("import hashlib, igl_spheremap as ism; result = "
-            "ism.spherical_conformal_map(*ism.samples.make('octopus'), polish='angles');"
-            "assert result.rounds; print(hashlib.sha1(result.sphere.tobytes()).hexdigest())")
-    runs = [subprocess.run([sys.executable, "-c", code], env=os.environ | {"OPENBLAS_NUM_THREADS": threads},
-                           capture_output=True, text=True, check=True).stdout for threads in ("1", "2")]
+    code = (
+        "import hashlib, igl_spheremap as ism; result = "
+        "ism.spherical_conformal_map(*ism.samples.make('octopus'), polish='angles');"
+        "assert result.rounds; print(hashlib.sha1(result.sphere.tobytes()).hexdigest())"
+    )
+    runs = [
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env=os.environ | {"OPENBLAS_NUM_THREADS": threads},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for threads in ("1", "2")
+    ]
     assert runs[0] == runs[1]
 
 
@@ -129,7 +152,9 @@ def test_the_record_is_complete(method):
 def test_methods_agree_up_to_the_mesh(method):
     v, f = ism.samples.make("spheroid", n_vertices=2000)
     x = ism.spherical_conformal_map(v, f, method=method).sphere
-    assert distance(x, ism.spherical_conformal_map(v, f, method="auto", tolerance=1e-12).sphere) < 5e-3
+    assert (
+        distance(x, ism.spherical_conformal_map(v, f, method="auto", tolerance=1e-12).sphere) < 5e-3
+    )
 
 
 @pytest.mark.parametrize(
@@ -160,15 +185,19 @@ def test_the_energy_is_that_of_a_conformal_map():
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("change", [
-    lambda v, f: TETRAHEDRON,
-    lambda v, f: (1e-7 * v, f),
-    lambda v, f: (1e7 * v, f),
-    lambda v, f: (v + 1e5, f),
-    lambda v, f: (v, f[:, ::-1]),
-    lambda v, f: (v.astype(np.float32), f.astype(np.int32)),
-    lambda v, f: (v.tolist(), f.tolist()),
-], ids=["tetrahedron", "tiny", "huge", "far off", "inside out", "single", "lists"])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda v, f: TETRAHEDRON,
+        lambda v, f: (1e-7 * v, f),
+        lambda v, f: (1e7 * v, f),
+        lambda v, f: (v + 1e5, f),
+        lambda v, f: (v, f[:, ::-1]),
+        lambda v, f: (v.astype(np.float32), f.astype(np.int32)),
+        lambda v, f: (v.tolist(), f.tolist()),
+    ],
+    ids=["tetrahedron", "tiny", "huge", "far off", "inside out", "single", "lists"],
+)
 def test_legitimate_input_is_mapped_and_certified(change, method):
     v, f = change(*BODIES[method])
     result = ism.spherical_conformal_map(v, f, method=method)
@@ -208,8 +237,11 @@ def test_a_listener_can_stop_with_what_there_is():
     assert result.sphere.shape == V.shape
 
 
-@pytest.mark.parametrize("method", [
-    "auto", ism.Lai2014(max_iterations=20), ism.GuYau(max_iterations=20), "stereographic"], ids=str)
+@pytest.mark.parametrize(
+    "method",
+    ["auto", ism.Lai2014(max_iterations=20), ism.GuYau(max_iterations=20), "stereographic"],
+    ids=str,
+)
 def test_a_listener_can_not_change_the_run_that_it_watches(method):
     stages = set()
 
@@ -242,8 +274,15 @@ def test_noise_far_outside_the_surface_does_not_break_the_map():
 
 
 @pytest.mark.corpus
-@pytest.mark.parametrize(("name", "degrees"), [
-    ("choi_hippocampus", 1.54), ("paper_putamen_10002", 1.79), ("paper_brain_15002", 2.22), ("choi_maxplanck", 0.86)])
+@pytest.mark.parametrize(
+    ("name", "degrees"),
+    [
+        ("choi_hippocampus", 1.54),
+        ("paper_putamen_10002", 1.79),
+        ("paper_brain_15002", 2.22),
+        ("choi_maxplanck", 0.86),
+    ],
+)
 def test_the_papers_algorithm_reaches_independent_figures(corpus, name, degrees):
     v, f = igl.read_triangle_mesh(str(corpus / "public" / f"{name}.obj"))
     result = ism.spherical_conformal_map(v, f, method="lai2014")

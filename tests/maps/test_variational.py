@@ -61,7 +61,9 @@ def test_foldings_of_strong_landmarks_are_reported_and_avoided_by_default():
     assert loose.rounds[0].foldings_after == loose.certificate.foldings > 0
     injective = ism.landmark_map(V, F, CHOSEN, y, landmark_weights=1000.0)
     assert injective.certificate.folding_free
-    start = np.linalg.norm(match_landmarks(x, check_landmarks(len(X), CHOSEN, y, 1.0))[CHOSEN] - y, axis=1)
+    start = np.linalg.norm(
+        match_landmarks(x, check_landmarks(len(X), CHOSEN, y, 1.0))[CHOSEN] - y, axis=1
+    )
     assert np.linalg.norm(injective.sphere[CHOSEN] - y, axis=1).mean() < 0.5 * start.mean()
 
 
@@ -71,8 +73,11 @@ def test_a_turned_problem_has_a_turned_answer():
     y = targets(x)
     quarter = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])
     straight, turned = (
-        ism.landmark_map(V, F, CHOSEN, y @ R, landmark_weights=10.0, sobolev_gradient_tolerance=1e-4, plateau=0.0)
-        for R in (np.eye(3), quarter))
+        ism.landmark_map(
+            V, F, CHOSEN, y @ R, landmark_weights=10.0, sobolev_gradient_tolerance=1e-4, plateau=0.0
+        )
+        for R in (np.eye(3), quarter)
+    )
     assert straight.status is turned.status is ism.Status.CONVERGED
     assert np.abs(straight.sphere @ quarter - turned.sphere).max() < 2e-3
 
@@ -92,7 +97,12 @@ def test_the_history_holds_the_objective_and_the_result_the_harmonic_energy():
         ([0, 9999], np.eye(3)[:2], 1, "landmark 1 is vertex 9999"),
         ([0.5], np.eye(3)[:1], 1, "whole number"),
         ([0, 1], np.eye(3), 1, "2 landmarks have 3 targets"),
-        ([0, 1], np.zeros((2, 3)), 1, "landmark targets are zero or not finite in 2 rows, e.g. 0, 1"),
+        (
+            [0, 1],
+            np.zeros((2, 3)),
+            1,
+            "landmark targets are zero or not finite in 2 rows, e.g. 0, 1",
+        ),
         ([0, 1], np.eye(3)[:2], [1, -1], "weight of landmark 1"),
         ([0, 1], np.eye(3)[:2], [1, 2, 3], "one for each of 2 landmarks"),
     ],
@@ -159,13 +169,19 @@ def test_landmarks_are_a_fidelity_term_of_ones_own():
         return 5 * (off**2).sum(), derivatives
 
     by_name, by_term, by_own = (
-        ism.landmark_map(V, F, CHOSEN, targets(x), landmark_weights=10.0, start=x, max_iterations=20),
+        ism.landmark_map(
+            V, F, CHOSEN, targets(x), landmark_weights=10.0, start=x, max_iterations=20
+        ),
         ism.fidelity_map(V, F, penalty.evaluate, start=x, max_iterations=20),
         ism.fidelity_map(V, F, own, start=x, max_iterations=20),
     )
     assert np.array_equal(by_name.sphere, by_term.sphere)
     assert np.abs(by_name.sphere - by_own.sphere).max() < 1e-9
-    assert (by_own.method, by_own.gauge, by_own.settings) == ("fidelity", "free", {"max_iterations": 20})
+    assert (by_own.method, by_own.gauge, by_own.settings) == (
+        "fidelity",
+        "free",
+        {"max_iterations": 20},
+    )
 
 
 def test_a_term_with_a_known_minimiser_is_minimised():
@@ -175,8 +191,12 @@ def test_a_term_with_a_known_minimiser_is_minimised():
     def distance(y):
         return 10 * ((y - x) ** 2).sum(), 20 * (y - x)
 
-    start = moebius(x, [0.1, 0.2, -0.1]) @ best_rotation(x, x + 0.3 * x[:, [1, 2, 0]], np.ones(len(x)))
-    result = ism.fidelity_map(x, f, distance, start=start, sobolev_gradient_tolerance=1e-9, plateau=0.0)
+    start = moebius(x, [0.1, 0.2, -0.1]) @ best_rotation(
+        x, x + 0.3 * x[:, [1, 2, 0]], np.ones(len(x))
+    )
+    result = ism.fidelity_map(
+        x, f, distance, start=start, sobolev_gradient_tolerance=1e-9, plateau=0.0
+    )
     assert result.certificate.folding_free
     assert np.abs(result.sphere - x).max() < 1e-8
 
@@ -187,7 +207,9 @@ def test_a_curve_is_drawn_to_the_equator_while_the_map_stays_centred():
     start = x @ [[0, 0, 1], [1, 0, 0], [0, 1, 0]]
     heights, energies = [np.abs(start[near, 2]).max()], [ism.harmonic_energy(V, F, start)]
     for weight in (1.0, 10.0, 100.0):
-        result = ism.fidelity_map(V, F, lambda y, w=weight: curve(y, near, w), start=start, gauge="centred")
+        result = ism.fidelity_map(
+            V, F, lambda y, w=weight: curve(y, near, w), start=start, gauge="centred"
+        )
         assert result.certificate.folding_free
         assert np.linalg.norm(MESH.A @ result.sphere) < 1e-8
         heights.append(np.abs(result.sphere[near, 2]).max())
@@ -197,17 +219,23 @@ def test_a_curve_is_drawn_to_the_equator_while_the_map_stays_centred():
     assert energies == sorted(energies)
 
 
-@pytest.mark.parametrize(("term", "error", "message"), [
-    (3, TypeError, "fidelity is 3; give a function"),
-    (lambda x: 1.0, TypeError, r"return its value and its \(642, 3\) derivatives"),
-    (lambda x: ("1", x), TypeError, r"return its value and its \(642, 3\) derivatives"),
-    (lambda x: (x, x), TypeError, r"return its value and its \(642, 3\) derivatives"),
-    (lambda x: (1.0, x[1:]), ism.MeshError, "derivatives of the fidelity term have 641 rows"),
-    (lambda x: (np.nan, x), ValueError, "nan at the start"),
-    (lambda x: (1.0, x / (x[:, :1] != x[7, 0])), ValueError, r"not finite at \d+ vert\w+, e.g. "),
-    (lambda x: (float(x.sort() or 0), x), ValueError, "read-only"),
-])
+@pytest.mark.parametrize(
+    ("term", "error", "message"),
+    [
+        (3, TypeError, "fidelity is 3; give a function"),
+        (lambda x: 1.0, TypeError, r"return its value and its \(642, 3\) derivatives"),
+        (lambda x: ("1", x), TypeError, r"return its value and its \(642, 3\) derivatives"),
+        (lambda x: (x, x), TypeError, r"return its value and its \(642, 3\) derivatives"),
+        (lambda x: (1.0, x[1:]), ism.MeshError, "derivatives of the fidelity term have 641 rows"),
+        (lambda x: (np.nan, x), ValueError, "nan at the start"),
+        (
+            lambda x: (1.0, x / (x[:, :1] != x[7, 0])),
+            ValueError,
+            r"not finite at \d+ vert\w+, e.g. ",
+        ),
+        (lambda x: (float(x.sort() or 0), x), ValueError, "read-only"),
+    ],
+)
 def test_terms_that_are_none_are_refused(term, error, message):
     with pytest.raises(error, match=message):
         ism.fidelity_map(V, F, term, start=X)
-

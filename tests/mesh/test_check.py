@@ -19,13 +19,30 @@ def fault(v, f):
     return message
 
 
-@pytest.mark.parametrize("v", [
-    V.tolist(), V.astype(np.float32), V.astype(">f8"), np.asfortranarray(V), np.repeat(V, 2, axis=0)[::2],
-    (1000 * V).astype(np.int32),
-], ids=["list", "float32", "big-endian", "fortran", "strided", "integers"])
-@pytest.mark.parametrize("f", [
-    F.tolist(), F.astype(np.int32), F.astype(">i4"), F.astype(np.uint64), np.asfortranarray(F), F.astype(float),
-], ids=["list", "int32", "big-endian", "unsigned", "fortran", "whole floats"])
+@pytest.mark.parametrize(
+    "v",
+    [
+        V.tolist(),
+        V.astype(np.float32),
+        V.astype(">f8"),
+        np.asfortranarray(V),
+        np.repeat(V, 2, axis=0)[::2],
+        (1000 * V).astype(np.int32),
+    ],
+    ids=["list", "float32", "big-endian", "fortran", "strided", "integers"],
+)
+@pytest.mark.parametrize(
+    "f",
+    [
+        F.tolist(),
+        F.astype(np.int32),
+        F.astype(">i4"),
+        F.astype(np.uint64),
+        np.asfortranarray(F),
+        F.astype(float),
+    ],
+    ids=["list", "int32", "big-endian", "unsigned", "fortran", "whole floats"],
+)
 def test_input_of_any_layout_means_the_same(v, f):
     mesh = ism.check_mesh(v, f)
     assert np.array_equal(mesh.f, F)
@@ -44,7 +61,9 @@ def test_read_only_input_is_neither_refused_nor_changed():
     assert not np.shares_memory(check_faces(f, len(v)), f)
 
 
-@pytest.mark.parametrize(("scale", "shift"), [(1e-7, 0), (1e150, 0), (1e-150, 0), (1, 1e5), (3, -2)])
+@pytest.mark.parametrize(
+    ("scale", "shift"), [(1e-7, 0), (1e150, 0), (1e-150, 0), (1, 1e5), (3, -2)]
+)
 def test_source_is_scaled_to_unit_area(scale, shift):
     mesh = ism.check_mesh(scale * V + shift, F)
     assert np.array_equal(mesh.v, scale * V + shift)
@@ -94,35 +113,44 @@ def set_infinite(v, f):
     v[9, 2] = -np.inf
 
 
-@pytest.mark.parametrize(("change", "names"), [
-    (set_nan, ["not finite", "7"]),
-    (set_infinite, ["not finite", "9"]),
-    (lambda v, f: (v, f[1:]), ["open surface: 1 hole (3 edges) near (", "repair_mesh(v, f, holes='fill') does"]),
-    (lambda v, f: (v, np.vstack((f, f[5]))), ["non-manifold edge", "1 face given twice, e.g. 5:"]),
-    (lambda v, f: (v, np.vstack((f, [[3, 3, 4]]))), ["degenerate", str(len(F))]),
-    (lambda v, f: (v, f + 1), ["out of range", "1-based"]),
-    (lambda v, f: (v, f - 1), ["out of range", "-1"]),
-    (lambda v, f: (np.vstack((v, [[0, 0, 9]])), f), ["unreferenced", str(len(V))]),
-    (flip_first, ["inconsistent orientation: 3 edges"]),
-    (flip_every_second, ["inconsistent orientation"]),
-    (pinch, ["non-manifold vertex: 1 vertex", "e.g. 0;"]),
-    (two, ["2 components of 320, 320 faces"]),
-    (lambda v, f: (0 * v + 5, f), ["zero area"]),
-    (lambda v, f: (v, f[:0]), ["no faces"]),
-    (lambda v, f: (v[:0], f), ["no vertices"]),
-    (lambda v, f: (v, np.hstack((f, f[:, :1]))), ["triangles"]),
-    (lambda v, f: (v[:, :2], f), ["three coordinates"]),
-    (lambda v, f: (v.T, f), ["transposed"]),
-    (lambda v, f: (v, f.T), ["transposed"]),
-    (lambda v, f: (v, f + 0.5), ["whole numbers"]),
-    (lambda v, f: (v.astype(complex), f), ["complex"]),
-    (lambda v, f: (v.astype(str), f), ["dtype"]),
-    (lambda v, f: (None, f), ["dtype"]),
-    (lambda v, f: (v, [[0, 1, 2], [0, 1]]), ["ragged"]),
-    (lambda v, f: (np.ma.masked_array(v, v > 2), f), ["vertices are a masked array"]),
-    (lambda v, f: (v, np.ma.masked_array(f, f == 3)), ["faces are a masked array"]),
-    (lambda v, f: (v[:3], [[0, 1, 2], [0, 2, 1]]), ["3 vertices", "at least 4"]),
-])
+@pytest.mark.parametrize(
+    ("change", "names"),
+    [
+        (set_nan, ["not finite", "7"]),
+        (set_infinite, ["not finite", "9"]),
+        (
+            lambda v, f: (v, f[1:]),
+            ["open surface: 1 hole (3 edges) near (", "repair_mesh(v, f, holes='fill') does"],
+        ),
+        (
+            lambda v, f: (v, np.vstack((f, f[5]))),
+            ["non-manifold edge", "1 face given twice, e.g. 5:"],
+        ),
+        (lambda v, f: (v, np.vstack((f, [[3, 3, 4]]))), ["degenerate", str(len(F))]),
+        (lambda v, f: (v, f + 1), ["out of range", "1-based"]),
+        (lambda v, f: (v, f - 1), ["out of range", "-1"]),
+        (lambda v, f: (np.vstack((v, [[0, 0, 9]])), f), ["unreferenced", str(len(V))]),
+        (flip_first, ["inconsistent orientation: 3 edges"]),
+        (flip_every_second, ["inconsistent orientation"]),
+        (pinch, ["non-manifold vertex: 1 vertex", "e.g. 0;"]),
+        (two, ["2 components of 320, 320 faces"]),
+        (lambda v, f: (0 * v + 5, f), ["zero area"]),
+        (lambda v, f: (v, f[:0]), ["no faces"]),
+        (lambda v, f: (v[:0], f), ["no vertices"]),
+        (lambda v, f: (v, np.hstack((f, f[:, :1]))), ["triangles"]),
+        (lambda v, f: (v[:, :2], f), ["three coordinates"]),
+        (lambda v, f: (v.T, f), ["transposed"]),
+        (lambda v, f: (v, f.T), ["transposed"]),
+        (lambda v, f: (v, f + 0.5), ["whole numbers"]),
+        (lambda v, f: (v.astype(complex), f), ["complex"]),
+        (lambda v, f: (v.astype(str), f), ["dtype"]),
+        (lambda v, f: (None, f), ["dtype"]),
+        (lambda v, f: (v, [[0, 1, 2], [0, 1]]), ["ragged"]),
+        (lambda v, f: (np.ma.masked_array(v, v > 2), f), ["vertices are a masked array"]),
+        (lambda v, f: (v, np.ma.masked_array(f, f == 3)), ["faces are a masked array"]),
+        (lambda v, f: (v[:3], [[0, 1, 2], [0, 2, 1]]), ["3 vertices", "at least 4"]),
+    ],
+)
 def test_each_fault_is_named_with_its_place(change, names):
     message = fault(*planted(change))
     for name in names:
@@ -132,19 +160,34 @@ def test_each_fault_is_named_with_its_place(change, names):
 def test_two_triangles_make_no_surface_for_any_function():
     """Faces without a repeated directed edge, Euler characteristic 2: only the number of vertices gives it away."""
     v, f = np.eye(3), [[0, 1, 2], [0, 2, 1]]
-    for refused in (lambda: check_faces(f, 3), lambda: ism.certify(v, f), lambda: ism.spherical_conformal_map(v, f),
-                    lambda: ism.repair_mesh(v, f), lambda: ism.repair_foldings(v, f, v)):
+    for refused in (
+        lambda: check_faces(f, 3),
+        lambda: ism.certify(v, f),
+        lambda: ism.spherical_conformal_map(v, f),
+        lambda: ism.repair_mesh(v, f),
+        lambda: ism.repair_foldings(v, f, v),
+    ):
         with pytest.raises(ism.MeshError, match="3 vertices: a closed surface has at least 4"):
             refused()
 
 
 def grid(twist):
     """Torus, or Klein bottle if one seam is glued with a twist: 8 by 8 vertices."""
+
     def at(i, j):
         return (i % 8) * 8 + (-j if twist and i // 8 % 2 else j) % 8
 
-    return np.array([t for i in range(8) for j in range(8) for t in (
-        (at(i, j), at(i + 1, j), at(i + 1, j + 1)), (at(i, j), at(i + 1, j + 1), at(i, j + 1)))])
+    return np.array(
+        [
+            t
+            for i in range(8)
+            for j in range(8)
+            for t in (
+                (at(i, j), at(i + 1, j), at(i + 1, j + 1)),
+                (at(i, j), at(i + 1, j + 1), at(i, j + 1)),
+            )
+        ]
+    )
 
 
 def test_handles_are_counted():
@@ -173,23 +216,30 @@ def test_characteristic_two_is_not_enough():
 
 def test_results_share_no_memory_with_what_was_given():
     v, f, x = V.copy(), F.copy(), V.copy()
-    for result in (ism.spherical_conformal_map(v, f), ism.repair_foldings(v, f, x), ism.sphere_map(v, f, x)):
+    for result in (
+        ism.spherical_conformal_map(v, f),
+        ism.repair_foldings(v, f, x),
+        ism.sphere_map(v, f, x),
+    ):
         for made in (result.vertices, result.faces, result.sphere):
             assert not any(np.shares_memory(made, given) for given in (v, f, x))
 
 
-@pytest.mark.parametrize("use", [
-    lambda masked: ism.certify(masked, F),
-    lambda masked: ism.repair_foldings(V, F, masked),
-    lambda masked: ism.cayley_update(V, masked, 1.0),
-    lambda masked: ism.angle_differences(V, F, masked),
-    lambda masked: ism.SphereLocator(V, F).locate(masked),
-    lambda masked: ism.transfer(ism.SphereLocator(V, F), masked[:, 0], V),
-    lambda masked: ism.texture_atlas(V, F).carry(masked),
-    lambda masked: ism.texture_atlas(masked, F),
-    lambda masked: ism.shapes.from_grid(masked[:4, :2], V),
-    lambda masked: ism.shapes.spherical_harmonics(ism.sphere_map(V, F, V), masked),
-])
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda masked: ism.certify(masked, F),
+        lambda masked: ism.repair_foldings(V, F, masked),
+        lambda masked: ism.cayley_update(V, masked, 1.0),
+        lambda masked: ism.angle_differences(V, F, masked),
+        lambda masked: ism.SphereLocator(V, F).locate(masked),
+        lambda masked: ism.transfer(ism.SphereLocator(V, F), masked[:, 0], V),
+        lambda masked: ism.texture_atlas(V, F).carry(masked),
+        lambda masked: ism.texture_atlas(masked, F),
+        lambda masked: ism.shapes.from_grid(masked[:4, :2], V),
+        lambda masked: ism.shapes.spherical_harmonics(ism.sphere_map(V, F, V), masked),
+    ],
+)
 def test_masked_arrays_are_refused_wherever_arrays_are_taken(use):
     with pytest.raises(ism.MeshError, match="are a masked array"):
         use(np.ma.masked_array(V, V > 0.9))
@@ -220,15 +270,20 @@ def test_a_map_stands_for_its_sphere_and_its_faces():
         ism.certify(V)
 
 
-@pytest.mark.parametrize("use", [
-    lambda result: ism.check_mesh(result, F),
-    lambda result: ism.spherical_conformal_map(V, result),
-    lambda result: ism.angle_differences(V, F, result),
-    lambda result: ism.repair_foldings(V, F, result),
-    lambda result: ism.repair_mesh(result, F),
-    lambda result: ism.SphereLocator(result).locate(result),
-    lambda result: ism.landmark_map(V, F, [0, 1], result),
-])
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda result: ism.check_mesh(result, F),
+        lambda result: ism.spherical_conformal_map(V, result),
+        lambda result: ism.angle_differences(V, F, result),
+        lambda result: ism.repair_foldings(V, F, result),
+        lambda result: ism.repair_mesh(result, F),
+        lambda result: ism.SphereLocator(result).locate(result),
+        lambda result: ism.landmark_map(V, F, [0, 1], result),
+    ],
+)
 def test_a_map_where_arrays_are_wanted_is_refused_in_words(use):
-    with pytest.raises(ism.MeshError, match="are a SphereMap; give its vertices, its faces or its sphere"):
+    with pytest.raises(
+        ism.MeshError, match="are a SphereMap; give its vertices, its faces or its sphere"
+    ):
         use(ism.sphere_map(V, F, V))

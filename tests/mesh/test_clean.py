@@ -95,7 +95,9 @@ def test_planted_faults_are_repaired(plant, words, ball):
     assert_consistent(repaired, v, f)
     corners = {tuple(map(tuple, ball[0][face])) for face in ball[1]}
     assert {
-        tuple(map(tuple, np.roll(repaired.v[face], k, axis=0))) for face in repaired.f for k in range(3)
+        tuple(map(tuple, np.roll(repaired.v[face], k, axis=0)))
+        for face in repaired.f
+        for k in range(3)
     } >= corners
 
 
@@ -118,7 +120,9 @@ def test_a_soup_is_welded_by_the_tolerance_that_its_error_names(jitter, ball):
 
 def test_pieces_that_no_tolerance_joins_are_not_dropped(ball):
     v, f = plant_soup(*ball)
-    with pytest.raises(MeshError, match=r"join the 320 components, the largest has 1 face$") as caught:
+    with pytest.raises(
+        MeshError, match=r"join the 320 components, the largest has 1 face$"
+    ) as caught:
         check_mesh(v + 0.05 * np.random.default_rng(0).uniform(-1, 1, v.shape), f)
     assert caught.value.remedy is None
     with pytest.raises(ValueError, match=r"weld is 0\.1; give a number from 0 to 0\.01"):
@@ -136,7 +140,10 @@ def test_a_hole_is_filled_and_a_seam_beside_it_welded(ball):
     far = int(np.argmin(v[f].mean(axis=1) @ v[a]))
     with pytest.raises(MeshError) as caught:
         check_mesh(w, np.delete(slit, far, axis=0))
-    assert caught.value.remedy.options == {"weld": caught.value.remedy.options["weld"], "holes": "fill"}
+    assert caught.value.remedy.options == {
+        "weld": caught.value.remedy.options["weld"],
+        "holes": "fill",
+    }
     repaired = repair_mesh(w, np.delete(slit, far, axis=0), **caught.value.remedy.options)
     assert (len(repaired.v), int(repaired.caps.sum())) == (len(v), 1)
 
@@ -165,7 +172,9 @@ def test_components(ball):
 def test_each_component_is_oriented_before_one_is_chosen(ball):
     v, f = ball
     w, g = samples.sphere(42)
-    repaired = repair_mesh(np.vstack([w + 5, v]), np.vstack([g, f[:, ::-1] + len(w)]), keep_largest=True)
+    repaired = repair_mesh(
+        np.vstack([w + 5, v]), np.vstack([g, f[:, ::-1] + len(w)]), keep_largest=True
+    )
     assert oriented(repaired.f) == oriented(f)
 
 
@@ -190,7 +199,9 @@ def test_sheets_that_meet_in_an_edge_are_parted(ball):
     number = np.arange(len(v)) + len(v)
     number[f[0, :2]] = f[0, :2]
     both, w = np.vstack([f, number[f[:, ::-1]]]), np.vstack([v, -v + 2])
-    with pytest.raises(MeshError, match=r"non-manifold edge: 1 edge .*\(v, f, keep_largest=True\) does"):
+    with pytest.raises(
+        MeshError, match=r"non-manifold edge: 1 edge .*\(v, f, keep_largest=True\) does"
+    ):
         check_mesh(w, both)
     with pytest.raises(MeshError, match="2 components"):
         repair_mesh(w, both)
@@ -213,7 +224,9 @@ def voxels(solid):
             low = np.argwhere(full & ~np.roll(full, 1 - 2 * up, axis=axis))
             low[:, axis] += up
             corners = [low + np.roll([0, i, j], axis) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
-            a, b, c, d = (np.ravel_multi_index(corner.T, shape) for corner in corners[:: 2 * up - 1])
+            a, b, c, d = (
+                np.ravel_multi_index(corner.T, shape) for corner in corners[:: 2 * up - 1]
+            )
             faces += [np.column_stack((a, b, c)), np.column_stack((a, c, d))]
     used, f = np.unique(np.vstack(faces), return_inverse=True)
     return np.column_stack(np.unravel_index(used, shape)).astype(float), f.reshape(-1, 3)
@@ -225,7 +238,9 @@ def test_a_sheet_that_touches_itself_is_parted_where_the_body_is_empty():
     # (1, 0) and (2, 1) meet in an edge
     solid[[0, 0, 0, 1, 2, 2, 1], [0, 1, 2, 2, 2, 1, 0], 0] = True
     v, f = voxels(solid)
-    with pytest.raises(MeshError, match=r"non-manifold edge: 1 edge .*\(repair_mesh\(v, f\) does\)"):
+    with pytest.raises(
+        MeshError, match=r"non-manifold edge: 1 edge .*\(repair_mesh\(v, f\) does\)"
+    ):
         check_mesh(v, f)
     repaired = repair_mesh(v, f)
     assert repaired.actions[0] == "parted 1 edge where sheets meet"
@@ -291,7 +306,9 @@ REPAIRABLE = (
 
 
 @pytest.mark.corpus
-@pytest.mark.parametrize("path", sorted((CORPUS / "invalid").glob("*")) or [None], ids=lambda p: p and p.stem)
+@pytest.mark.parametrize(
+    "path", sorted((CORPUS / "invalid").glob("*")) or [None], ids=lambda p: p and p.stem
+)
 def test_the_invalid_meshes(path):
     if path is None:
         pytest.skip("no meshes")

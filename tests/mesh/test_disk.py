@@ -14,7 +14,10 @@ V = np.column_stack((P, np.zeros(len(P))))
 def test_the_boundary_is_found_in_its_direction():
     disk = ism.check_disk(V, F)
     assert disk.rim.tolist() == list(range(len(V) - 18, len(V)))
-    assert ism.check_disk(V, F[:, ::-1]).rim.tolist() == [len(V) - 18, *range(len(V) - 1, len(V) - 18, -1)]
+    assert ism.check_disk(V, F[:, ::-1]).rim.tolist() == [
+        len(V) - 18,
+        *range(len(V) - 1, len(V) - 18, -1),
+    ]
 
 
 def test_a_triangle_is_a_disk():
@@ -44,21 +47,27 @@ def pinched():
     return V[:-1], np.where(len(V) - 1 == F, len(V) - 10, F)
 
 
-@pytest.mark.parametrize(("mesh", "words"), [
-    (lambda: icosphere(1), ["closed surface", "spherical_conformal_map"]),
-    (lambda: (V, F[6:]), ["unreferenced", "1 vertex", "0"]),
-    (lambda: (V[1:], F[6:] - 1), ["2 boundary loops", "18 and 6 edges", "near (", "holes='fill'"]),
-    (torus, ["1 handle ", "3 edges", "near (", "handles='cut'"]),
-    (pinched, ["non-manifold vertex", str(len(V) - 10)]),
-    (lambda: (V, np.vstack((F[:-1], F[-1:, ::-1]))), ["inconsistent orientation", "reverse"]),
-    (lambda: (V, np.vstack((F, F[:1]))), ["non-manifold edge"]),
-    (lambda: (V, np.vstack((F, [[0, 0, 1]]))), ["degenerate", str(len(F))]),
-    (lambda: (np.vstack((V, V + 3)), np.vstack((F, F + len(V)))), ["2 components"]),
-    (lambda: (V, F + 1), ["1-based"]),
-    (lambda: (V * np.nan, F), ["not finite"]),
-    (lambda: (0 * V, F), ["zero area"]),
-    (lambda: (V, F[:0]), ["no faces"]),
-])
+@pytest.mark.parametrize(
+    ("mesh", "words"),
+    [
+        (lambda: icosphere(1), ["closed surface", "spherical_conformal_map"]),
+        (lambda: (V, F[6:]), ["unreferenced", "1 vertex", "0"]),
+        (
+            lambda: (V[1:], F[6:] - 1),
+            ["2 boundary loops", "18 and 6 edges", "near (", "holes='fill'"],
+        ),
+        (torus, ["1 handle ", "3 edges", "near (", "handles='cut'"]),
+        (pinched, ["non-manifold vertex", str(len(V) - 10)]),
+        (lambda: (V, np.vstack((F[:-1], F[-1:, ::-1]))), ["inconsistent orientation", "reverse"]),
+        (lambda: (V, np.vstack((F, F[:1]))), ["non-manifold edge"]),
+        (lambda: (V, np.vstack((F, [[0, 0, 1]]))), ["degenerate", str(len(F))]),
+        (lambda: (np.vstack((V, V + 3)), np.vstack((F, F + len(V)))), ["2 components"]),
+        (lambda: (V, F + 1), ["1-based"]),
+        (lambda: (V * np.nan, F), ["not finite"]),
+        (lambda: (0 * V, F), ["zero area"]),
+        (lambda: (V, F[:0]), ["no faces"]),
+    ],
+)
 def test_what_is_no_disk_is_refused_with_place_and_remedy(mesh, words):
     with pytest.raises(ism.MeshError) as error:
         ism.check_disk(*mesh())

@@ -52,23 +52,35 @@ def test_the_numbers_of_holes_and_edges_are_told():
     number = np.full(len(V), -1)
     number[keep] = np.arange(len(keep))
     f = number[without(F, np.r_[star, others])]
-    assert filled(V[keep], f).actions[0].startswith(
-        f"filled 2 holes ({max(len(star), len(others))} and {min(len(star), len(others))} edges), the longest near (")
+    assert (
+        filled(V[keep], f)
+        .actions[0]
+        .startswith(
+            f"filled 2 holes ({max(len(star), len(others))} and "
+            f"{min(len(star), len(others))} edges), the longest near ("
+        )
+    )
     assert len(ring) > 0
 
 
 def test_the_place_is_that_of_the_hole():
     hole = np.flatnonzero(V[F].mean(axis=1)[:, 2] > 0.9)
     used, f = np.unique(without(F, hole), return_inverse=True)
-    with pytest.raises(ism.MeshError, match=r"open surface: 1 hole \(\d+ edges\) near \(") as caught:
+    with pytest.raises(
+        ism.MeshError, match=r"open surface: 1 hole \(\d+ edges\) near \("
+    ) as caught:
         ism.check_mesh(100 * V[used] + 7, f.reshape(-1, 3))
-    where = np.array([float(x) for x in str(caught.value).split("near (")[1].split(")")[0].split(",")])
+    where = np.array(
+        [float(x) for x in str(caught.value).split("near (")[1].split(")")[0].split(",")]
+    )
     assert np.linalg.norm(where - [7, 7, 7 + 90]) < 7
     assert "(repair_mesh(v, f, holes='fill') does)" in str(caught.value)
 
 
 def test_faces_alone_name_no_place():
-    with pytest.raises(ism.MeshError, match=r"1 hole \(3 edges\), e.g. edge \d+-\d+, .*holes='fill'"):
+    with pytest.raises(
+        ism.MeshError, match=r"1 hole \(3 edges\), e.g. edge \d+-\d+, .*holes='fill'"
+    ):
         check_faces(F[1:], len(V))
 
 
@@ -102,7 +114,9 @@ def test_random_holes(seed):
     order = np.argsort(index.ravel(), kind="stable")
     same = index.ravel()[order][1:] == index.ravel()[order][:-1]
     i, j = order[:-1][same] % len(f), order[1:][same] % len(f)
-    _, label = connected_components(coo_matrix((np.ones(len(i)), (i, j)), shape=(len(f), len(f))), directed=False)
+    _, label = connected_components(
+        coo_matrix((np.ones(len(i)), (i, j)), shape=(len(f), len(f))), directed=False
+    )
     f = f[label == np.argmax(np.bincount(label))]
     used, f = np.unique(f, return_inverse=True)
     mesh = filled(v[used], f.reshape(-1, 3))
@@ -133,14 +147,26 @@ def test_caps_are_discs_that_run_once_through_their_rim(k, shape):
     assert n - (len(directed) + k) // 2 + len(faces) == 1  # Euler characteristic of a disc
     if shape == "round":
         assert np.linalg.norm(points, axis=1).max(initial=0) < 1
-        areas = np.linalg.norm(np.cross(*(np.vstack((p, points))[faces[:, j]] - np.vstack((p, points))[faces[:, 0]]
-                                          for j in (1, 2))), axis=1) / 2
+        areas = (
+            np.linalg.norm(
+                np.cross(
+                    *(
+                        np.vstack((p, points))[faces[:, j]] - np.vstack((p, points))[faces[:, 0]]
+                        for j in (1, 2)
+                    )
+                ),
+                axis=1,
+            )
+            / 2
+        )
         assert areas.sum() == pytest.approx(k / 2 * np.sin(2 * np.pi / k), rel=0.02)
 
 
 def test_cycles_are_found_and_parted():
     assert [sorted(rim) for rim in rims(np.array([4, 5, 6, 1, 2]), np.array([5, 6, 4, 2, 1]))] in (
-        [[4, 5, 6], [1, 2]], [[1, 2], [4, 5, 6]])
+        [[4, 5, 6], [1, 2]],
+        [[1, 2], [4, 5, 6]],
+    )
     entries = list(range(9))
     parts = [part for part, _ in simple_rims(entries, [0, 1, 2, 3, 1, 4, 0, 5, 6])]
     assert sorted(e for part in parts for e in part) == entries

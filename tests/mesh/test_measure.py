@@ -26,7 +26,9 @@ def test_angles_are_libigls_and_sum_to_pi():
 
 
 def test_angles_of_degenerate_faces_are_finite_and_right():
-    v = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [1e-9, 1e-9, 0], [0, 0, 0], [0.5, 1e-12, 0]], dtype=float)
+    v = np.array(
+        [[0, 0, 0], [1, 0, 0], [2, 0, 0], [1e-9, 1e-9, 0], [0, 0, 0], [0.5, 1e-12, 0]], dtype=float
+    )
     angles = np.degrees(corner_angles(v, np.array([[0, 1, 2], [0, 4, 1], [0, 1, 5]])))
     assert np.isfinite(angles).all()
     assert np.allclose(angles[0], [0, 180, 0])
@@ -40,7 +42,9 @@ def test_tiny_images_keep_their_angles():
 
 def test_angle_defects_sum_to_two_pi_times_the_characteristic():
     assert np.isclose(angle_defects(corner_angles(V, F), F, len(V)).sum(), 4 * np.pi)
-    plane = angle_defects(corner_angles(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), F[:0]), F[:0], 3)
+    plane = angle_defects(
+        corner_angles(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), F[:0]), F[:0], 3
+    )
     assert np.allclose(plane, 2 * np.pi)
 
 
@@ -48,7 +52,9 @@ def test_angle_defects_sum_to_two_pi_times_the_characteristic():
 def test_areas_are_right_as_long_as_float64_holds_them(exponent):
     """Images of the deepest limbs are so small at ends of axes."""
     triangle = np.array([[0, 0, 0], [1, 0, 0], [0.3, 0.8, 0]]) * 10.0**exponent
-    assert face_areas(triangle, np.array([[0, 1, 2]])) == pytest.approx(0.4 * 10.0 ** (2 * exponent), rel=1e-12, abs=0)
+    assert face_areas(triangle, np.array([[0, 1, 2]])) == pytest.approx(
+        0.4 * 10.0 ** (2 * exponent), rel=1e-12, abs=0
+    )
     assert face_areas(triangle, np.array([[0, 1, 1], [0, 0, 0]])).tolist() == [0, 0]
 
 
@@ -59,7 +65,9 @@ def test_vertex_areas_are_the_barycentric_mass():
 
 def test_volume_is_signed_and_does_not_depend_on_the_origin():
     cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
-    quads = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+    quads = np.array(
+        [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    )
     f = np.vstack((quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]))
     for shift in (0, 1e3):
         assert enclosed_volume(2 * cube + shift, f) == pytest.approx(8)

@@ -29,8 +29,12 @@ def of_pyvista():
 def of_nibabel():
     gifti = pytest.importorskip("nibabel.gifti")
     arrays = (V, "POINTSET", "FLOAT64"), (F.astype(np.int32), "TRIANGLE", "INT32")
-    return gifti.GiftiImage(darrays=[gifti.GiftiDataArray(array, f"NIFTI_INTENT_{intent}", f"NIFTI_TYPE_{kind}")
-                                     for array, intent, kind in arrays])
+    return gifti.GiftiImage(
+        darrays=[
+            gifti.GiftiDataArray(array, f"NIFTI_INTENT_{intent}", f"NIFTI_TYPE_{kind}")
+            for array, intent, kind in arrays
+        ]
+    )
 
 
 def of_nilearn():
@@ -57,19 +61,54 @@ def as_read():
     return ism.read_mesh("sample:spheroid:n_vertices=300")
 
 
-@pytest.mark.parametrize("make", [
-    of_trimesh, of_pyvista, as_read, lambda: MESHIO, lambda: (V, F), lambda: [V.tolist(), F.tolist()],
-    lambda: ism.check_mesh(V, F), lambda: ism.repair_mesh(V, F), lambda: (V, F, V[:, 0]), lambda: readobj(V, F),
-    of_nibabel, of_nilearn, with_parts, of_lapy, scene, grid,
-], ids=["trimesh", "PyVista", "read_mesh", "meshio", "pair", "lists", "check_mesh", "repair_mesh", "napari", "readOBJ",
-        "nibabel", "nilearn", "PolyMesh", "LaPy", "scene", "grid"])
+@pytest.mark.parametrize(
+    "make",
+    [
+        of_trimesh,
+        of_pyvista,
+        as_read,
+        lambda: MESHIO,
+        lambda: (V, F),
+        lambda: [V.tolist(), F.tolist()],
+        lambda: ism.check_mesh(V, F),
+        lambda: ism.repair_mesh(V, F),
+        lambda: (V, F, V[:, 0]),
+        lambda: readobj(V, F),
+        of_nibabel,
+        of_nilearn,
+        with_parts,
+        of_lapy,
+        scene,
+        grid,
+    ],
+    ids=[
+        "trimesh",
+        "PyVista",
+        "read_mesh",
+        "meshio",
+        "pair",
+        "lists",
+        "check_mesh",
+        "repair_mesh",
+        "napari",
+        "readOBJ",
+        "nibabel",
+        "nilearn",
+        "PolyMesh",
+        "LaPy",
+        "scene",
+        "grid",
+    ],
+)
 def test_a_mesh_object_stands_for_its_arrays(make, tmp_path):
     mesh = make()
     assert np.array_equal(ism.check_mesh(mesh).v, V)
     assert np.array_equal(ism.gauss_map(mesh), ism.gauss_map(V, F))
     assert np.array_equal(ism.angle_differences(mesh, 2 * V), ism.angle_differences(V, F, 2 * V))
     assert ism.harmonic_energy(v=mesh, x=V) == ism.harmonic_energy(V, F, V)
-    assert ism.certify(mesh, F).foldings == ism.certify(V, mesh).foldings == ism.certify(V, F).foldings
+    assert (
+        ism.certify(mesh, F).foldings == ism.certify(V, mesh).foldings == ism.certify(V, F).foldings
+    )
     ism.write_mesh(tmp_path / "a.obj", mesh)
     assert np.array_equal(ism.read_mesh(tmp_path / "a.obj").f, F)
 
@@ -107,7 +146,9 @@ def test_every_public_function_of_v_and_f_takes_a_mesh_object():
         ism.SphereMapper("bunny.obj")
 
 
-def test_the_name_of_a_file_stands_for_its_mesh_and_where_a_sphere_is_meant_for_its_sphere(tmp_path):
+def test_the_name_of_a_file_stands_for_its_mesh_and_where_a_sphere_is_meant_for_its_sphere(
+    tmp_path,
+):
     result = ism.spherical_conformal_map(V, F)
     for name in ("map.npz", "sphere.ply"):
         ism.write_map(tmp_path / name, result)
@@ -127,16 +168,43 @@ def test_the_caps_of_a_mesh_come_with_it():
     assert ism.repair_mesh(V, F).caps is None
 
 
-@pytest.mark.parametrize(("mesh", "error", "words"), [
-    (Path("bunny.obj"), ism.FileError, "bunny.obj: No such file"),
-    (SimpleNamespace(points=V, cells_dict={"tetra": F}), ism.MeshError, r"not triangles alone \(\d+ of type tetra\)"),
-    (SimpleNamespace(points=V, cells_dict={"triangle": F, "quad": F}), ism.MeshError, "triangles alone"),
-    (V, TypeError, "ndarray is given without faces; give vertices and faces, the name of a file, or a mesh of trimesh"),
-    ({"v": V, "f": F}, TypeError, "dict is given without faces"),
-    (SimpleNamespace(parts={"left": 0, "right": 1}), ism.MeshError, r"the parts left, right; .* parts\['left'\]"),
-    (SimpleNamespace(agg_data=lambda intents: (V, ())), ism.MeshError, "one array of points and one of triangles"),
-    (SimpleNamespace(vertices=V, faces=F, sphere=V), ism.MeshError, "give its vertices, its faces or its sphere"),
-])
+@pytest.mark.parametrize(
+    ("mesh", "error", "words"),
+    [
+        (Path("bunny.obj"), ism.FileError, "bunny.obj: No such file"),
+        (
+            SimpleNamespace(points=V, cells_dict={"tetra": F}),
+            ism.MeshError,
+            r"not triangles alone \(\d+ of type tetra\)",
+        ),
+        (
+            SimpleNamespace(points=V, cells_dict={"triangle": F, "quad": F}),
+            ism.MeshError,
+            "triangles alone",
+        ),
+        (
+            V,
+            TypeError,
+            "ndarray is given without faces; give vertices and faces, the name of a file, or a mesh of trimesh",
+        ),
+        ({"v": V, "f": F}, TypeError, "dict is given without faces"),
+        (
+            SimpleNamespace(parts={"left": 0, "right": 1}),
+            ism.MeshError,
+            r"the parts left, right; .* parts\['left'\]",
+        ),
+        (
+            SimpleNamespace(agg_data=lambda intents: (V, ())),
+            ism.MeshError,
+            "one array of points and one of triangles",
+        ),
+        (
+            SimpleNamespace(vertices=V, faces=F, sphere=V),
+            ism.MeshError,
+            "give its vertices, its faces or its sphere",
+        ),
+    ],
+)
 def test_what_is_not_a_mesh_is_refused_in_a_sentence(mesh, error, words):
     with pytest.raises(error, match=words):
         ism.check_mesh(mesh)
@@ -147,14 +215,17 @@ def test_polygons_of_pyvista_are_refused():
         ism.check_mesh(pytest.importorskip("pyvista").Cube())
 
 
-@pytest.mark.parametrize(("function", "option", "words"), [
-    ("spherical_conformal_map", "balance", r"balanced_spherical_map\(v, f, balance=...\) does"),
-    ("spherical_conformal_map", "rounds", r"method=Lai2014\(rounds=...\) does"),
-    ("spherical_conformal_map", "targets", r"landmark_map\(v, f, targets=...\) does"),
-    ("spherical_conformal_map", "max_iteration", "did you mean max_iterations?"),
-    ("balanced_spherical_map", "tolerance", r"method=Auto\(tolerance=...\) does"),
-    ("flatten", "method", "it takes v, f, caps, balance, listener"),
-])
+@pytest.mark.parametrize(
+    ("function", "option", "words"),
+    [
+        ("spherical_conformal_map", "balance", r"balanced_spherical_map\(v, f, balance=...\) does"),
+        ("spherical_conformal_map", "rounds", r"method=Lai2014\(rounds=...\) does"),
+        ("spherical_conformal_map", "targets", r"landmark_map\(v, f, targets=...\) does"),
+        ("spherical_conformal_map", "max_iteration", "did you mean max_iterations?"),
+        ("balanced_spherical_map", "tolerance", r"method=Auto\(tolerance=...\) does"),
+        ("flatten", "method", "it takes v, f, caps, balance, listener"),
+    ],
+)
 def test_an_option_of_another_call_is_refused_with_its_name(function, option, words):
     with pytest.raises(TypeError, match=f"^{function} takes no {option}; {words}"):
         getattr(ism, function)(V, F, **{option: 1})

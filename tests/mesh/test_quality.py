@@ -8,7 +8,9 @@ from igl_spheremap.mesh.quality import mesh_quality
 from igl_spheremap.operators.laplacian import build_operators
 
 OCTAHEDRON = np.vstack([np.eye(3), -np.eye(3)])
-OCTAHEDRON_FACES = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]])
+OCTAHEDRON_FACES = np.array(
+    [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+)
 
 
 @pytest.mark.parametrize("scale", [1e-7, 1.0, 1e5])
@@ -19,7 +21,11 @@ def test_an_octahedron_in_any_units(scale):
     assert quality.extent == pytest.approx((2 * scale,) * 3)
     assert quality.shortest_edge == pytest.approx(np.sqrt(2) * scale)
     assert (quality.smallest_angle, quality.largest_angle) == pytest.approx((60, 60))
-    assert (quality.largest_valence, quality.non_delaunay_edges, quality.zero_area_faces) == (4, 0, 0)
+    assert (quality.largest_valence, quality.non_delaunay_edges, quality.zero_area_faces) == (
+        4,
+        0,
+        0,
+    )
     inside_out = mesh_quality(scale * OCTAHEDRON, OCTAHEDRON_FACES[:, ::-1])
     assert inside_out.volume == pytest.approx(-4 / 3 * scale**3)
 

@@ -34,8 +34,12 @@ def test_an_error_ends_its_stages():
 
 def test_maps_hold_stages_that_take_no_longer_than_they():
     v, f = ism.samples.make("spheroid", n_vertices=2000)
-    for result in (ism.spherical_conformal_map(v, f), ism.spherical_conformal_map(v, f, method="stereographic"),
-                   ism.SphereMapper(v, f).map(), ism.balanced_spherical_map(v, f, balance=0.5)):
+    for result in (
+        ism.spherical_conformal_map(v, f),
+        ism.spherical_conformal_map(v, f, method="stereographic"),
+        ism.SphereMapper(v, f).map(),
+        ism.balanced_spherical_map(v, f, balance=0.5),
+    ):
         assert 0 < sum(result.timings.values()) <= result.seconds
         assert {"gauge", "certificate"} & result.timings.keys()
     assert {"check", "certificate", "balance"} <= result.timings.keys()

@@ -38,15 +38,19 @@ def test_one_vertex_that_would_fold_is_held_and_all_others_stay():
 
 def test_no_random_step_folds_a_face():
     energy, x = sphere_energy(spread=0.5)
-    found = [FaceProblem(energy).accept(x, size * np.random.default_rng(3).normal(size=x.shape))
-             for size in (0.01, 0.1, 1.0, 10.0)]
+    found = [
+        FaceProblem(energy).accept(x, size * np.random.default_rng(3).normal(size=x.shape))
+        for size in (0.01, 0.1, 1.0, 10.0)
+    ]
     accepted = [trial.x for trial in found if np.isfinite(trial.value)]
     assert len(accepted) >= 2
     assert all((orientation_signs(y, energy.source.f) > 0).all() for y in accepted)
 
 
 def search(energy, x, backend="auto"):
-    return newton(FaceProblem(energy, turns=False), LineSearch(VertexSystem(energy.f, len(x), backend)), x)
+    return newton(
+        FaceProblem(energy, turns=False), LineSearch(VertexSystem(energy.f, len(x), backend)), x
+    )
 
 
 def test_every_iterate_towards_random_areas_is_a_bijection_of_less_energy():
@@ -67,7 +71,9 @@ def test_a_start_a_few_ulps_from_folding_comes_back_through_bijections():
         middle = (lowest + highest) / 2
         y = x.copy()
         y[300] = unit_rows((x[300] + middle * towards)[None])[0]
-        lowest, highest = (middle, highest) if (orientation_signs(y, star) > 0).all() else (lowest, middle)
+        lowest, highest = (
+            (middle, highest) if (orientation_signs(y, star) > 0).all() else (lowest, middle)
+        )
     y[300] = unit_rows((x[300] + (1 - 1e-15) * lowest * towards)[None])[0]
     assert energy.by_face(y).max() > 1e10
     trials = list(islice(search(energy, y), 60))
@@ -79,7 +85,10 @@ def test_no_step_turns_the_sphere():
     energy, x = sphere_energy(spread=0.5)
     moved = next(search(energy, x)).x
     assert np.abs(moved - x).max() > 0.01
-    assert np.abs(np.cross(x, moved - x).sum(axis=0)).max() < 0.01 * np.abs(np.cross(x, moved - x)).sum()
+    assert (
+        np.abs(np.cross(x, moved - x).sum(axis=0)).max()
+        < 0.01 * np.abs(np.cross(x, moved - x)).sum()
+    )
 
 
 def test_backends_agree():

@@ -47,7 +47,7 @@ def test_solutions_are_those_of_the_dense_matrix(mesh, backend, limbs):
         at_vertices = np.einsum("an,bn->abn", corner, corner)
         values = system.damped(system.assemble(blocks, at_vertices), share, added)
         for i in range(n):
-            dense[2 * i: 2 * i + 2, 2 * i: 2 * i + 2] += at_vertices[:, :, i]
+            dense[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] += at_vertices[:, :, i]
         dense[np.diag_indices(2 * n)] *= 1 + np.repeat(share, 2)
         dense[np.diag_indices(2 * n)] += np.repeat(added, 2)
         load = rng.normal(size=(4, 2, n))

@@ -47,7 +47,10 @@ def test_the_surface_stays_as_it_is(seed):
     lengths, faces = delaunay_triangulation(before, f)
     assert (faces != f).any()
     assert np.isclose(igl.doublearea(l=lengths).sum(), igl.doublearea(l=before).sum())
-    defects = [angle_defects(opposite_angles(each, g), g, len(v)) for each, g in ((before, f), (lengths, faces))]
+    defects = [
+        angle_defects(opposite_angles(each, g), g, len(v))
+        for each, g in ((before, f), (lengths, faces))
+    ]
     assert np.allclose(*defects, atol=1e-7)
 
 
@@ -73,7 +76,9 @@ def test_flips_end_where_lengths_span_many_orders_of_magnitude(mesh, exponent):
         v = wild(seed, exponent, x)
         before = mollified_edge_lengths(v / np.abs(v).max(), f)
         lengths, faces = delaunay_triangulation(before, f)
-        assert np.isclose(igl.doublearea(l=lengths).sum(), igl.doublearea(l=before).sum(), rtol=1e-6)
+        assert np.isclose(
+            igl.doublearea(l=lengths).sum(), igl.doublearea(l=before).sum(), rtol=1e-6
+        )
         assert np.array_equal(np.unique(faces), np.arange(len(x)))
 
 
@@ -81,7 +86,12 @@ def test_bounds_end_flips_that_go_on():
     """A bipyramid over a long flat ellipse: some 20 flips a face."""
     n = 2000
     turn, i = 2 * np.pi * np.arange(n) / n, np.arange(n)
-    v = np.vstack((np.column_stack((100 * np.cos(turn), np.sin(turn), 0 * turn)), [[0, 0, 1e-3], [0, 0, -1e-3]]))
+    v = np.vstack(
+        (
+            np.column_stack((100 * np.cos(turn), np.sin(turn), 0 * turn)),
+            [[0, 0, 1e-3], [0, 0, -1e-3]],
+        )
+    )
     j = (i + 1) % n
     f = np.vstack((np.column_stack((i, j, 0 * i + n)), np.column_stack((j, i, 0 * i + n + 1))))
     before = mollified_edge_lengths(v, f)

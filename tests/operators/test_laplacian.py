@@ -14,7 +14,11 @@ def bumpy_sphere(n_subdivisions=3, amplitude=0.2):
     v, f = igl.icosahedron()
     v, f = igl.loop(v, f, n_subdivisions)
     v = v / np.linalg.norm(v, axis=1)[:, None]
-    v *= 1.0 + amplitude * np.cos(3.0 * v[:, :1] + 2.0 * v[:, 1:2]) + 0.5 * amplitude * np.sin(5.0 * v[:, 2:])
+    v *= (
+        1.0
+        + amplitude * np.cos(3.0 * v[:, :1] + 2.0 * v[:, 1:2])
+        + 0.5 * amplitude * np.sin(5.0 * v[:, 2:])
+    )
     return np.ascontiguousarray(v), np.ascontiguousarray(f)
 
 

@@ -14,7 +14,13 @@ from igl_spheremap.paper.star_map import weighted_mass
 X, F = icosphere(2)
 V = X * [1, 1.2, 1.6] + 0.1 * X**2
 CALLS = (
-    "cotmatrix", "cotmatrix_entries", "massmatrix", "massmatrix_intrinsic", "per_vertex_normals", "internal_angles")
+    "cotmatrix",
+    "cotmatrix_entries",
+    "massmatrix",
+    "massmatrix_intrinsic",
+    "per_vertex_normals",
+    "internal_angles",
+)
 MASSES = {igl.MASSMATRIX_TYPE_BARYCENTRIC: "barycentric", igl.MASSMATRIX_TYPE_FULL: "full"}
 
 
@@ -48,17 +54,30 @@ def test_the_conformal_factor_takes_libigls_barycentric_masses(calls):
 def test_the_projection_takes_libigls_full_mass_and_its_laplacian(calls):
     ism.weighted_eigen_projection(V, F, X)
     # A and B_u
-    assert calls == {"cotmatrix": 1, "full massmatrix": 1, "full massmatrix_intrinsic": 1,
-                     # of source and image for e^{2u}, and for the centre c
-                     "barycentric massmatrix": 3}
+    assert calls == {
+        "cotmatrix": 1,
+        "full massmatrix": 1,
+        "full massmatrix_intrinsic": 1,
+        # of source and image for e^{2u}, and for the centre c
+        "barycentric massmatrix": 3,
+    }
 
 
-@pytest.mark.parametrize("method", [
-    ism.Lai2014(edge_weights="cotangent", metric="areas"), ism.Lai2014.as_printed(max_iterations=9),
-    ism.GuYau(tutte=False)])
+@pytest.mark.parametrize(
+    "method",
+    [
+        ism.Lai2014(edge_weights="cotangent", metric="areas"),
+        ism.Lai2014.as_printed(max_iterations=9),
+        ism.GuYau(tutte=False),
+    ],
+)
 def test_algorithm_1_and_gu_yau_take_libigls_matrices_once(calls, method):
     ism.spherical_conformal_map(V, F, method=method)
-    assert (calls["cotmatrix"], calls["barycentric massmatrix"], calls["cotmatrix_entries"]) == (1, 1, 0)
+    assert (calls["cotmatrix"], calls["barycentric massmatrix"], calls["cotmatrix_entries"]) == (
+        1,
+        1,
+        0,
+    )
     assert calls["per_vertex_normals"] > 0 < calls["internal_angles"]
 
 
@@ -83,7 +102,9 @@ def test_both_assemblies_are_the_same_matrix(body):
     ours, libigls = laplacian(mesh.unit, mesh.f, "cotangent", mesh.edges), cotangent_laplacian(mesh)
     assert np.array_equal(ours.indptr, libigls.indptr)
     assert np.array_equal(ours.indices, libigls.indices)
-    assert np.abs(ours.data - libigls.data).max() < 8 * np.finfo(float).eps * np.abs(ours.data).max()
+    assert (
+        np.abs(ours.data - libigls.data).max() < 8 * np.finfo(float).eps * np.abs(ours.data).max()
+    )
     assert abs(libigls - libigls.T).max() == 0
 
 
@@ -96,7 +117,12 @@ def test_the_weighted_mass_integrates_cubics_exactly():
     a, b = (6 - np.sqrt(15)) / 21, (6 + np.sqrt(15)) / 21
     rule = [((1 / 3, 1 / 3, 1 / 3), 9 / 40)]
     for s, sign in ((a, -1), (b, 1)):
-        rule += [(np.roll((1 - 2 * s, s, s), k), (155 + sign * np.sqrt(15)) / 1200) for k in range(3)]
+        rule += [
+            (np.roll((1 - 2 * s, s, s), k), (155 + sign * np.sqrt(15)) / 1200) for k in range(3)
+        ]
     area = igl.doublearea(mesh.unit, mesh.f) / 2
-    exact = sum(weight * (area * np.prod([y[F] @ at for y in (w, p, q)], axis=0)).sum() for at, weight in rule)
+    exact = sum(
+        weight * (area * np.prod([y[F] @ at for y in (w, p, q)], axis=0)).sum()
+        for at, weight in rule
+    )
     assert np.isclose(p @ weighted_mass(mesh, w) @ q, exact, rtol=1e-13)

@@ -83,4 +83,9 @@ def test_a_start_without_foldings_is_kept_so():
     def check(iterate):
         assert ism.certify(iterate.x, F).folding_free
 
-    run(x=crumpled, beside=Safeguards(MESH, PROBLEM, may_fold=False), listener=check, max_iterations=100)
+    run(
+        x=crumpled,
+        beside=Safeguards(MESH, PROBLEM, may_fold=False),
+        listener=check,
+        max_iterations=100,
+    )

@@ -38,7 +38,9 @@ def printed_algorithm_1(v, f, k):
         while True:
             half = tau / 2
             below = 1 - half**2 * fh**2 + half**2 * hh
-            y = (((1 + half * fh) ** 2 - half**2 * hh) / below)[:, None] * x - (tau / below)[:, None] * h
+            y = (((1 + half * fh) ** 2 - half**2 * hh) / below)[:, None] * x - (tau / below)[
+                :, None
+            ] * h
             if energy_and_h(y)[0] <= C + 1e-4 * tau * slope:
                 break
             tau *= 0.1
@@ -55,9 +57,13 @@ def test_algorithm_1_as_printed_is_the_papers_six_steps():
     seen = []
     ism.algorithm_1(V, F, method=ism.Lai2014.as_printed(max_iterations=40), listener=seen.append)
     assert np.array_equal(seen[0].x, ism.gauss_map(V, F))  # as it is, not centred
-    for iterate, (x, energy, residual, tau) in zip(seen[2:], printed_algorithm_1(V, F, 40), strict=True):
+    for iterate, (x, energy, residual, tau) in zip(
+        seen[2:], printed_algorithm_1(V, F, 40), strict=True
+    ):
         assert np.abs(iterate.x - x).max() < 1e-7
-        assert np.allclose((iterate.energy, iterate.residual, iterate.tau), (energy, residual, tau), rtol=1e-5)
+        assert np.allclose(
+            (iterate.energy, iterate.residual, iterate.tau), (energy, residual, tau), rtol=1e-5
+        )
         assert iterate.safeguards is None
 
 
@@ -67,7 +73,9 @@ def test_rounds_as_printed_start_at_star_maps_as_they_are():
     result = ism.spherical_conformal_map(BIRD, BIRD_F, method=method, listener=seen.append)
     last = {iterate.round: iterate.x for iterate in seen}
     for star in (iterate for iterate in seen if iterate.stage == "star map"):
-        assert np.array_equal(star.x, ism.weighted_eigen_projection(BIRD, BIRD_F, last[star.round - 1]).star_map)
+        assert np.array_equal(
+            star.x, ism.weighted_eigen_projection(BIRD, BIRD_F, last[star.round - 1]).star_map
+        )
     assert [each.start for each in result.rounds] == ["gauss map", "star map", "star map"]
     assert np.array_equal(result.sphere, last[2])
     assert (result.gauge, result.status) == ("free", ism.Status.MAX_ITERATIONS)
@@ -99,7 +107,9 @@ def test_few_foldings_of_a_star_map_are_repaired_and_counted_so_that_none_are_le
     repaired, seen = iterates(ism.Lai2014(**options), v)
     folds = repaired.rounds[1].foldings_before
     assert 0 < folds < 0.01 * len(BIRD_F)
-    assert [it.safeguards["repaired"] for it in seen if "repaired" in (it.safeguards or {})] == [folds]
+    assert [it.safeguards["repaired"] for it in seen if "repaired" in (it.safeguards or {})] == [
+        folds
+    ]
     assert any(note.startswith(f"{folds} fold") and "repaired" in note for note in repaired.notes)
     assert repaired.rounds[1].foldings_after == repaired.certificate.foldings == 0
     printed, _ = iterates(ism.Lai2014(**options, may_fold=True), v)
@@ -113,14 +123,20 @@ def test_no_step_adds_foldings_to_a_star_map():
     result = ism.spherical_conformal_map(v, f, method=ism.Lai2014(rounds=1))
     free = ism.spherical_conformal_map(v, f, method=ism.Lai2014(rounds=1, may_fold=True))
     assert result.rounds[1].foldings_before == free.rounds[1].foldings_before
-    assert result.rounds[1].foldings_after <= result.rounds[1].foldings_before < free.rounds[1].foldings_after
+    assert (
+        result.rounds[1].foldings_after
+        <= result.rounds[1].foldings_before
+        < free.rounds[1].foldings_after
+    )
 
 
 def test_cotangent_weights_that_are_not_finite_are_refused_and_delaunays_are_mollified():
     v, f = np.array(V), F
     v[f[0, 2]] = v[f[0, 0]]  # faces of no area
     assert np.isfinite(ism.algorithm_1(v, f, method=ism.Lai2014(max_iterations=5)).sphere).all()
-    with pytest.raises(ism.MapError, match=r"not finite at 2 faces without area, e.g. 0, \d+; .*delaunay"):
+    with pytest.raises(
+        ism.MapError, match=r"not finite at 2 faces without area, e.g. 0, \d+; .*delaunay"
+    ):
         ism.algorithm_1(v, f, method=ism.Lai2014.as_printed())
 
 
@@ -130,7 +146,9 @@ def test_quotients_without_a_value_are_counted_and_the_map_that_shrinks_to_a_poi
     result = ism.spherical_conformal_map(BIRD, BIRD_F, method=method)
     collapsed = [each.status is ism.Status.COLLAPSED for each in result.rounds]
     assert any(collapsed)
-    assert (result.certificate.degree == 0) == collapsed[-1] == (result.status is ism.Status.COLLAPSED)
+    assert (
+        (result.certificate.degree == 0) == collapsed[-1] == (result.status is ism.Status.COLLAPSED)
+    )
     count = sum((step.safeguards or {}).get("undefined", 0) for step in result.history)
     assert (f"{count:,} quotients of eq. (12) had no value" in result.notes) == (count > 1)
 
@@ -153,8 +171,10 @@ def test_rows_of_the_laplacian_take_a_third_of_the_iterations_where_vertices_are
     """An ellipsoid whose vertices crowd at one end, in both metrics down to one norm of the same gradient."""
     x, f = ism.samples.sphere(642)
     v = moebius(x, np.array([0, 0, 0.5])) * [1, 1, 2]
-    areas, rows = (ism.spherical_conformal_map(v, f, method=ism.Lai2014(rounds=0, plateau=0, metric=metric))
-                   for metric in ("areas", "laplacian"))
+    areas, rows = (
+        ism.spherical_conformal_map(v, f, method=ism.Lai2014(rounds=0, plateau=0, metric=metric))
+        for metric in ("areas", "laplacian")
+    )
     assert rows.status is areas.status is ism.Status.CONVERGED
     assert rows.iterations < areas.iterations / 3
     assert rows.energy == pytest.approx(areas.energy, rel=1e-6)
@@ -168,9 +188,16 @@ def test_the_page_names_all_that_stands_where_a_printed_formula_has_no_value():
     if not page.exists():
         pytest.skip("the docs are not installed with the package")
     quoted = set(re.findall(r'note: "(.+?)"', page.read_text("utf-8")))
-    counted = {name for path in ("safeguards", "setup", "algorithm_2") for name in re.findall(
-        r'_count\("(\w+)"|nonzero\((\w+)=|, (\w+)=found', source(path)) for name in name if name}
-    of_safeguards = set(re.findall(r'_count\("(\w+)"', source("safeguards").partition("class Safeguards")[2]))
+    counted = {
+        name
+        for path in ("safeguards", "setup", "algorithm_2")
+        for name in re.findall(r'_count\("(\w+)"|nonzero\((\w+)=|, (\w+)=found', source(path))
+        for name in name
+        if name
+    }
+    of_safeguards = set(
+        re.findall(r'_count\("(\w+)"', source("safeguards").partition("class Safeguards")[2])
+    )
     words = [word for name in counted - of_safeguards for word in SAFEGUARDS[name][1:]]
     words += re.findall(r'notes, f"\{raised:,\} (.+?)"', source("setup"))
     words += re.findall(r'notes, f"(there .+?) for round', source("algorithm_2"))

@@ -31,7 +31,9 @@ def programmed_algorithm_1(v, f, k):
         for trial in range(1, 6):
             half = tau / 2
             below = 1 - half**2 * xg**2 + half**2 * xx * gg
-            y = (((1 + half * xg) ** 2 - half**2 * xx * gg) / below)[:, None] * x - (tau * xx / below)[:, None] * g
+            y = (((1 + half * xg) ** 2 - half**2 * xx * gg) / below)[:, None] * x - (
+                tau * xx / below
+            )[:, None] * g
             reached, derivative = energy_and_derivative(y)
             if reached <= C - 1e-4 * tau * (gradient**2).sum() or trial == 5:
                 break
@@ -39,9 +41,18 @@ def programmed_algorithm_1(v, f, k):
         S, Y = y - x, tangential(y, derivative) - gradient
         changes.append((np.linalg.norm(S) / np.sqrt(3), abs(reached - energy) / (1 + abs(energy))))
         x, energy, g, gradient, taken = y, reached, derivative, gradient + Y, tau
-        ends = {"gradient": np.linalg.norm(gradient) < 1e-6, "last change": np.less(changes[-1], (1e-6, 1e-12)).all(),
-                "last five": np.less(np.mean(changes[-5:], axis=0), (1e-5, 1e-11)).all()}
-        yield x, energy, np.linalg.norm(gradient), taken, [rule for rule, met in ends.items() if met]
+        ends = {
+            "gradient": np.linalg.norm(gradient) < 1e-6,
+            "last change": np.less(changes[-1], (1e-6, 1e-12)).all(),
+            "last five": np.less(np.mean(changes[-5:], axis=0), (1e-5, 1e-11)).all(),
+        }
+        yield (
+            x,
+            energy,
+            np.linalg.norm(gradient),
+            taken,
+            [rule for rule, met in ends.items() if met],
+        )
         if any(ends.values()):
             return
         SS, SY, YY = (S * S).sum(), abs((S * Y).sum()), (Y * Y).sum()
@@ -55,9 +66,13 @@ def stretched(level, stretch):
 
 
 #: Surfaces, and the rules that end the program's run on them.
-ENDS = [(stretched(1, 1.2), ["gradient", "last change"]), (stretched(1, 1.5), ["gradient"]),
-        (stretched(2, 1.5), ["last change"]), (stretched(3, 1.2), ["last five"]),
-        (ism.samples.make("spheroid", n_vertices=2000), ["last change"])]
+ENDS = [
+    (stretched(1, 1.2), ["gradient", "last change"]),
+    (stretched(1, 1.5), ["gradient"]),
+    (stretched(2, 1.5), ["last change"]),
+    (stretched(3, 1.2), ["last five"]),
+    (ism.samples.make("spheroid", n_vertices=2000), ["last change"]),
+]
 
 
 @pytest.mark.parametrize(("surface", "rules"), ENDS, ids=range(len(ENDS)))
@@ -65,18 +80,28 @@ def test_algorithm_1_as_programmed_takes_the_programs_steps_and_ends_by_its_rule
     v, f = surface
     seen = []
     method = ism.Lai2014.as_programmed()
-    result = ism.algorithm_1(v, f, method=method, listener=lambda it: it.stage == "harmonic" and seen.append(it))
+    result = ism.algorithm_1(
+        v, f, method=method, listener=lambda it: it.stage == "harmonic" and seen.append(it)
+    )
     expected = list(programmed_algorithm_1(ism.check_mesh(v, f).unit, f, method.max_iterations))
     assert result.status is ism.Status.CONVERGED
     for iterate, (x, energy, norm, tau, _) in list(zip(seen[1:], expected, strict=True))[:100]:
         assert np.abs(iterate.x - x).max() < 1e-7
-        assert np.allclose((iterate.energy, iterate.residual, iterate.tau), (energy, norm, tau), rtol=1e-4)
+        assert np.allclose(
+            (iterate.energy, iterate.residual, iterate.tau), (energy, norm, tau), rtol=1e-4
+        )
     assert [ends for *_, ends in expected if ends] == [rules]
 
 
 def test_a_quotient_without_a_value_gives_way_to_the_first_step_and_others_are_bounded():
     beside = AsProgrammed(1e-3)
     assert [beside.step(tau, 7.0) for tau in (np.nan, np.inf, 0.0, 1e-30, 1e30, 0.5)] == [
-        1e-3, 1e-3, 1e-3, 1e-20, 1e20, 0.5]
+        1e-3,
+        1e-3,
+        1e-3,
+        1e-20,
+        1e20,
+        0.5,
+    ]
     assert beside.acted() == {"undefined": 3, "bounded": 2}
     assert beside.acted() is None

@@ -16,7 +16,11 @@ from igl_spheremap.sphere.moebius import center
 from igl_spheremap.sphere.rows import tangent, unit_rows
 
 #: Factors of gradients of degrees 1 to 7 on a round source.
-FACTORS = [Fraction(1, 3), Fraction(21, 25), *(Fraction(-4, (k - 2) * (k + 3)) for k in range(3, 8))]
+FACTORS = [
+    Fraction(1, 3),
+    Fraction(21, 25),
+    *(Fraction(-4, (k - 2) * (k + 3)) for k in range(3, 8)),
+]
 #: Axes that no symmetry of the icosahedron shares.
 TURN = Rotation.from_rotvec([0.3, 0.5, 0.7])
 
@@ -34,7 +38,10 @@ def fields(x, degree):
 def left_of(v, f, x, field):
     """The change of the star map by a small field, by central differences, per unit of it."""
     tiny = 1e-3 / np.linalg.norm(field, axis=1).max()
-    above, below = (ism.weighted_eigen_projection(v, f, unit_rows(x + s * tiny * field)).star_map for s in (1, -1))
+    above, below = (
+        ism.weighted_eigen_projection(v, f, unit_rows(x + s * tiny * field)).star_map
+        for s in (1, -1)
+    )
     return (above - below) / (2 * tiny)
 
 
@@ -75,8 +82,12 @@ def test_nothing_is_left_of_turned_gradients(degree):
 def test_the_triple_eigenvalue_splits_at_degree_two():
     v, f = icosphere(4)
     T, tiny = np.diag([1.0, 0.5, -1.5]), 1e-3
-    before, after = (ism.weighted_eigen_projection(v, f, unit_rows(v + e * tangent(v, v @ T))) for e in (0, tiny))
-    assert np.allclose((after.eigenvalues - before.eigenvalues) / tiny, 12 / 5 * np.sort(np.diag(T)), rtol=0.01)
+    before, after = (
+        ism.weighted_eigen_projection(v, f, unit_rows(v + e * tangent(v, v @ T))) for e in (0, tiny)
+    )
+    assert np.allclose(
+        (after.eigenvalues - before.eigenvalues) / tiny, 12 / 5 * np.sort(np.diag(T)), rtol=0.01
+    )
 
 
 def boosts_left(n):
@@ -90,7 +101,9 @@ def boosts_left(n):
     boosts = [tangent(x, np.tile(e, (len(x), 1))) for e in np.eye(3)]
     gram = np.einsum("aij,bij,i->ab", boosts, boosts, image)
     left = np.array([left_of(v, f, x, boost) for boost in boosts])
-    return np.linalg.solve(gram, np.einsum("aij,bij,i->ab", boosts, left, image)), np.einsum("i,ij,ik->jk", A, x, x)
+    return np.linalg.solve(gram, np.einsum("aij,bij,i->ab", boosts, left, image)), np.einsum(
+        "i,ij,ik->jk", A, x, x
+    )
 
 
 def test_boosts_are_multiplied_by_the_second_moments_of_the_source():
@@ -128,11 +141,15 @@ def laplace(p):
 
 def mean(p):
     """Over the unit sphere."""
+
     def odd(n):
         return prod(range(n, 0, -2))
 
-    return sum(Fraction(c * odd(k[0] - 1) * odd(k[1] - 1) * odd(k[2] - 1), odd(sum(k) + 1))
-               for k, c in p.items() if not any(e % 2 for e in k))
+    return sum(
+        Fraction(c * odd(k[0] - 1) * odd(k[1] - 1) * odd(k[2] - 1), odd(sum(k) + 1))
+        for k, c in p.items()
+        if not any(e % 2 for e in k)
+    )
 
 
 X = [{tuple(int(i == j) for j in range(3)): Fraction(1)} for i in range(3)]
@@ -143,7 +160,9 @@ def harmonic(degree):
     """A random polynomial of a degree, less multiples of |x|^2 until its Laplacian vanishes."""
     rng = np.random.default_rng(degree)
     keys = [k for k in product(range(degree + 1), repeat=3) if sum(k) == degree]
-    Y = term = {k: Fraction(int(c)) for k, c in zip(keys, rng.integers(1, 9, len(keys)), strict=True)}
+    Y = term = {
+        k: Fraction(int(c)) for k, c in zip(keys, rng.integers(1, 9, len(keys)), strict=True)
+    }
     scale, power = Fraction(1), {(0, 0, 0): Fraction(1)}
     for j in range(1, degree // 2 + 1):
         term, power = laplace(term), times(power, SQUARE)
@@ -175,7 +194,9 @@ def test_factors_follow_from_the_two_degrees(degree):
         # q = -6 Y
         N = [[-18 * mean(times(Y, times(X[i], X[j]))) for j in range(3)] for i in range(3)]
         T = [[slope(slope(Y, i), j).get((0, 0, 0), 0) for j in range(3)] for i in range(3)]
-        assert [[-n / 2 for n in row] for row in N] == [[Fraction(3, 5) * t for t in row] for row in T]
+        assert [[-n / 2 for n in row] for row in N] == [
+            [Fraction(3, 5) * t for t in row] for row in T
+        ]
         total = Fraction(3, 5) + high
     else:
         total = -2 * Fraction(degree, degree - 2) / (2 * degree + 1) + high

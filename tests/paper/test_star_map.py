@@ -29,8 +29,11 @@ def test_mass_matrix_integrates_cubic_products_exactly():
     p, q, w = rng.normal(size=(3, len(X)))
     w = w**2
     a, b = 0.445948490915965, 0.091576213509771
-    points = [(1 - 2 * s, s, s) for s in (a, b)] + [(s, 1 - 2 * s, s) for s in (a, b)] + [
-        (s, s, 1 - 2 * s) for s in (a, b)]
+    points = (
+        [(1 - 2 * s, s, s) for s in (a, b)]
+        + [(s, 1 - 2 * s, s) for s in (a, b)]
+        + [(s, s, 1 - 2 * s) for s in (a, b)]
+    )
     share = [0.223381589678011, 0.109951743655322] * 3
     area = igl.doublearea(MESH.unit, F) / 2
     at = [[g[F] @ np.array(c) for c in points] for g in (p, q, w)]
@@ -77,7 +80,9 @@ def test_eigenvalues_converge_at_second_order():
 def test_the_smallest_mesh_has_a_star_map():
     v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
     f = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
-    assert ism.certify(ism.weighted_eigen_projection(v, f, ism.gauss_map(v, f)).star_map, f).folding_free
+    assert ism.certify(
+        ism.weighted_eigen_projection(v, f, ism.gauss_map(v, f)).star_map, f
+    ).folding_free
 
 
 def test_two_runs_agree_bit_for_bit():

@@ -104,22 +104,33 @@ def test_sliding_and_doubling_agree():
     v, f, exact = cap(16, 1.8)
     mesh = ism.check_disk(v, f)
     energy = BalancedEnergy(FlatFaces.of(mesh.unit, mesh.f), 0.0, POWER, np.zeros(len(f)))
-    p, _ = slide(mesh, energy, tutte_map(mesh, by_lengths(mesh)), History(), VertexSystem(mesh.f, len(mesh.v)))
+    p, _ = slide(
+        mesh,
+        energy,
+        tutte_map(mesh, by_lengths(mesh)),
+        History(),
+        VertexSystem(mesh.f, len(mesh.v)),
+    )
     disk = ism.disk_conformal_map(v, f)
     assert np.abs(np.abs(p @ [1, 1j]) - np.hypot(*exact.T)).max() < 0.1
     assert ism.certify(p, f)
     assert not disk.run.notes
 
 
-@pytest.mark.parametrize("faces", [
-    [[0, 1, 2]],
-    [[0, 1, 2], [0, 2, 3]],
-    [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
-    [[0, 1, 2], [0, 2, 3], [0, 3, 4]],
-])
+@pytest.mark.parametrize(
+    "faces",
+    [
+        [[0, 1, 2]],
+        [[0, 1, 2], [0, 2, 3]],
+        [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
+        [[0, 1, 2], [0, 2, 3], [0, 3, 4]],
+    ],
+)
 @pytest.mark.parametrize("balance", [0, 1])
 def test_the_smallest_disks(faces, balance):
-    v = np.array([[0, 0, 0], [1, 0, 0.1], [1, 1, 0], [0, 1, 0.3], [0.2, 0.6, 0]])[: np.max(faces) + 1]
+    v = np.array([[0, 0, 0], [1, 0, 0.1], [1, 1, 0], [0, 1, 0.3], [0.2, 0.6, 0]])[
+        : np.max(faces) + 1
+    ]
     disk = ism.balanced_disk_map(v, faces, balance=balance)
     assert disk.certificate.folding_free
     assert ism.flatten(v, faces).certificate.folding_free
@@ -134,7 +145,12 @@ def test_a_strip_without_inner_vertices():
 @pytest.mark.parametrize("scale", [1e-150, 1e-9, 1e12, 1e150])
 def test_no_scale_is_too_small_or_too_large(scale):
     v, f, _ = cap(6, 1.0)
-    assert np.abs(ism.disk_conformal_map(scale * v, f).plane - ism.disk_conformal_map(v, f).plane).max() < 1e-4
+    assert (
+        np.abs(
+            ism.disk_conformal_map(scale * v, f).plane - ism.disk_conformal_map(v, f).plane
+        ).max()
+        < 1e-4
+    )
 
 
 def test_slivers_do_not_fold():
@@ -150,7 +166,9 @@ def test_a_deep_tube_keeps_its_tip():
     p, f = grid(rings, around + 1)
     number = np.arange(len(p)).reshape(rings, -1)
     number[:, -1] = number[:, 0]
-    f = np.vstack((number.ravel()[f], [[number[-1, k], number[-1, k + 1], len(p)] for k in range(around)]))
+    f = np.vstack(
+        (number.ravel()[f], [[number[-1, k], number[-1, k + 1], len(p)] for k in range(around)])
+    )
     turn = 2 * np.pi * (p[:, 0] + p[:, 1] / 2) / around
     v = np.vstack((np.column_stack((np.cos(turn), np.sin(turn), 0.4 * p[:, 1])), [[0, 0, 60]]))
     rows, f = np.unique(f, return_inverse=True)
@@ -178,7 +196,9 @@ def test_a_listener_sees_the_run_and_can_stop_it():
     assert disk.plane.shape == (len(v), 2)
 
 
-@pytest.mark.parametrize(("balance", "error"), [(2, ValueError), (-1, ValueError), ("1", TypeError)])
+@pytest.mark.parametrize(
+    ("balance", "error"), [(2, ValueError), (-1, ValueError), ("1", TypeError)]
+)
 def test_a_balance_is_between_0_and_1(balance, error):
     v, f, _ = cap(2, 1.5)
     for call in (ism.balanced_disk_map, ism.flatten):
@@ -188,13 +208,19 @@ def test_a_balance_is_between_0_and_1(balance, error):
         ism.disk_conformal_map(v, f).rebalance(balance)
 
 
-def test_a_double_that_mostly_folds_is_neither_laid_out_nor_embedded_if_its_boundary_has_most_vertices(monkeypatch):
+def test_a_double_that_mostly_folds_is_neither_laid_out_nor_embedded_if_its_boundary_has_most_vertices(
+    monkeypatch,
+):
     """Both would take most of the time on fans, and be lost on them."""
     n, embedded = 300, []
     rng, turn = np.random.default_rng(0), np.linspace(0, 1.5 * np.pi, n)
     r, i = rng.uniform(0.7, 1, n), np.arange(1, n)
-    v = np.vstack(([0, 0, 0], np.column_stack((r * np.cos(turn), r * np.sin(turn), 0.1 * rng.normal(size=n)))))
-    monkeypatch.setattr(repair, "repair_locally", lambda *a, **k: embedded.append(a) or repair_locally(*a, **k))
+    v = np.vstack(
+        ([0, 0, 0], np.column_stack((r * np.cos(turn), r * np.sin(turn), 0.1 * rng.normal(size=n))))
+    )
+    monkeypatch.setattr(
+        repair, "repair_locally", lambda *a, **k: embedded.append(a) or repair_locally(*a, **k)
+    )
     monkeypatch.setattr(repair, "unroll", lambda *a: embedded.append(a) or unroll(*a))
     disk = ism.disk_conformal_map(v, np.column_stack((0 * i, i, i + 1)))
     assert disk.certificate.folding_free
@@ -230,5 +256,7 @@ def test_a_long_straight_side_is_noted_and_a_lower_balance_has_none():
         ring = disk.plane[disk.rim] @ [1, 1j]
         largest = np.degrees(np.abs(np.angle(np.roll(ring, -1) / ring)).max())
         assert (largest > 30) == straight
-        assert [f"spans {largest:.0f} degrees of the circle" in note for note in disk.notes[len(conformal.notes):]
-                ] == [True] * straight
+        assert [
+            f"spans {largest:.0f} degrees of the circle" in note
+            for note in disk.notes[len(conformal.notes) :]
+        ] == [True] * straight

@@ -37,7 +37,9 @@ def test_chords_of_a_fan_are_split_in_a_few_passes(monkeypatch):
     v = np.vstack(([0, 0, 0], np.column_stack((np.cos(turn), np.sin(turn), turn**2))))
     i = np.arange(1, n)
     disk = ism.check_disk(v, np.column_stack((0 * i, i, i + 1)))
-    monkeypatch.setattr(doubling, "next_corners", lambda half: passes.append(0) or next_corners(half))
+    monkeypatch.setattr(
+        doubling, "next_corners", lambda half: passes.append(0) or next_corners(half)
+    )
     w, f = doubling.without_chords(disk.unit, disk.f, disk.rim)
     assert len(passes) <= 3
     assert len(w) == len(v) + n - 2

@@ -58,7 +58,10 @@ def test_extreme_scales_and_surfaces_without_area(scales):
 def test_turning_the_surface_turns_nothing_but_the_image():
     v, f, _ = cap(8, 1.8)
     turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
-    a, b = (np.linalg.norm(p[:, None] - p, axis=2) for p in (ism.flatten(w, f).plane for w in (v, v @ turn.T)))
+    a, b = (
+        np.linalg.norm(p[:, None] - p, axis=2)
+        for p in (ism.flatten(w, f).plane for w in (v, v @ turn.T))
+    )
     assert np.abs(a - b).max() < 1e-6
 
 
@@ -131,10 +134,16 @@ def folded(p):
     return np.column_stack((np.abs(p[:, 0] - 40), p[:, 1] + p[:, 0] / 8, 0 * p[:, 0]))
 
 
-FLAT = {"spiral": spiral, "rectangle 1e6": lambda p: p @ np.diag([1, 1e-6])[:, [0, 1, 1]] * [1, 1, 0],
-        "rectangle 1e8": lambda p: p @ np.diag([1, 1e-8])[:, [0, 1, 1]] * [1, 1, 0]}
-ROLLED = {"scroll": scroll, "folded": folded,
-          "wall": lambda p: np.column_stack((np.cos(0.4 * p[:, 0]), np.sin(0.4 * p[:, 0]), p[:, 1]))}
+FLAT = {
+    "spiral": spiral,
+    "rectangle 1e6": lambda p: p @ np.diag([1, 1e-6])[:, [0, 1, 1]] * [1, 1, 0],
+    "rectangle 1e8": lambda p: p @ np.diag([1, 1e-8])[:, [0, 1, 1]] * [1, 1, 0],
+}
+ROLLED = {
+    "scroll": scroll,
+    "folded": folded,
+    "wall": lambda p: np.column_stack((np.cos(0.4 * p[:, 0]), np.sin(0.4 * p[:, 0]), p[:, 1])),
+}
 
 
 @pytest.mark.parametrize("seed", [None, 0, 1])
@@ -146,7 +155,9 @@ def test_flat_surfaces_come_back_congruent_and_rolled_ones_isometric(name, seed)
         v = v @ np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
     flat = ism.flatten(v, f)
     edges = np.vstack((f[:, :2], f[:, 1:]))
-    before, after = (np.linalg.norm(q[edges[:, 0]] - q[edges[:, 1]], axis=1) for q in (v, flat.plane))
+    before, after = (
+        np.linalg.norm(q[edges[:, 0]] - q[edges[:, 1]], axis=1) for q in (v, flat.plane)
+    )
     assert flat.certificate.folding_free
     assert np.abs(after / before - 1).max() < (1e-9 if name in FLAT else 1e-6)
 
@@ -158,7 +169,9 @@ def test_what_overlaps_when_unrolled_is_laid_out_with_a_note():
     flat = ism.flatten(np.column_stack((r * np.cos(turn), r * np.sin(turn), 1e-9 * turn)), f)
     assert flat.certificate.folding_free
     assert any("overlaps itself" in note for note in flat.run.notes)
-    stopped = ism.flatten(np.column_stack((p, 0 * p[:, 0])), f, listener=lambda iterate: next(iter(())))
+    stopped = ism.flatten(
+        np.column_stack((p, 0 * p[:, 0])), f, listener=lambda iterate: next(iter(()))
+    )
     assert stopped.certificate.folding_free
 
 

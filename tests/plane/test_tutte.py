@@ -66,7 +66,9 @@ def test_no_face_folds(place, shear):
     assert (turns(circle) > 0).all()
     assert ism.certify(tutte_map(disk, circle), f).folding_free
     random = np.sort(np.random.default_rng(0).uniform(0, 2 * np.pi, len(disk.rim)))
-    assert ism.certify(tutte_map(disk, np.column_stack((np.cos(random), np.sin(random)))), f).folding_free
+    assert ism.certify(
+        tutte_map(disk, np.column_stack((np.cos(random), np.sin(random)))), f
+    ).folding_free
 
 
 @pytest.mark.parametrize("rows", [2, 3])

@@ -34,15 +34,26 @@ class Cluster:
     def worker(self, path=ROOT):
         """Start a worker process that finds this package, or another one, in a folder."""
         scratch = os.path.dirname(self.file)
-        options = ("--host", "127.0.0.1", "--no-nanny", "--nthreads", "1", "--local-directory", scratch)
+        options = (
+            "--host",
+            "127.0.0.1",
+            "--no-nanny",
+            "--nthreads",
+            "1",
+            "--local-directory",
+            scratch,
+        )
         self.processes.append(self._start("worker", *options, path=path))
         return self.processes[-1]
 
     def _start(self, kind, *options, path=ROOT):
         environment = {**os.environ, "PYTHONPATH": str(path), "OMP_NUM_THREADS": "1"}
         command = [sys.executable, "-m", f"distributed.cli.dask_{kind}", "--no-dashboard"]
-        return subprocess.Popen([*command, "--scheduler-file", self.file, *options], env=environment,
-                                stderr=subprocess.DEVNULL)
+        return subprocess.Popen(
+            [*command, "--scheduler-file", self.file, *options],
+            env=environment,
+            stderr=subprocess.DEVNULL,
+        )
 
     def ready(self, workers):
         """The executor of a client, when this many workers have come."""
@@ -95,7 +106,9 @@ def test_a_worker_that_dies_loses_nothing_and_doubles_nothing(executor, cluster,
             victims.append(pid)
             os.kill(pid, errands.KILL)
 
-    rows = map_many(sources, "{stem}.obj", engine=ism.Engine(executor=executor), listener=kill_its_worker)
+    rows = map_many(
+        sources, "{stem}.obj", engine=ism.Engine(executor=executor), listener=kill_its_worker
+    )
     cluster.worker()
     assert [row.source for row in rows] == sources
     assert {row.status for row in rows} == {"certified"}
@@ -113,7 +126,11 @@ def test_a_worker_that_dies_loses_nothing_and_doubles_nothing(executor, cluster,
 def test_limits_end_jobs_in_a_process_beside_the_worker(executor, sources):
     rows = map_many(sources[:2], "{stem}.obj", engine=ism.Engine(executor=executor, timeout=0.001))
     assert all(row.notes == "it took more than 0.001 s, the limit" for row in rows)
-    (row,) = map_many(sources[:1], "{stem}.obj", engine=ism.Engine(executor=executor, timeout=60, retry_failed=True))
+    (row,) = map_many(
+        sources[:1],
+        "{stem}.obj",
+        engine=ism.Engine(executor=executor, timeout=60, retry_failed=True),
+    )
     assert row.status == "certified"
 
 
@@ -129,14 +146,19 @@ def test_the_command_runs_on_the_cluster(executor, cluster, sources):
     assert [row.status for row in read_table("all.tsv")] == ["certified"] * 4
 
 
-def test_a_worker_of_another_version_is_refused_by_its_name(executor, cluster, sources, tmp_path, capsys):
+def test_a_worker_of_another_version_is_refused_by_its_name(
+    executor, cluster, sources, tmp_path, capsys
+):
     other = tmp_path / "other" / "igl_spheremap"
     other.mkdir(parents=True)
     (other / "__init__.py").write_text('__version__ = "0.0.9"\n')
     worker = cluster.worker(other.parent)
     executor._client.wait_for_workers(3, timeout=60)
     try:
-        assert main(["batch", *sources, "--out", "{stem}.obj", "--scheduler", cluster.file]) == Exit.UNAVAILABLE
+        assert (
+            main(["batch", *sources, "--out", "{stem}.obj", "--scheduler", cluster.file])
+            == Exit.UNAVAILABLE
+        )
     finally:
         worker.kill()
     err = capsys.readouterr().err
@@ -156,16 +178,27 @@ def of_a_worker(executor):
     return next(iter(executor._client.nthreads()))
 
 
-@pytest.fixture(params=["tcp://127.0.0.1:9", "nowhere", "a.json", "ftp://x:1", "silent", "of_a_worker"])
+@pytest.fixture(
+    params=["tcp://127.0.0.1:9", "nowhere", "a.json", "ftp://x:1", "silent", "of_a_worker"]
+)
 def wrong_place(request, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.json").write_text("{}")
-    return request.getfixturevalue(request.param) if request.param in ("silent", "of_a_worker") else request.param
+    return (
+        request.getfixturevalue(request.param)
+        if request.param in ("silent", "of_a_worker")
+        else request.param
+    )
 
 
 def test_a_scheduler_that_does_not_answer_takes_one_line(wrong_place, monkeypatch, capsys):
-    monkeypatch.setattr("igl_spheremap.apps.cli.commands.batch.connect", lambda place: connect(place, 0.5))
-    assert main(["batch", "a.ply", "--out", "{stem}.obj", "--scheduler", wrong_place]) == Exit.UNAVAILABLE
+    monkeypatch.setattr(
+        "igl_spheremap.apps.cli.commands.batch.connect", lambda place: connect(place, 0.5)
+    )
+    assert (
+        main(["batch", "a.ply", "--out", "{stem}.obj", "--scheduler", wrong_place])
+        == Exit.UNAVAILABLE
+    )
     err = capsys.readouterr().err
     assert err.count("\n") == 1
     assert f"no Dask scheduler answers at {wrong_place}" in err

@@ -23,7 +23,9 @@ def written(tmp_path):
     with Manifest(tmp_path / "all.jsonl", RUN) as log:
         for key, row in ROWS.items():
             (tmp_path / row.source).write_text(key)
-            result = JobResult(row, *(fingerprints([str(tmp_path / name)]) for name in (row.source, row.target)))
+            result = JobResult(
+                row, *(fingerprints([str(tmp_path / name)]) for name in (row.source, row.target))
+            )
             log.add(key, result)
     return tmp_path / "all.jsonl", output
 
@@ -31,8 +33,10 @@ def written(tmp_path):
 def found(path):
     """The rows of a new run, by their order."""
     with Manifest(path, RUN) as log:
-        rows = [log.result(key, [str(path.parent / row.source)], [str(path.parent / row.target)])
-                for key, row in ROWS.items()]
+        rows = [
+            log.result(key, [str(path.parent / row.source)], [str(path.parent / row.target)])
+            for key, row in ROWS.items()
+        ]
     return [row and plain(row) for row in rows]  # NaN is not equal to itself
 
 
@@ -49,7 +53,9 @@ def test_a_manifest_that_was_cut_off_anywhere_holds_what_came_before(written):
         complete = sum(end <= cut for end in ends[1:])
         assert [row is not None for row in found(path)] == [k < complete for k in range(3)]
         with Manifest(path, RUN) as log:
-            log.add("key2", JobResult(ROWS["key2"], fingerprints([str(path.parent / "2.ply")]), (None,)))
+            log.add(
+                "key2", JobResult(ROWS["key2"], fingerprints([str(path.parent / "2.ply")]), (None,))
+            )
         assert found(path)[2] == PLAIN[2]
 
 
@@ -98,7 +104,9 @@ def test_a_manifest_that_cannot_be_written_is_refused(tmp_path):
         Manifest(tmp_path / "file" / "all.jsonl", RUN)
 
 
-@pytest.mark.parametrize("text", ["v 0 0 0", "{\n}", '{"run": {}}\n', '{"source": "a.ply"}\n', "[", "\n"])
+@pytest.mark.parametrize(
+    "text", ["v 0 0 0", "{\n}", '{"run": {}}\n', '{"source": "a.ply"}\n', "[", "\n"]
+)
 def test_no_other_file_is_taken_for_a_manifest(text, tmp_path):
     (tmp_path / "other.json").write_text(text)
     with pytest.raises(FileError, match="is not a manifest"):
@@ -107,17 +115,40 @@ def test_no_other_file_is_taken_for_a_manifest(text, tmp_path):
 
 
 #: Lines of a manifest that no run wrote.
-BAD = ["x", "[]", "5", "{}", "null", '{"row": 5}', '{"row": {}}', '{"row": null, "key": 1}', "[" * 200_000,
-       '{"a":' * 100_000, '{"igl_spheremap run": 5}', "\ud800".encode("utf-8", "surrogatepass").decode("latin-1")]
-ROW_FAULTS = [{"vertices": float("inf")}, {"vertices": 10**400}, {"energy": 10**400}, {"energy": "x"},
-              {"vertices": None}, {"vertices": []}, {"seconds": {}}]
+BAD = [
+    "x",
+    "[]",
+    "5",
+    "{}",
+    "null",
+    '{"row": 5}',
+    '{"row": {}}',
+    '{"row": null, "key": 1}',
+    "[" * 200_000,
+    '{"a":' * 100_000,
+    '{"igl_spheremap run": 5}',
+    "\ud800".encode("utf-8", "surrogatepass").decode("latin-1"),
+]
+ROW_FAULTS = [
+    {"vertices": float("inf")},
+    {"vertices": 10**400},
+    {"energy": 10**400},
+    {"energy": "x"},
+    {"vertices": None},
+    {"vertices": []},
+    {"seconds": {}},
+]
 
 
 def test_lines_that_no_run_wrote_are_ignored(written):
     path, _ = written
     good = {"key": "key1", "row": PLAIN[1], "read": None, "written": [None]}
-    lines = [*BAD, *(json.dumps(good | {"row": PLAIN[1] | fault}) for fault in ROW_FAULTS),
-             json.dumps(good | {"read": 5}), json.dumps(good | {"written": {"size": 1}})]
+    lines = [
+        *BAD,
+        *(json.dumps(good | {"row": PLAIN[1] | fault}) for fault in ROW_FAULTS),
+        json.dumps(good | {"read": 5}),
+        json.dumps(good | {"written": {"size": 1}}),
+    ]
     with path.open("a", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
     assert found(path) == PLAIN

@@ -31,7 +31,9 @@ def threads():
 def run(desk, threads):
     """Runs over sources, by threads of this process."""
 
-    def call(sources=("300.ply",), out="{stem}_out.ply", *, resume=True, retry_failed=False, **options):
+    def call(
+        sources=("300.ply",), out="{stem}_out.ply", *, resume=True, retry_failed=False, **options
+    ):
         engine = Engine(executor=threads, resume=resume, retry_failed=retry_failed)
         return map_many(sources, out, engine=engine, **options)
 
@@ -53,7 +55,11 @@ def test_rows_are_those_of_single_maps(run):
             result = ism.spherical_conformal_map(*read_mesh(row.source), polish=None)
             size = np.abs(result.angle_differences()).ravel()
             assert np.array_equal(read_mesh(row.target).v, result.sphere)
-            assert (row.energy, row.mean_angle, row.max_angle) == (result.energy, size.mean(), size.max())
+            assert (row.energy, row.mean_angle, row.max_angle) == (
+                result.energy,
+                size.mean(),
+                size.max(),
+            )
             assert row.p99_angle == np.percentile(size, 99)
             assert row.max_area == np.abs(result.log_area_ratios()).max()
             edges = np.abs(ism.log_length_ratios(result.vertices, result.faces, result.sphere))
@@ -62,10 +68,14 @@ def test_rows_are_those_of_single_maps(run):
 
 def test_a_method_by_its_name_takes_no_steps_on_good_maps(run):
     """Maps are those of single calls with the same polish."""
-    maps = [read_mesh(run(out=f"{{stem}}_{k}.obj", **options)[0].target).v for k, options in enumerate(
-        ({}, {"method": "auto"}, {"method": ism.Auto(polish="angles")}))]
-    plain, polished = (ism.spherical_conformal_map(*read_mesh("300.ply"), polish=each).sphere
-                       for each in (None, "angles"))
+    maps = [
+        read_mesh(run(out=f"{{stem}}_{k}.obj", **options)[0].target).v
+        for k, options in enumerate(({}, {"method": "auto"}, {"method": ism.Auto(polish="angles")}))
+    ]
+    plain, polished = (
+        ism.spherical_conformal_map(*read_mesh("300.ply"), polish=each).sphere
+        for each in (None, "angles")
+    )
     assert not np.array_equal(plain, polished)
     for found, expected in zip(maps, (plain, plain, polished), strict=True):
         assert np.array_equal(found, expected)
@@ -79,7 +89,9 @@ def test_a_pipe_costs_its_row_only(run):
 
 def test_another_run_maps_nothing_and_reports_the_same(run):
     first = run(SOURCES)
-    times = {row.target: os.stat(row.target).st_mtime_ns for row in first if row.status == "certified"}
+    times = {
+        row.target: os.stat(row.target).st_mtime_ns for row in first if row.status == "certified"
+    }
     second = run(SOURCES)
     assert [figures(row) for row in second] == [figures(row) for row in first]
     assert [row.resumed for row in second] == [status != "file" for status in STATUSES]
@@ -121,7 +133,9 @@ def test_results_of_other_options_or_versions_do_not_count(run, monkeypatch):
     assert run()[0].resumed
     # nothing else changes a version
     monkeypatch.setattr("igl_spheremap.io.written_map.__version__", "0.0.0")
-    monkeypatch.setattr("igl_spheremap.populations.mapping.SphereMapping.__repr__", lambda self: "0.0.0")
+    monkeypatch.setattr(
+        "igl_spheremap.populations.mapping.SphereMapping.__repr__", lambda self: "0.0.0"
+    )
     assert run()[0].status == "file"
 
 
@@ -244,7 +258,12 @@ def broken(*_):
 def test_a_run_is_written_down_before_its_first_job(desk):
     class Reader(ThreadPoolExecutor):
         def submit(self, call, job, options):
-            found.append([line.partition('"')[2].partition('"')[0] for line in manifest.read_text().splitlines()])
+            found.append(
+                [
+                    line.partition('"')[2].partition('"')[0]
+                    for line in manifest.read_text().splitlines()
+                ]
+            )
             return super().submit(call, job, options)
 
     found, manifest = [], Path("maps.manifest.jsonl")
@@ -301,8 +320,11 @@ def test_at_most_two_jobs_a_worker_are_in_flight(desk):
 
 def test_jobs_whose_worker_dies_are_run_again_and_bad_meshes_are_not(desk):
     with Counting(of_100=1, of_200=2, of_300=5) as executor:
-        rows = map_many(["100.ply", "200.ply", "300.ply", "open.ply"], "{stem}.obj",
-                        engine=Engine(executor=executor, retries=2))
+        rows = map_many(
+            ["100.ply", "200.ply", "300.ply", "open.ply"],
+            "{stem}.obj",
+            engine=Engine(executor=executor, retries=2),
+        )
     assert [row.status for row in rows] == ["certified", "certified", "failed", "no mesh"]
     assert "its worker died 3 times" in rows[2].notes
     assert executor.calls == 2 + 3 + 3 + 1
@@ -338,7 +360,10 @@ def test_a_worker_of_another_version_is_refused_by_its_name(desk):
         def submit(self, call, job, options):
             return super().submit(call, job, replace(options, version="0.0.9"))
 
-    with Other(1) as executor, pytest.raises(WorkersUnavailable, match=r":\d+ has igl_spheremap .* 0\.0\.9"):
+    with (
+        Other(1) as executor,
+        pytest.raises(WorkersUnavailable, match=r":\d+ has igl_spheremap .* 0\.0\.9"),
+    ):
         map_many(["300.ply"], "{stem}.obj", engine=Engine(executor=executor))
 
 
@@ -360,17 +385,25 @@ def test_meshes_that_only_move_give_the_bits_of_new_ones(desk):
     for k, shape in enumerate(shapes):
         write_mesh(f"moved{k}.ply", shape, f)
     with ThreadPoolExecutor(1) as executor:
-        rows = map_many([f"moved{k}.ply" for k in range(len(shapes))], "{stem}.obj", engine=Engine(executor=executor))
+        rows = map_many(
+            [f"moved{k}.ply" for k in range(len(shapes))],
+            "{stem}.obj",
+            engine=Engine(executor=executor),
+        )
     assert [row.status for row in rows] == ["certified"] * 4 + ["no mesh"] * 2 + ["certified"]
     for row, shape in zip(rows, shapes, strict=True):
         if row.status == "certified":
-            assert np.array_equal(read_mesh(row.target).v, ism.spherical_conformal_map(shape, f).sphere)
+            assert np.array_equal(
+                read_mesh(row.target).v, ism.spherical_conformal_map(shape, f).sphere
+            )
 
 
 def test_targets_follow_the_pattern():
     sources = ["s1/surf/lh.white", "s2/surf/rh.white"]
-    assert targets_of("{folder}/{stem}.sphere.conformal", sources) == ["s1/surf/lh.sphere.conformal",
-                                                                       "s2/surf/rh.sphere.conformal"]
+    assert targets_of("{folder}/{stem}.sphere.conformal", sources) == [
+        "s1/surf/lh.sphere.conformal",
+        "s2/surf/rh.sphere.conformal",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -392,10 +425,25 @@ def test_what_would_be_lost_is_refused(sources, pattern):
 
 
 def test_a_manifest_lies_in_the_folder_of_all_targets():
-    patterns = ["{stem}.ply", "out/{stem}.ply", "{folder}/{stem}.ply", "/tmp/{stem}.ply", "out/a_{stem}/b.ply",
-                "one.ply"]
-    assert [os.path.dirname(manifest_of(pattern)) for pattern in patterns] == ["", "out", "", "/tmp", "out", ""]
-    assert {os.path.basename(manifest_of(pattern)) for pattern in patterns} == {"maps.manifest.jsonl"}
+    patterns = [
+        "{stem}.ply",
+        "out/{stem}.ply",
+        "{folder}/{stem}.ply",
+        "/tmp/{stem}.ply",
+        "out/a_{stem}/b.ply",
+        "one.ply",
+    ]
+    assert [os.path.dirname(manifest_of(pattern)) for pattern in patterns] == [
+        "",
+        "out",
+        "",
+        "/tmp",
+        "out",
+        "",
+    ]
+    assert {os.path.basename(manifest_of(pattern)) for pattern in patterns} == {
+        "maps.manifest.jsonl"
+    }
 
 
 def test_folders_of_targets_are_made(run):
@@ -410,22 +458,31 @@ def test_holes_are_filled_and_caps_are_no_figure(tmp_path):
     sources, out = [tmp_path / "open.ply"], str(tmp_path / "{stem}_sphere.ply")
     with pytest.raises(ValueError, match="repair has 'hole'; give options of repair_mesh"):
         ism.map_many(sources, out, repair={"hole": "fill"})
-    refused, = ism.map_many(sources, out, repair=True)
+    (refused,) = ism.map_many(sources, out, repair=True)
     assert refused.status == "no mesh"
     assert "holes='fill'" in refused.notes
-    row, = ism.map_many(sources, out, repair={"holes": "fill"})
+    (row,) = ism.map_many(sources, out, repair={"holes": "fill"})
     assert row.status == "certified"
     mesh = ism.repair_mesh(v, f[1:], holes="fill")
     result = ism.spherical_conformal_map(mesh.v, mesh.f, caps=mesh.face_source < 0)
     assert row.mean_angle == pytest.approx(np.abs(result.angle_differences()).mean())
-    again, = ism.map_many(sources, out, repair={"holes": "fill"})
+    (again,) = ism.map_many(sources, out, repair={"holes": "fill"})
     assert again.resumed
 
 
-@pytest.mark.parametrize(("option", "value"), [
-    ("retries", -1), ("retries", 1.5), ("timeout", -1), ("timeout", float("nan")), ("timeout", "1"), ("processes", 0),
-    ("processes", -2), ("executor", 3),
-])
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("retries", -1),
+        ("retries", 1.5),
+        ("timeout", -1),
+        ("timeout", float("nan")),
+        ("timeout", "1"),
+        ("processes", 0),
+        ("processes", -2),
+        ("executor", 3),
+    ],
+)
 def test_what_says_who_runs_jobs_is_checked_as_it_is_said(option, value):
     with pytest.raises((TypeError, ValueError), match=f"^{option} is "):
         Engine(**{option: value})

@@ -38,7 +38,9 @@ def test_every_map_has_its_picture_and_its_page(desk, monkeypatch):
     assert "2 of 3 maps are certified" in html
     assert maps[0]["row"]["source"] == "open.ply"
     assert "open surface" in maps[0]["row"]["notes"]
-    assert maps[1]["row"] == plain(next(row for row in rows if row.source == maps[1]["row"]["source"]))
+    assert maps[1]["row"] == plain(
+        next(row for row in rows if row.source == maps[1]["row"]["source"])
+    )
     assert len({one["key"] for one in maps}) == 3
     image = read_picture(Path("page", pictures[0]))
     assert image.shape[1] == 4 * image.shape[0]
@@ -78,7 +80,11 @@ def test_folded_faces_are_seen(desk):
 
 def test_the_worst_come_first():
     good = [Row(f"good {angle}", "", mean_angle=angle) for angle in (0.9, 1.0, 1.1)]
-    bad = [Row("bent", "", mean_angle=30.0), Row("folded", "", "folded", foldings=2), Row("none", "", "no mesh")]
+    bad = [
+        Row("bent", "", mean_angle=30.0),
+        Row("folded", "", "folded", foldings=2),
+        Row("none", "", "no mesh"),
+    ]
     rows = [*good, *bad]
     assert [rows[k].source for k in worst_first(rows)][:3] == ["none", "folded", "bent"]
 
@@ -106,8 +112,11 @@ def test_names_are_text_and_not_markup(desk):
 
 def test_colours_reach_as_far_as_most_of_the_maps_do():
     """By a few steps: areas that are nearly kept are pale in all populations."""
+
     def reach(size):
-        return scale([Row("", "", mean_area=size * factor) for factor in (0.9, 1.0, 1.0, 1.0, 50.0, np.nan)]).high
+        return scale(
+            [Row("", "", mean_area=size * factor) for factor in (0.9, 1.0, 1.0, 1.0, 50.0, np.nan)]
+        ).high
 
     for size in (1.0, 3.0):
         assert size <= reach(size) <= 2.5 * size
@@ -127,7 +136,9 @@ def test_hemispheres_are_seen_from_their_side_first(desk):
         write_mesh(f"{side}.obj", x, f, force=True)
         assert draw_row(row, f"{side}.png", diverging("", 2.0), options)
         image = read_picture(f"{side}.png")
-        first, last = (vermilion(image[:, start : start + len(image)]) for start in (0, 2 * len(image)))
+        first, last = (
+            vermilion(image[:, start : start + len(image)]) for start in (0, 2 * len(image))
+        )
         assert (first > 2 * last) == (side == "lh")
 
 
@@ -150,7 +161,9 @@ def test_the_page_says_when_by_which_version_and_how_it_was_made(desk):
 
 def test_a_page_that_ends_in_html_is_one_file(desk):
     mapped_here(["100.ply"], report="maps.html")
-    assert cards(Path("maps.html").read_text("utf-8"))[0]["picture"].startswith("data:image/png;base64,")
+    assert cards(Path("maps.html").read_text("utf-8"))[0]["picture"].startswith(
+        "data:image/png;base64,"
+    )
     assert not Path("subjects").exists()
     with pytest.raises(ValueError, match=r"maps.pdf: give a file that ends in .html, or a folder"):
         map_many(["100.ply"], "{stem}.obj", engine=Engine(processes=1), report="maps.pdf")
@@ -159,11 +172,17 @@ def test_a_page_that_ends_in_html_is_one_file(desk):
 def test_outliers_are_in_a_bar_of_their_own_and_say_why(desk):
     """And the bars hold every map once."""
     angles = [*np.linspace(1, 2, 12), 20.0]
-    rows = [Row(f"here/sub-{k}_x.ply", f"{k}.obj", "failed", mean_angle=angle) for k, angle in enumerate(angles)]
+    rows = [
+        Row(f"here/sub-{k}_x.ply", f"{k}.obj", "failed", mean_angle=angle)
+        for k, angle in enumerate(angles)
+    ]
     options = SphereMapping(Auto(), 0.0, None, force=False, folder=os.getcwd())
     html = write_page("a.html", rows, map_sheet(rows, options), 1).read_text("utf-8")
     bars = re.findall(r'data-figure="mean_angle" data-low="([\d.]+)" data-high="([\d.]*)"', html)
-    held = [[row.source for row in rows if float(low) <= row.mean_angle < float(high or np.inf)] for low, high in bars]
+    held = [
+        [row.source for row in rows if float(low) <= row.mean_angle < float(high or np.inf)]
+        for low, high in bars
+    ]
     assert sorted(source for bar in held for source in bar) == sorted(row.source for row in rows)
     assert held[-1] == ["here/sub-12_x.ply"]
     reasons = {one["row"]["source"]: one["reasons"] for one in cards(html)}

@@ -10,14 +10,19 @@ from shell import read_table
 from igl_spheremap.populations.table import TABLES, Row, fences, outlying, plain, write_table
 
 NAMES = ["=1+1", "+x", "-x", "@x", "\tx", "'quoted", "'=x", "a,b", "two\nlines", "plain"]
-ROWS = [Row(f"{name}.ply", f"{name}.obj", vertices=k, energy=0.1 + k, notes="=x") for k, name in enumerate(NAMES)]
+ROWS = [
+    Row(f"{name}.ply", f"{name}.obj", vertices=k, energy=0.1 + k, notes="=x")
+    for k, name in enumerate(NAMES)
+]
 
 
 @pytest.mark.parametrize("suffix", TABLES)
 def test_tables_are_read_back_as_they_were_written(suffix, tmp_path):
     rows = [*ROWS, Row("none.ply", "none.obj", status="no mesh", resumed=True)]
     write_table(tmp_path / f"all{suffix}", rows)
-    assert [plain(row) for row in read_table(tmp_path / f"all{suffix}")] == [plain(row) for row in rows]
+    assert [plain(row) for row in read_table(tmp_path / f"all{suffix}")] == [
+        plain(row) for row in rows
+    ]
 
 
 def test_no_cell_of_a_table_is_a_formula(tmp_path):

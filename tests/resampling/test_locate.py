@@ -13,7 +13,9 @@ from igl_spheremap.sphere.rows import unit_rows
 from igl_spheremap.verify.certificate import certify
 
 OCTAHEDRON = np.vstack([np.eye(3), -np.eye(3)])
-FACES = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]])
+FACES = np.array(
+    [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+)
 
 
 def boosted(n_vertices: int, power: float) -> tuple[np.ndarray, np.ndarray]:
@@ -80,7 +82,9 @@ def test_vertices_are_found_at_themselves():
 
 def test_huge_faces_and_points_on_their_edges():
     locator = SphereLocator(OCTAHEDRON, FACES)
-    q = np.array([[1, 1, 1], [1, 1, 0], [1, 0, 0], [0, 0, -1], [-1, -2, 3], [0, -1, 1]], dtype=float)
+    q = np.array(
+        [[1, 1, 1], [1, 1, 0], [1, 0, 0], [0, 0, -1], [-1, -2, 3], [0, -1, 1]], dtype=float
+    )
     face, weights = locator.locate(q)
     assert face.tolist() == brute_force(OCTAHEDRON, FACES, unit_rows(q)).tolist()
     assert np.allclose(weights[0], 1 / 3)
@@ -112,7 +116,11 @@ def test_what_cannot_be_located_is_refused():
 
 def test_weights_are_ratios_of_cones():
     rng = np.random.default_rng(3)
-    corners = unit_rows(rng.normal(size=(50, 3)) * 0.1 + [0, 0, 1]).reshape(-1, 1, 3)[:48].reshape(16, 3, 3)
+    corners = (
+        unit_rows(rng.normal(size=(50, 3)) * 0.1 + [0, 0, 1])
+        .reshape(-1, 1, 3)[:48]
+        .reshape(16, 3, 3)
+    )
     corners[np.linalg.det(corners) < 0] = corners[np.linalg.det(corners) < 0][:, ::-1]
     weights = rng.dirichlet([1, 1, 1], 16)
     q = unit_rows(np.einsum("ij,ijk->ik", weights, corners))
@@ -153,7 +161,13 @@ def test_candidates_do_not_multiply_where_faces_crowd():
 def test_triangles_at_a_pole_are_located_down_to_the_smallest_numbers(size):
     angle = 2 * np.pi * np.arange(3) / 3
     flat = np.column_stack((np.cos(angle), np.sin(angle)))
-    x = np.vstack((np.column_stack((size * flat, np.ones(3))), np.column_stack((flat, np.zeros(3))), [[0, 0, -1]]))
+    x = np.vstack(
+        (
+            np.column_stack((size * flat, np.ones(3))),
+            np.column_stack((flat, np.zeros(3))),
+            [[0, 0, -1]],
+        )
+    )
     f = [[0, 1, 2]]
     for i, j in ((0, 1), (1, 2), (2, 0)):
         f += [[i, 3 + i, 3 + j], [i, 3 + j, j], [3 + j, 3 + i, 6]]

@@ -41,7 +41,11 @@ def meshes():
 def from_equirectangular(uv):
     longitude, latitude = (uv[:, 0] - 0.5) * 2 * np.pi, (uv[:, 1] - 0.5) * np.pi
     return np.column_stack(
-        [np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)]
+        [
+            np.cos(latitude) * np.cos(longitude),
+            np.cos(latitude) * np.sin(longitude),
+            np.sin(latitude),
+        ]
     )
 
 
@@ -129,7 +133,11 @@ def test_cutting_leaves_no_face_across_a_plane_and_a_closed_surface(axes):
     for axis in axes:
         side = cut.x[cut.f, axis]
         assert (side.min(axis=1) * side.max(axis=1) >= 0).all()
-    edges = {tuple(edge) for face in cut.f.tolist() for edge in zip(face, face[1:] + face[:1], strict=True)}
+    edges = {
+        tuple(edge)
+        for face in cut.f.tolist()
+        for edge in zip(face, face[1:] + face[:1], strict=True)
+    }
     assert len(edges) == 3 * len(cut.f)
     assert {(j, i) for i, j in edges} == edges
     assert len(cut.x) - len(cut.f) // 2 == 2

@@ -117,7 +117,10 @@ def test_refusals(maps):
 def test_data_come_after_the_map_that_they_lie_over(maps):
     source, target = maps
     values = source.vertices[:, 0]
-    for call in (lambda: transfer(values, source, target), lambda: to_grid(values, source),
-                 lambda: spherical_harmonics(values, source)):
+    for call in (
+        lambda: transfer(values, source, target),
+        lambda: to_grid(values, source),
+        lambda: spherical_harmonics(values, source),
+    ):
         with pytest.raises(TypeError, match=r"^source is .*; give a SphereMap"):
             call()

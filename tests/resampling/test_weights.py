@@ -30,7 +30,9 @@ def dino():
 
 def targets(brain):
     """Coarser, finer and similar meshes, and another map, whose areas differ much from those of the source."""
-    return [regular_mesh(f"ico:{k}") for k in (2, 4, 5, 6)] + [ism.spherical_conformal_map(brain.vertices, brain.faces)]
+    return [regular_mesh(f"ico:{k}") for k in (2, 4, 5, 6)] + [
+        ism.spherical_conformal_map(brain.vertices, brain.faces)
+    ]
 
 
 def test_constants_and_integrals_are_kept_on_brains(brain):
@@ -70,12 +72,16 @@ def test_the_matrix_is_the_transfer(dino, method):
     matrix = transfer_matrix(dino, "ico:3", method=method).matrix
     carried = transfer(dino, values, "ico:3", method=method)
     assert matrix.shape == (642, len(values))
-    assert np.allclose((matrix @ values.reshape(-1, 4)).reshape(642, 2, 2), carried, rtol=0, atol=1e-14)
+    assert np.allclose(
+        (matrix @ values.reshape(-1, 4)).reshape(642, 2, 2), carried, rtol=0, atol=1e-14
+    )
     labels = np.random.default_rng(2).integers(0, 9, len(values))
     parts = transfer(dino, labels, "ico:3", labels=True, method=method)
     assert parts.dtype == labels.dtype
     assert np.array_equal(parts, labels[matrix.toarray().argmax(axis=1)])
-    assert np.array_equal(transfer_matrix(dino, "ico:3", labels=True, method=method).matrix @ labels, parts)
+    assert np.array_equal(
+        transfer_matrix(dino, "ico:3", labels=True, method=method).matrix @ labels, parts
+    )
 
 
 def test_vertices_without_area_take_part(dino):
@@ -95,13 +101,17 @@ def test_refusals(dino):
     with pytest.raises(TypeError, match="needs the faces of the target"):
         transfer(dino, values, dino.sphere, method="adaptive-area")
     with pytest.raises(TypeError, match="give a SphereMap first"):
-        transfer(ism.SphereLocator(dino.sphere, dino.faces), values, "ico:2", method="adaptive-area")
+        transfer(
+            ism.SphereLocator(dino.sphere, dino.faces), values, "ico:2", method="adaptive-area"
+        )
     for method in ("linear", "adaptive-area"):
         with pytest.raises(ism.MeshError, match="0 values for 3"):
             transfer(dino, [], "ico:2", method=method)
 
 
-@pytest.mark.skipif(shutil.which("wb_command") is None, reason="Connectome Workbench is not installed")
+@pytest.mark.skipif(
+    shutil.which("wb_command") is None, reason="Connectome Workbench is not installed"
+)
 @pytest.mark.parametrize("k", [3, 4, 6])
 def test_workbench_takes_the_same_weights(brain, k, tmp_path, monkeypatch):
     """Workbench projects to the nearest point of a face, not along the ray, and computes in float32."""
@@ -113,7 +123,20 @@ def test_workbench_takes_the_same_weights(brain, k, tmp_path, monkeypatch):
         write_mesh(f"{name}.surf.gii", surfaces[name], faces)
         write_mesh(f"{name}.sphere.surf.gii", 100 * sphere, faces)
     write_scalars("data.func.gii", {"data": data}, metadata={"structure": "CortexLeft"})
-    subprocess.run(["wb_command", "-metric-resample", "data.func.gii", "a.sphere.surf.gii", "b.sphere.surf.gii",
-                    "ADAP_BARY_AREA", "out.func.gii", "-area-surfs", "a.surf.gii", "b.surf.gii"], check=True)
+    subprocess.run(
+        [
+            "wb_command",
+            "-metric-resample",
+            "data.func.gii",
+            "a.sphere.surf.gii",
+            "b.sphere.surf.gii",
+            "ADAP_BARY_AREA",
+            "out.func.gii",
+            "-area-surfs",
+            "a.surf.gii",
+            "b.surf.gii",
+        ],
+        check=True,
+    )
     theirs = read_scalars("out.func.gii").popitem()[1]
     assert np.abs(theirs - transfer(brain, data, (x, f), method="adaptive-area")).max() < 2e-3

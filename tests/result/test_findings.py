@@ -32,8 +32,13 @@ def test_shell_and_notebook_say_the_same(balance, tmp_path, capsys):
 
 def test_sentences_hold_the_numbers():
     x, f = ism.samples.sphere(42)
-    assert verdict(ism.certify(-x, f)).numbers["certificate"]["flipped"] == {"count": 80, "first": list(range(10))}
-    assert angles(np.array([[1.0, -2.0, 3.0]])).text.startswith("differ by 2 degrees on average (median 2,")
+    assert verdict(ism.certify(-x, f)).numbers["certificate"]["flipped"] == {
+        "count": 80,
+        "first": list(range(10)),
+    }
+    assert angles(np.array([[1.0, -2.0, 3.0]])).text.startswith(
+        "differ by 2 degrees on average (median 2,"
+    )
     assert areas(np.array([0.5, -1.5])).numbers["log_area_ratios"]["mean"] == 1
 
 
@@ -44,7 +49,10 @@ def test_the_last_row_of_the_rounds_is_the_result(balance, polish):
     result = ism.balanced_spherical_map(v, f, balance=balance, method=ism.Auto(polish=polish))
     rows = round_rows(result)
     assert len(rows) >= len(result.rounds) > 0
-    assert rows[-1][-2:] == (f"{result.energy:.6f}", f"{np.abs(result.angle_differences()).mean():.3g}")
+    assert rows[-1][-2:] == (
+        f"{result.energy:.6f}",
+        f"{np.abs(result.angle_differences()).mean():.3g}",
+    )
 
 
 def test_programs_are_given_where_the_boundary_of_a_map_to_the_plane_crosses_itself():

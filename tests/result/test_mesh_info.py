@@ -15,28 +15,42 @@ def torus(around=24, along=12):
     """A torus of that many vertices each way."""
     i, j = np.meshgrid(np.arange(around), np.arange(along), indexing="ij")
     s, t = 2 * np.pi * i / around, 2 * np.pi * j / along
-    v = np.stack(((2 + np.cos(t)) * np.cos(s), (2 + np.cos(t)) * np.sin(s), np.sin(t)), axis=-1).reshape(-1, 3)
+    v = np.stack(
+        ((2 + np.cos(t)) * np.cos(s), (2 + np.cos(t)) * np.sin(s), np.sin(t)), axis=-1
+    ).reshape(-1, 3)
     a, b = (i * along + j).ravel(), ((i + 1) % around * along + j).ravel()
-    c, d = ((i + 1) % around * along + (j + 1) % along).ravel(), (i * along + (j + 1) % along).ravel()
+    c, d = (
+        ((i + 1) % around * along + (j + 1) % along).ravel(),
+        (i * along + (j + 1) % along).ravel(),
+    )
     return v, np.concatenate((np.stack((a, b, c), 1), np.stack((a, c, d), 1)))
 
 
 def joined(*meshes):
     """One mesh of several, beside each other."""
     starts = np.cumsum([0, *(len(v) for v, _ in meshes[:-1])])
-    return (np.concatenate([v + np.array([9 * k, 0, 0]) for k, (v, _) in enumerate(meshes)]),
-            np.concatenate([f + start for (_, f), start in zip(meshes, starts, strict=True)]))
+    return (
+        np.concatenate([v + np.array([9 * k, 0, 0]) for k, (v, _) in enumerate(meshes)]),
+        np.concatenate([f + start for (_, f), start in zip(meshes, starts, strict=True)]),
+    )
 
 
 def parts(found):
-    return [(part.vertices, part.faces, part.boundary_loops, part.handles) for part in found.topology.components]
+    return [
+        (part.vertices, part.faces, part.boundary_loops, part.handles)
+        for part in found.topology.components
+    ]
 
 
 def test_parts_have_their_loops_and_handles():
     around = np.flatnonzero((F == 0).any(axis=1))
     holed = np.delete(F, [*around, np.flatnonzero((F == 161).any(axis=1))[0]], axis=0)
     found = ism.info(*joined((V, holed), torus(), (V, F[:1])))
-    assert parts(found) == [(288, 576, (), 1), (161, 320 - len(around) - 1, (len(around), 3), 0), (3, 1, (3,), 0)]
+    assert parts(found) == [
+        (288, 576, (), 1),
+        (161, 320 - len(around) - 1, (len(around), 3), 0),
+        (3, 1, (3,), 0),
+    ]
     assert found.topology.unreferenced == 1 + 159
     assert found.maps_to is None
     assert found.repair == {"keep_largest": True, "handles": "cut"}
@@ -51,7 +65,9 @@ def test_handles_are_those_of_the_euler_characteristic(glued):
         w = v + np.array([0, 0, 9 * k])
         face, there = f[7 * k], f[0] + len(v) * k
         bridge = np.array([[face[i], there[-i], there[(-i - 1) % 3]] for i in range(3)])
-        bridge = np.concatenate((bridge, [[face[i], there[(-i - 1) % 3], face[(i + 1) % 3]] for i in range(3)]))
+        bridge = np.concatenate(
+            (bridge, [[face[i], there[(-i - 1) % 3], face[(i + 1) % 3]] for i in range(3)])
+        )
         keep = np.delete(pieces_f[0], np.flatnonzero((pieces_f[0] == face).all(axis=1)), axis=0)
         pieces_f = [keep, *pieces_f[1:], f[1:] + len(v) * k, bridge]
         pieces_v.append(w)
@@ -66,9 +82,18 @@ def test_faults_of_the_lists_are_counted():
     f = np.concatenate((F, [F[0], F[1, [0, 2, 1]], [0, 0, 1], [0, 1, 999]]))
     f[200] = f[200, ::-1]
     topology = ism.info(np.vstack((V, [[np.nan, 0, 0]])), f).topology
-    assert (topology.copies, topology.repeated_indices, topology.out_of_range, topology.unreferenced) == (2, 1, 1, 1)
+    assert (
+        topology.copies,
+        topology.repeated_indices,
+        topology.out_of_range,
+        topology.unreferenced,
+    ) == (2, 1, 1, 1)
     assert topology.reversed_edges == 3
-    edges = {tuple(sorted(pair)) for face in F[:2].tolist() for pair in zip(face, face[1:] + face[:1], strict=True)}
+    edges = {
+        tuple(sorted(pair))
+        for face in F[:2].tolist()
+        for pair in zip(face, face[1:] + face[:1], strict=True)
+    }
     assert topology.nonmanifold_edges == len(edges)
 
 
@@ -80,14 +105,21 @@ def test_sheets_that_touch_and_a_moebius_strip():
     assert parts(found) == [(162, 320, (), 0)] * 2
     strip = np.array([[k, (k + 1) % 7, (k + 2) % 7] for k in range(7)])
     strip = ism.info(V[:7], strip)
-    assert [(part.boundary_loops, part.handles) for part in strip.topology.components] == [((7,), None)]
+    assert [(part.boundary_loops, part.handles) for part in strip.topology.components] == [
+        ((7,), None)
+    ]
     assert strip.repair is None
 
 
-@pytest.mark.parametrize(("f", "maps_to", "repair"), [
-    (F, "sphere", None), (F[:, ::-1], "sphere", {}), (F[1:], "plane", {"holes": "fill"}),
-    (np.vstack((F[:, ::-1][:9], F[9:])), None, {}),
-])
+@pytest.mark.parametrize(
+    ("f", "maps_to", "repair"),
+    [
+        (F, "sphere", None),
+        (F[:, ::-1], "sphere", {}),
+        (F[1:], "plane", {"holes": "fill"}),
+        (np.vstack((F[:, ::-1][:9], F[9:])), None, {}),
+    ],
+)
 def test_the_verdict_and_the_repair_are_those_of_the_calls_themselves(f, maps_to, repair):
     found = ism.info(V, f)
     assert (found.maps_to, found.repair) == (maps_to, repair)
@@ -110,10 +142,16 @@ def test_an_error_carries_its_remedy():
 
 def test_vertices_that_nearly_coincide_are_counted():
     v, f = joined((V, F), (V, F))
-    v[len(V):] = V
-    assert (ism.info(v, f).quality.coincident_vertices, ism.info(v, f).quality.near_vertices) == (162, 0)
-    v[len(V):] += [1e-9, 0, 0]
-    assert (ism.info(v, f).quality.coincident_vertices, ism.info(v, f).quality.near_vertices) == (0, 324)
+    v[len(V) :] = V
+    assert (ism.info(v, f).quality.coincident_vertices, ism.info(v, f).quality.near_vertices) == (
+        162,
+        0,
+    )
+    v[len(V) :] += [1e-9, 0, 0]
+    assert (ism.info(v, f).quality.coincident_vertices, ism.info(v, f).quality.near_vertices) == (
+        0,
+        324,
+    )
 
 
 def test_it_is_printed_in_sentences_of_calls():

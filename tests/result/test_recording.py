@@ -17,11 +17,17 @@ def feed(recording, x, lengths):
 def test_it_is_the_history_and_the_certificates():
     v, f = ism.samples.make("bird", n_vertices=1500)
     recording = Recording(f)
-    result = ism.spherical_conformal_map(v, f, method=ism.Lai2014(max_iterations=100), listener=recording)
+    result = ism.spherical_conformal_map(
+        v, f, method=ism.Lai2014(max_iterations=100), listener=recording
+    )
     assert [step.energy for step in recording.history] == [step.energy for step in result.history]
     assert recording.foldings[0] > recording.foldings[-1] == result.certificate.foldings
     for frame in recording.frames[::20]:
-        assert frame.foldings == ism.certify(frame.iterate.x, f).foldings == recording.foldings[frame.index]
+        assert (
+            frame.foldings
+            == ism.certify(frame.iterate.x, f).foldings
+            == recording.foldings[frame.index]
+        )
 
 
 @pytest.mark.parametrize("lengths", [(1,), (1000,), (1, 1, 700), (317, 5, 900, 1)])
@@ -90,16 +96,27 @@ def test_what_is_minimised_falls_in_its_curve():
 
 
 def test_the_curve_of_another_energy_begins_where_it_is_minimised_first():
-    history = [step("sobolev", 12.57), step("opening", 247.0), step("balance", 3.3), step("balance", 3.0)]
+    history = [
+        step("sobolev", 12.57),
+        step("opening", 247.0),
+        step("balance", 3.3),
+        step("balance", 3.0),
+    ]
     at, values, name = objective(history)
-    assert (at.tolist(), values.min(), name) == ([2, 3], 0, "energy of the balance above its minimum")
+    assert (at.tolist(), values.min(), name) == (
+        [2, 3],
+        0,
+        "energy of the balance above its minimum",
+    )
 
 
 def test_a_plot_shows_no_logarithms_of_what_is_about_zero():
     v, f = ism.samples.make("spheroid", n_vertices=500)
     recording = Recording(f)
     result = ism.spherical_conformal_map(v, f, listener=recording)
-    figure = plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios())
+    figure = plot_run(
+        recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios()
+    )
     energy = figure.axes[0]
     assert energy.get_yscale() == "linear"
     shown = energy.get_lines()[0].get_ydata()
@@ -112,9 +129,12 @@ def test_zeros_and_two_points_are_said_and_not_drawn():
     figure = plot_run(history, [0, 0], *rest, title="a.ply")
     assert len(figure.axes) == 2
     assert [text.get_text() for text in figure.texts] == [
-        "a.ply\nenergy minus 4π: 0.0336 to 0.00363; no face is folded in any iterate"]
+        "a.ply\nenergy minus 4π: 0.0336 to 0.00363; no face is folded in any iterate"
+    ]
     assert [ax.get_title() for ax in plot_run(history * 2, [0, 1, 1, 0], *rest).axes[:2]] == [
-        "energy minus 4π", "folded faces"]
+        "energy minus 4π",
+        "folded faces",
+    ]
 
 
 def test_ticks_of_iterations_are_whole_numbers():

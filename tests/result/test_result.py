@@ -13,8 +13,10 @@ V, F = ism.samples.make("spheroid", n_vertices=500)
 ROWS, HALF = np.unique(F[V[F, 2].mean(axis=1) > 0], return_inverse=True)
 PART = V[ROWS], HALF.reshape(-1, 3)
 #: What only maps to the sphere and only maps to the plane have.
-OWN = {"SphereMap": {"mesh", "sphere", "conformal_factor"},
-       "PlaneMap": {"mesh", "plane", "rim", "image", "log_length_ratios"}}
+OWN = {
+    "SphereMap": {"mesh", "sphere", "conformal_factor"},
+    "PlaneMap": {"mesh", "plane", "rim", "image", "log_length_ratios"},
+}
 OWN |= {"DiskMap": OWN["PlaneMap"], "FlatMap": OWN["PlaneMap"]}
 
 
@@ -39,11 +41,28 @@ def test_maps_of_one_surface_have_the_same_attributes(results):
 
 def test_all_results_have_those_of_their_run(results):
     sphere = results["SphereMap"]
-    between = [ism.shapes.register(sphere, sphere, stages=["rotation"]), ism.shapes.match(sphere, sphere)]
+    between = [
+        ism.shapes.register(sphere, sphere, stages=["rotation"]),
+        ism.shapes.match(sphere, sphere),
+    ]
     for result in (*results.values(), *between):
         assert isinstance(result, Result)
-        for name in ("energy", "status", "iterations", "seconds", "timings", "method", "settings", "history", "rounds",
-                     "backend", "notes", "gauge", "stretch", "balance"):
+        for name in (
+            "energy",
+            "status",
+            "iterations",
+            "seconds",
+            "timings",
+            "method",
+            "settings",
+            "history",
+            "rounds",
+            "backend",
+            "notes",
+            "gauge",
+            "stretch",
+            "balance",
+        ):
             assert getattr(result, name) == getattr(result.run, name)
         assert result.certificate.folding_free
         assert re.search(f"^{result.method}[:,] ", result.explain(), re.MULTILINE)
@@ -61,11 +80,13 @@ def test_maps_go_to_another_balance_and_say_which(results, name):
     assert "balance=0.9" in repr(after)
     assert after.certificate.folding_free
     assert np.abs(after.log_area_ratios()).mean() < np.abs(before.log_area_ratios()).mean()
-    assert after.history[:len(after.conformal.history)] == after.conformal.history
+    assert after.history[: len(after.conformal.history)] == after.conformal.history
     assert after.seconds > after.conformal.seconds
 
 
-@pytest.mark.parametrize(("make", "name"), [(ism.balanced_disk_map, "DiskMap"), (ism.flatten, "FlatMap")])
+@pytest.mark.parametrize(
+    ("make", "name"), [(ism.balanced_disk_map, "DiskMap"), (ism.flatten, "FlatMap")]
+)
 def test_a_map_that_is_rebalanced_is_the_one_that_is_made_so(results, make, name):
     there, here = make(*PART, balance=0.4), results[name].rebalance(0.4)
     assert np.array_equal(there.plane, here.plane)
@@ -80,7 +101,9 @@ def test_what_was_unrolled_stays_as_it_is():
 def test_what_has_no_balance_of_its_own_says_so(results):
     sphere = results["SphereMap"]
     for result in (results["PlaneMap"], ism.shapes.register(sphere, sphere, stages=["rotation"])):
-        with pytest.raises(TypeError, match=r"can't be rebalanced; make another one, from maps of balance 0\.5"):
+        with pytest.raises(
+            TypeError, match=r"can't be rebalanced; make another one, from maps of balance 0\.5"
+        ):
             result.rebalance(0.5)
 
 
@@ -92,19 +115,33 @@ def test_the_story_of_a_map_agrees_with_its_figures(results):
     assert result.iterations == sum(step.iteration > 0 for step in result.history) > 0
     balanced = result.rebalance(0.9)
     own = balanced.iterations - result.iterations
-    angles, areas = np.abs(balanced.angle_differences()).mean(), np.exp(np.abs(balanced.log_area_ratios()).mean())
+    angles, areas = (
+        np.abs(balanced.angle_differences()).mean(),
+        np.exp(np.abs(balanced.log_area_ratios()).mean()),
+    )
     first, second = balanced.explain().splitlines()
     assert first == result.explain()
-    assert second.startswith(f"auto, balance 0.9: {own} iterations; angles are {angles:.3g} degrees off in the mean, ")
+    assert second.startswith(
+        f"auto, balance 0.9: {own} iterations; angles are {angles:.3g} degrees off in the mean, "
+    )
     assert f"and areas by a factor of {areas:.3g}, not " in second
     assert results["FlatMap"].explain().splitlines()[-1].startswith("flatten, balance 0.7: ")
 
 
 def test_rounds_say_how_many_faces_folded_before_and_after():
     iterates = []
-    result = ism.spherical_conformal_map(*ism.samples.make("dino", n_vertices=1500), method=ism.Lai2014(rounds=0),
-                                         listener=iterates.append)
+    result = ism.spherical_conformal_map(
+        *ism.samples.make("dino", n_vertices=1500),
+        method=ism.Lai2014(rounds=0),
+        listener=iterates.append,
+    )
     (only,), line = result.rounds, result.explain().splitlines()[1]
-    assert only.foldings_before == ism.certify(iterates[0].x, result.faces).foldings > only.foldings_after
-    assert line.startswith(f"gauss map: {only.foldings_before:,} folded faces, after {only.iterations} iterations ")
+    assert (
+        only.foldings_before
+        == ism.certify(iterates[0].x, result.faces).foldings
+        > only.foldings_after
+    )
+    assert line.startswith(
+        f"gauss map: {only.foldings_before:,} folded faces, after {only.iterations} iterations "
+    )
     assert result.iterations == only.iterations

@@ -174,18 +174,27 @@ def test_exact_map_pulls_the_round_metric_back_to_a_multiple(surface):
         )
 
     def derivative(function, h=1e-4):
-        return (8.0 * (function(h) - function(-h)) - (function(2 * h) - function(-2 * h))) / (12.0 * h)
+        return (8.0 * (function(h) - function(-h)) - (function(2 * h) - function(-2 * h))) / (
+            12.0 * h
+        )
 
-    along, around = derivative(lambda h: point(t + h, angle)), derivative(lambda h: point(t, angle + h))
+    along, around = (
+        derivative(lambda h: point(t + h, angle)),
+        derivative(lambda h: point(t, angle + h)),
+    )
     x_along = derivative(lambda h: surface.conformal_map(point(t + h, angle)))
     x_around = derivative(lambda h: surface.conformal_map(point(t, angle + h)))
 
     def length(w):
         return np.linalg.norm(w, axis=1)
 
-    assert length(x_along) / length(along) == pytest.approx(length(x_around) / length(around), rel=1e-8)
+    assert length(x_along) / length(along) == pytest.approx(
+        length(x_around) / length(around), rel=1e-8
+    )
     assert np.abs(np.einsum("ij,ij->i", x_along, x_around)).max() < 1e-9
-    turn = np.einsum("ij,ij->i", np.cross(x_along, x_around), surface.conformal_map(point(t, angle)))
+    turn = np.einsum(
+        "ij,ij->i", np.cross(x_along, x_around), surface.conformal_map(point(t, angle))
+    )
     assert turn.min() > 0.0
 
 
@@ -244,7 +253,9 @@ def test_spheres_are_nested_bit_for_bit(k):
     y, g = samples.sphere(10 * (2 * k) ** 2 + 2)
     assert np.array_equal(y[: len(x)], x)
     ends = g[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    between = np.unique(ends[(ends[:, 0] >= len(x)) & (ends[:, 1] < len(x))], axis=0).reshape(-1, 2, 2)
+    between = np.unique(ends[(ends[:, 0] >= len(x)) & (ends[:, 1] < len(x))], axis=0).reshape(
+        -1, 2, 2
+    )
     # each further vertex has two coarse neighbours
     assert np.array_equal(between[:, 0, 0], np.arange(len(x), len(y)))
     assert np.array_equal(between[:, 0, 0], between[:, 1, 0])

@@ -31,7 +31,11 @@ def theorem_1(x, h, tau):
     return alpha[:, None] * x + beta[:, None] * h
 
 
-@given(arrays(float, (4, 3), elements=FINITE), st.floats(-3, 3).map(lambda t: round(t, 6)), st.integers(0, 99))
+@given(
+    arrays(float, (4, 3), elements=FINITE),
+    st.floats(-3, 3).map(lambda t: round(t, 6)),
+    st.integers(0, 99),
+)
 @settings(max_examples=60, deadline=None)
 def test_cayley_update_solves_the_implicit_equation_and_is_the_papers_closed_form(h, tau, seed):
     x = random_points(4, seed)

@@ -5,16 +5,24 @@ import pytest
 from triangulations import icosphere, random_points, random_rotation, unit
 
 from igl_spheremap import check_mesh
-from igl_spheremap.sphere.moebius import best_rotation, center, conformal_barycentre, fix_gauge, moebius
+from igl_spheremap.sphere.moebius import (
+    best_rotation,
+    center,
+    conformal_barycentre,
+    fix_gauge,
+    moebius,
+)
 
 
 def test_moebius_takes_its_centre_to_the_origin_and_keeps_cross_ratios():
     x = random_points(8)
     c = np.array([0.3, -0.5, 0.6])
     y = moebius(x, c)
+
     def cross_ratio(p):
         d = np.linalg.norm(p[:, None] - p[None], axis=2)
         return d[0, 1] * d[2, 3] / (d[0, 2] * d[1, 3]), d[4, 5] * d[6, 7] / (d[4, 6] * d[5, 7])
+
     assert np.allclose(cross_ratio(x), cross_ratio(y))
     assert np.allclose(moebius(y, -c), x)
     assert np.allclose(moebius(np.array([c / np.linalg.norm(c)]), c), c / np.linalg.norm(c))

@@ -41,8 +41,6 @@ def test_unit_rows_stay_bit_for_bit_and_zero_rows_stay_zero():
         assert unit_rows(y).tobytes() == y.tobytes()
 
 
-
-
 RNG = np.random.default_rng(0)
 POLES = np.vstack((unit(RNG.normal(size=(40, 3))), [[0, 0, 1], [0, 0, -1], [1, 0, 0], [0, -1, 0]]))
 
@@ -73,7 +71,9 @@ def test_charts_of_opposite_poles_are_inversions_of_each_other():
     """z z' = 4 up to a turn, and with full relative precision near both poles."""
     for size in (1e-9, 1e-3, 1.0):
         z = disc(len(POLES), size)
-        x = POLES + np.einsum("kij,ki->kj", np.stack(tangent_axes(POLES), axis=1), np.column_stack((z.real, z.imag)))
+        x = POLES + np.einsum(
+            "kij,ki->kj", np.stack(tangent_axes(POLES), axis=1), np.column_stack((z.real, z.imag))
+        )
         x /= np.linalg.norm(x, axis=1)[:, None]
         assert np.allclose(np.abs(to_chart(x, POLES) * to_chart(x, -POLES)), 4, rtol=1e-12)
 

@@ -27,7 +27,9 @@ def test_a_point_is_the_same_from_every_anchor(z, anchor):
 def test_turned_points_are_as_far_from_0_as_they_were_from_their_anchors(z, anchor):
     x, end = to_ball(Anchored(z)), to_ball(Anchored(np.array([anchor])))
     turned = Anchored(z - anchor, anchor).turned()
-    assert 2 * np.arctan(np.abs(turned)) == pytest.approx(np.arccos(np.clip((x @ end.T)[:, 0], -1, 1)).astype(float))
+    assert 2 * np.arctan(np.abs(turned)) == pytest.approx(
+        np.arccos(np.clip((x @ end.T)[:, 0], -1, 1)).astype(float)
+    )
 
 
 @pytest.mark.parametrize("anchor", ENDS)
@@ -36,7 +38,9 @@ def test_beside_an_anchor_two_coordinates_keep_their_digits(anchor):
     x = to_ball(Anchored(np.array([step]), np.array([anchor])))[0].astype(float)
     *small, large = np.sort(np.abs(x)).tolist()
     assert large == 1
-    assert np.hypot(*np.array(small) / 1e-200) == pytest.approx(2 / (1 + abs(anchor) ** 2), rel=1e-15)
+    assert np.hypot(*np.array(small) / 1e-200) == pytest.approx(
+        2 / (1 + abs(anchor) ** 2), rel=1e-15
+    )
 
 
 def test_offsets_from_a_point_are_places_from_the_anchors_of_others(z):

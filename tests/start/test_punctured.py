@@ -47,7 +47,9 @@ def test_the_error_of_a_puncture_is_that_of_a_few_faces(name):
     """Without its quadratic part, of threefold symmetry, it is that of some five; with it, of 25."""
     mesh = ism.check_mesh(*ism.samples.make(name, n_vertices=4000))
     lowest = ism.spherical_conformal_map(mesh.v, mesh.f, tolerance=1e-6).energy
-    assert punctured_start(mesh, build_operators(mesh)).energy - lowest < 10 * 4 * np.pi / len(mesh.f)
+    assert punctured_start(mesh, build_operators(mesh)).energy - lowest < 10 * 4 * np.pi / len(
+        mesh.f
+    )
 
 
 def test_a_fine_map_is_not_coarse_and_a_point_is():

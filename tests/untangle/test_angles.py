@@ -87,26 +87,41 @@ def test_an_inverted_layout_keeps_its_angles_in_the_deepest_limb_and_is_one_over
     mesh, _, hole, closed = body
     layout = Layout.of(mesh.f, closed, hole)
     tip = int(np.argmin(layout.log_edge))
-    face = int(np.argmax(np.where(np.arange(len(mesh.f)) == hole, -np.inf, layout.log_edge[mesh.f].min(axis=1))))
+    face = int(
+        np.argmax(
+            np.where(np.arange(len(mesh.f)) == hole, -np.inf, layout.log_edge[mesh.f].min(axis=1))
+        )
+    )
     inverted = layout.inverted(face)
     z = exponential(inverted.about(tip) - inverted.log_edge[tip])
     near = np.flatnonzero((np.abs(z) < 1e6)[mesh.f].all(axis=1))
     assert len(near) > 20
-    assert np.abs(corner_angles(np.column_stack((z.real, z.imag, 0 * z.real)), mesh.f[near]) - closed[near]
-                  ).max() < 1e-6
+    assert (
+        np.abs(
+            corner_angles(np.column_stack((z.real, z.imag, 0 * z.real)), mesh.f[near])
+            - closed[near]
+        ).max()
+        < 1e-6
+    )
     corner = mesh.f[face, 0]
     plane = exponential(layout.about(corner))
     w = 1 / (plane - plane[mesh.f[face]].mean())
     assert np.abs(exponential(inverted.about(corner)) - (w - w[corner])).max() < 1e-9
     back = inverted.inverted(hole)  # about another point of that face: shapes come back, turned
-    shape = [np.exp(1j * np.angle(exponential(at.about(tip) - at.log_edge[tip])[mesh.f[near]] @ [1, -1, 0]))
-             for at in (layout, back)]
+    shape = [
+        np.exp(
+            1j * np.angle(exponential(at.about(tip) - at.log_edge[tip])[mesh.f[near]] @ [1, -1, 0])
+        )
+        for at in (layout, back)
+    ]
     assert np.abs(shape[0] / shape[1] / (shape[0] / shape[1])[0] - 1).max() < 1e-6
 
 
 def test_a_limb_comes_back_with_the_depth_that_was_planted():
     for depth in (15.0, 90.0):
-        v, f, *_ = grow(np.random.default_rng(0), *icosphere(3), np.array([0, 0, 1.0]), depth, 16, 0.0)
+        v, f, *_ = grow(
+            np.random.default_rng(0), *icosphere(3), np.array([0, 0, 1.0]), depth, 16, 0.0
+        )
         used, f = np.unique(f, return_inverse=True)
         mesh = check_mesh(v[used], f.reshape(-1, 3).astype(np.int64))
         area = mesh.A
@@ -146,7 +161,10 @@ def test_tips_go_to_ends_of_axes_by_a_moebius_map(limbs):
     assert (np.sort(np.abs(y[tips]), axis=1) == [0, 0, 1]).all()
     assert len(np.unique(y[tips], axis=0)) == min(3, len(roots))
     a, b, c, d = rng.integers(len(x), size=(4, 1000))
-    ratio = [[np.linalg.norm(z[i] - z[j], axis=1) for i, j in ((a, b), (c, d), (a, c), (b, d))] for z in (x, y)]
+    ratio = [
+        [np.linalg.norm(z[i] - z[j], axis=1) for i, j in ((a, b), (c, d), (a, c), (b, d))]
+        for z in (x, y)
+    ]
     apart = np.min(ratio, axis=(0, 1)) > 1e-3
     first, second = (p * q / np.where(apart, r * s, 1) for p, q, r, s in ratio)
     assert first[apart] == pytest.approx(second[apart], rel=1e-9)
@@ -193,7 +211,9 @@ def test_tips_are_those_of_the_merge_tree():
     v, f = icosphere(4)
     peaks = np.array([[0, 0, 1.0], [1, 0, 0], [0.6, 0, 0.8]])
     depth = (np.array([50, 45, 48]) - 40 * np.arccos(np.clip(v @ peaks.T, -1, 1))).max(axis=1)
-    found = {each.tip: (each.meets, set(each.vertices.tolist())) for each in tips_beyond(depth, f, 40)}
+    found = {
+        each.tip: (each.meets, set(each.vertices.tolist())) for each in tips_beyond(depth, f, 40)
+    }
     a, b, c = (int(np.argmax(v @ p)) for p in peaks)
     assert set(found) == {a, b, c}
     assert found[a][0] == -1

@@ -17,8 +17,15 @@ def costs(seed, *, useful=200):
     """Random costs of three bins, the deepest of which lie up to 10 nepers below the floor."""
     rng = np.random.default_rng(seed)
     angles = np.cumsum(rng.random((BINS, 20)), axis=1) * 300
-    return Costs(angles - angles[:, :1], rng.random(BINS), 35 + 10 * rng.random(BINS), np.full(BINS, useful), 35.0,
-                 0.05 * 4, 200)
+    return Costs(
+        angles - angles[:, :1],
+        rng.random(BINS),
+        35 + 10 * rng.random(BINS),
+        np.full(BINS, useful),
+        35.0,
+        0.05 * 4,
+        200,
+    )
 
 
 def cost(given, choice, gained, branches=(), at=()):
@@ -29,16 +36,22 @@ def cost(given, choice, gained, branches=(), at=()):
         useful = min(gained, given.useful[b])
         missing = given.deepest[b] - np.log(KAPPAS[step]) - given.step * useful - given.floor
         total += given.angles[b, step] + 300 * given.vertices[b] * max(0.0, missing)
-        total += sum(branch.least[useful] for branch, where in zip(branches, at, strict=True) if where == b)
+        total += sum(
+            branch.least[useful] for branch, where in zip(branches, at, strict=True) if where == b
+        )
     return total
 
 
-@pytest.mark.parametrize(("seed", "useful", "gained"), [(0, 200, 0), (1, 200, 7), (2, 5, 0), (3, 0, 0), (4, 12, 3)])
+@pytest.mark.parametrize(
+    ("seed", "useful", "gained"), [(0, 200, 0), (1, 200, 7), (2, 5, 0), (3, 0, 0), (4, 12, 3)]
+)
 def test_no_kappas_of_three_bins_cost_less_than_those_chosen(seed, useful, gained):
     branches, at = [Table.of(costs(seed + 10)), Table.of(costs(seed + 20))], [2, 0]
     given = costs(seed, useful=useful)
     table = Table.of(given, branches, at)
-    least = min(cost(given, choice, gained, branches, at) for choice in product(range(20), repeat=BINS))
+    least = min(
+        cost(given, choice, gained, branches, at) for choice in product(range(20), repeat=BINS)
+    )
     kappas, gains = table.chosen(gained)
     steps = np.rint((1 - kappas) / 0.05).astype(int)
     assert table.least[gained] == pytest.approx(least, rel=1e-12)

@@ -51,7 +51,7 @@ def test_only_vertices_near_a_planted_folding_move():
 def test_a_folding_beside_an_end_of_an_axis_is_repaired_alike_at_every_scale():
     x, f = icosphere(4)
     at = int(np.argmin(np.abs(x[:, 2] - 0.8)))
-    x[at] = unit(x[at:at + 1] + 4 * (x[f[(f == at).any(axis=1)][0]].mean(axis=0) - x[at]))[0]
+    x[at] = unit(x[at : at + 1] + 4 * (x[f[(f == at).any(axis=1)][0]].mean(axis=0) - x[at]))[0]
     repaired = []
     for size in (2.0**-40, 2.0**-700):
         y = drawn_to_pole(x, size)
@@ -104,16 +104,23 @@ def _double_cover(around, along):
     turn = 4 * np.pi * np.arange(around) / around
     height = np.linspace(-1, 1, along + 2)[1:-1, None]
     rim = np.sqrt(1 - height**2)
-    x = np.stack(np.broadcast_arrays(rim * np.cos(turn), rim * np.sin(turn), height), axis=2).reshape(-1, 3)
+    x = np.stack(
+        np.broadcast_arrays(rim * np.cos(turn), rim * np.sin(turn), height), axis=2
+    ).reshape(-1, 3)
     x = np.vstack((x, [[0, 0, -1], [0, 0, 1]]))
     i, j = np.meshgrid(np.arange(along - 1), np.arange(around), indexing="ij")
     a, b = (around * i + j).ravel(), (around * i + (j + 1) % around).ravel()
     ring = np.arange(around)
     south, top = np.full(around, around * along), around * (along - 1)
     north = south + 1
-    f = np.vstack((np.column_stack((a, b, b + around)), np.column_stack((a, b + around, a + around)),
-                   np.column_stack((south, (ring + 1) % around, ring)),
-                   np.column_stack((north, top + ring, top + (ring + 1) % around))))
+    f = np.vstack(
+        (
+            np.column_stack((a, b, b + around)),
+            np.column_stack((a, b + around, a + around)),
+            np.column_stack((south, (ring + 1) % around, ring)),
+            np.column_stack((north, top + ring, top + (ring + 1) % around)),
+        )
+    )
     return x, f
 
 
@@ -121,7 +128,9 @@ def test_the_same_input_gives_the_same_bits():
     rng = np.random.default_rng(3)
     f = stacked_sphere(200, rng)
     x = rng.normal(size=(200, 3))
-    assert progressive_embedding(x, f).tobytes() == progressive_embedding(x.copy(), f.copy()).tobytes()
+    assert (
+        progressive_embedding(x, f).tobytes() == progressive_embedding(x.copy(), f.copy()).tobytes()
+    )
 
 
 def test_collapses_keep_a_sphere_down_to_the_tetrahedron_and_are_undone():

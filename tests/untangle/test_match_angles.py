@@ -53,13 +53,17 @@ def test_the_gradient_is_the_first_variation_of_the_reweighted_squares():
     model = p.model(NOISY)
     t = np.random.default_rng(1).normal(size=model.gradient.shape)
     move = h * p.move(NOISY, model, t)
-    loss = [((corner_angles(NOISY + sign * move, F).T - p.source) ** 2).sum() / 2e6 for sign in (1, -1)]
+    loss = [
+        ((corner_angles(NOISY + sign * move, F).T - p.source) ** 2).sum() / 2e6 for sign in (1, -1)
+    ]
     assert np.isclose((model.gradient * t).sum(), (loss[0] - loss[1]) / (2 * h), rtol=1e-5)
 
 
 def test_the_model_in_units_of_edges_is_alike_at_every_scale_beside_an_end_of_an_axis():
     at = np.flatnonzero((X[F][..., 2] > 0.3).all(axis=1))
-    coarse, fine = (problem(0.1).model(drawn_to_pole(NOISY, size)) for size in (2.0**-40, 2.0**-700))
+    coarse, fine = (
+        problem(0.1).model(drawn_to_pole(NOISY, size)) for size in (2.0**-40, 2.0**-700)
+    )
     assert np.abs(coarse.blocks[..., at]).max() > 1
     assert fine.blocks[..., at] == pytest.approx(coarse.blocks[..., at], rel=1e-9, abs=1e-9)
     inside = np.setdiff1d(F[at], F[np.setdiff1d(np.arange(len(F)), at)])
@@ -83,8 +87,12 @@ def test_a_step_is_that_of_the_dense_system_with_its_border():
     C, c = model.border
     border = C.transpose(0, 2, 1).reshape(3, -1)
     whole = np.block([[dense, border.T], [border, np.zeros((3, 3))]])
-    expected = np.linalg.solve(whole, np.append(-model.gradient.T.ravel(), c))[: 2 * n].reshape(n, 2).T
-    step = bordered_step(system, system.factorise(system.damped(system.assemble(model.blocks), 1e-3)), model)
+    expected = (
+        np.linalg.solve(whole, np.append(-model.gradient.T.ravel(), c))[: 2 * n].reshape(n, 2).T
+    )
+    step = bordered_step(
+        system, system.factorise(system.damped(system.assemble(model.blocks), 1e-3)), model
+    )
     assert np.allclose(step, expected, atol=1e-9 * np.abs(expected).max())
 
 
@@ -137,10 +145,14 @@ def test_what_a_step_folds_is_mended_by_small_moves_or_by_embedding():
         assert (orientation_signs(trial.x, F) > 0).all()
 
 
-@pytest.mark.parametrize(("first", "factor", "least"), [(0.3, 0.5, 0.01), (0.2, 0.9, 0.05), (0.01, 0.1, 0.02)])
-def test_steps_end_where_the_rest_of_a_geometric_series_is_less_than_the_least_gain(first, factor, least):
+@pytest.mark.parametrize(
+    ("first", "factor", "least"), [(0.3, 0.5, 0.01), (0.2, 0.9, 0.05), (0.01, 0.1, 0.02)]
+)
+def test_steps_end_where_the_rest_of_a_geometric_series_is_less_than_the_least_gain(
+    first, factor, least
+):
     gains = first * factor ** np.arange(200)
-    rest = np.array([gains[k + 1:].sum() for k in range(len(gains))])
+    rest = np.array([gains[k + 1 :].sum() for k in range(len(gains))])
     end = Aitken(least)
     ended = next(k for k, gain in enumerate(gains) if end.reached(gain))
     assert ended == max(0, int(np.argmax(rest < least)))

@@ -21,6 +21,7 @@ def candidates(*means):
 
 def towards(limit, share):
     """Steps that bring a candidate nearer to a limit of its own."""
+
     def steps(candidate):
         end = limit[int(candidate.x[0, 0])]
         return Candidate(candidate.x, end + share * (candidate.mean - end))
@@ -59,12 +60,16 @@ def test_a_candidate_that_is_predicted_to_gain_less_than_the_price_takes_no_step
 def test_a_candidate_that_falls_behind_does_not_win_by_where_it_would_end():
     """That is what halving costs: the worse half takes no more steps."""
     limit = [3.0, 3.0, 0.0, 0.0]
-    assert race(candidates(4.0, 5.0, 8.0, 9.0), towards(limit, 0.5), 0.01).mean == pytest.approx(3, rel=0.05)
+    assert race(candidates(4.0, 5.0, 8.0, 9.0), towards(limit, 0.5), 0.01).mean == pytest.approx(
+        3, rel=0.05
+    )
 
 
 def test_prices_rise_and_layouts_fall_with_the_size_of_a_mesh():
     sizes = [50, 200, 600, 1000, 2000, 5000, 10**6]
-    prices, layouts = ([count(n) for n in sizes] for count in (ism.Effort().price, ism.Effort().layouts))
+    prices, layouts = (
+        [count(n) for n in sizes] for count in (ism.Effort().price, ism.Effort().layouts)
+    )
     assert prices == sorted(prices)
     assert ism.Effort().least_gain <= prices[0] < prices[-1] <= 8 * ism.Effort().least_gain
     assert layouts == sorted(layouts, reverse=True)
@@ -82,17 +87,24 @@ def bodies():
     made = {}
     for name, n in (("large", 4000), ("small", 500)):
         result = ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=n), polish=None)
-        made[name] = result, unit(np.where(result.mesh.unit[:, :1] > 0, result.sphere[::-1], result.sphere))
+        made[name] = (
+            result,
+            unit(np.where(result.mesh.unit[:, :1] > 0, result.sphere[::-1], result.sphere)),
+        )
     return made
 
 
 @pytest.mark.parametrize("name", ["large", "small"])
 def test_what_mostly_folds_is_laid_out_and_embedded_as_the_caller_says(bodies, name):
     result, folded = bodies[name]
-    plans = {large: plan_of(result, folded, "auto", large) for large in ("embedded", "laid out", "left")}
+    plans = {
+        large: plan_of(result, folded, "auto", large) for large in ("embedded", "laid out", "left")
+    }
     assert [plan.itself for plan in plans.values()] == [False] * 3
     assert plans["left"].starts == 0
-    assert plans["embedded"].layouts == plans["laid out"].layouts == ism.Effort().layouts(len(folded))
+    assert (
+        plans["embedded"].layouts == plans["laid out"].layouts == ism.Effort().layouts(len(folded))
+    )
     assert [plan.embeds for plan in plans.values()][:2] == [True, name == "small"]
 
 
@@ -128,5 +140,11 @@ def test_a_result_explains_what_was_decided():
     result = ism.spherical_conformal_map(*random_body(3, depth=12.0, limbs=2))
     lines = result.explain().splitlines()
     assert lines[0] == f"auto: {result.run.plan}"
-    assert [line.split(":")[0] for line in lines[1:1 + len(result.rounds)]] == [each.start for each in result.rounds]
-    assert ism.spherical_conformal_map(*ism.samples.sphere(42), method="gu-yau").explain().startswith("gu-yau: ")
+    assert [line.split(":")[0] for line in lines[1 : 1 + len(result.rounds)]] == [
+        each.start for each in result.rounds
+    ]
+    assert (
+        ism.spherical_conformal_map(*ism.samples.sphere(42), method="gu-yau")
+        .explain()
+        .startswith("gu-yau: ")
+    )

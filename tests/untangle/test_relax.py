@@ -39,7 +39,9 @@ def test_gradients_agree_with_differences(k):
     h = 1e-6
     for i in range(2):
         step = h * axes[i]
-        slope = (loss.values(a - p - step, b - p - step) - loss.values(a - p + step, b - p + step)) / (2 * h)
+        slope = (
+            loss.values(a - p - step, b - p - step) - loss.values(a - p + step, b - p + step)
+        ) / (2 * h)
         assert np.allclose(gradient[i], slope, rtol=1e-5, atol=1e-5 * np.abs(slope).max())
 
 
@@ -90,7 +92,9 @@ def test_the_angle_loss_of_a_similar_image_is_its_smoothing():
 def test_the_loss_does_not_depend_on_which_corner_comes_first():
     v, x, f = _stretched()
     loss = AngleLoss(corner_angles(v, f).T)
-    turned = [_values(loss.at(3 * np.arange(len(f)) + k), x, np.roll(f, -k, axis=1)) for k in range(3)]
+    turned = [
+        _values(loss.at(3 * np.arange(len(f)) + k), x, np.roll(f, -k, axis=1)) for k in range(3)
+    ]
     assert np.allclose(turned, turned[0], rtol=1e-9)
     some = np.arange(0, len(f), 2)
     assert (_values(loss.take(some), x, f[some]) == turned[0][some]).all()

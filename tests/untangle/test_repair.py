@@ -142,7 +142,10 @@ def test_layouts_around_several_holes_are_no_worse_than_the_map_alone(taper):
     alone, several = (spherical_conformal_map(v, f, effort=Effort(holes=holes)) for holes in (0, 5))
     assert alone.certificate.folding_free
     assert several.certificate.folding_free
-    assert np.abs(several.angle_differences()).mean() <= 1.01 * np.abs(alone.angle_differences()).mean()
+    assert (
+        np.abs(several.angle_differences()).mean()
+        <= 1.01 * np.abs(alone.angle_differences()).mean()
+    )
     assert "angles" not in [r.start for r in alone.rounds]
 
 
@@ -151,7 +154,10 @@ def test_a_map_within_one_of_its_faces_counts_as_folded_everywhere_and_not_once(
     inner = np.random.default_rng(0).dirichlet(np.ones(3), size=60) @ corners
     z = np.concatenate((corners, inner))
     f = np.vstack((Delaunay(np.column_stack((z.real, z.imag))).simplices, [0, 2, 1]))
-    x, within = (unit(np.column_stack((2 * s * z.real, 2 * s * z.imag, 1 - s**2 * np.abs(z) ** 2))) for s in (3, 0.1))
+    x, within = (
+        unit(np.column_stack((2 * s * z.real, 2 * s * z.imag, 1 - s**2 * np.abs(z) ** 2)))
+        for s in (3, 0.1)
+    )
     badness = Badness(check_mesh(x, f))
     assert folded_faces(within, f).sum() == 1
     assert badness.folded(within) == 1
@@ -185,8 +191,12 @@ def _rod(taper=1.0):
     top = np.array([0.0, 0.0, 2.0])
     v = np.vstack((0 * top, ring, ring * [taper, 1, 1] + top, top))
     a, b = 1 + np.arange(8), 1 + (np.arange(8) + 1) % 8
-    f = np.vstack([np.column_stack(c) for c in ((0 * a, b, a), (a, b, b + 8), (a, b + 8, a + 8),
-                                                (a + 8, b + 8, 0 * a + 17))])
+    f = np.vstack(
+        [
+            np.column_stack(c)
+            for c in ((0 * a, b, a), (a, b, b + 8), (a, b + 8, a + 8), (a + 8, b + 8, 0 * a + 17))
+        ]
+    )
     return v, f
 
 
@@ -195,7 +205,9 @@ def test_long_arms_come_back_certified_and_conformal(long_arms):
     assert not Certificate.of(x, mesh.f).folding_free
     assert certify(repaired.sphere, mesh.f).folding_free
     assert repaired.stretch > 1
-    assert [(it.stage, it.residual) for it in seen] == [("repair", r.foldings_after) for r in repaired.rounds]
+    assert [(it.stage, it.residual) for it in seen] == [
+        ("repair", r.foldings_after) for r in repaired.rounds
+    ]
     assert _mean(mesh, repaired.sphere) < _mean(mesh, x)
 
 
@@ -235,8 +247,15 @@ def test_limbs_beyond_the_range_of_float64_are_shortened(circumferences, around)
     assert np.abs(result.angle_differences()).mean() < 1.05 * floor
 
 
-@pytest.mark.parametrize(("step", "culprit"), [
-    ("angles", "unroll"), ("embedding", "repair_locally"), ("newton", "match_angles"), ("gauge", "restore_gauge")])
+@pytest.mark.parametrize(
+    ("step", "culprit"),
+    [
+        ("angles", "unroll"),
+        ("embedding", "repair_locally"),
+        ("newton", "match_angles"),
+        ("gauge", "restore_gauge"),
+    ],
+)
 def test_a_step_that_fails_leaves_the_map_and_a_note(step, culprit, folded, monkeypatch):
     def fail(*_, **__):
         raise ValueError("negative dimensions are not allowed")

@@ -39,16 +39,23 @@ def double_cover():
     rings, around = 7, 12
     latitude = np.pi * np.arange(1, rings) / rings
     angle = 4 * np.pi * np.arange(around) / around
-    x = [[0, 0, 1.0]] + [[np.sin(t) * np.cos(a), np.sin(t) * np.sin(a), np.cos(t)] for t in latitude for a in angle]
+    x = [[0, 0, 1.0]] + [
+        [np.sin(t) * np.cos(a), np.sin(t) * np.sin(a), np.cos(t)] for t in latitude for a in angle
+    ]
     x.append([0, 0, -1.0])
+
     def at(i, j):
         return 1 + i * around + j % around
+
     f = []
     for j in range(around):
         f.append([0, at(0, j), at(0, j + 1)])
         f.append([len(x) - 1, at(rings - 2, j + 1), at(rings - 2, j)])
         for i in range(rings - 2):
-            f += [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
+            f += [
+                [at(i, j), at(i + 1, j), at(i + 1, j + 1)],
+                [at(i, j), at(i + 1, j + 1), at(i, j + 1)],
+            ]
     return np.array(x), np.array(f)
 
 
@@ -101,7 +108,9 @@ def test_rows_off_the_unit_sphere_are_named():
     assert certificate.off_sphere.tolist() == [5, 8]
     assert not certificate.folding_free
     assert str(certificate).startswith("not folding-free")  # row 8 has no direction
-    assert str(ism.certify(1.01 * X, F)).startswith(f"no face folds, but: {len(X)} vertices off the unit sphere")
+    assert str(ism.certify(1.01 * X, F)).startswith(
+        f"no face folds, but: {len(X)} vertices off the unit sphere"
+    )
 
 
 def test_single_precision_is_close_enough_to_the_sphere():

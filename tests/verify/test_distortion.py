@@ -39,8 +39,10 @@ def test_moebius_maps_are_conformal_to_second_order():
 
 
 def test_conformal_factor_is_the_ratio_of_lumped_areas():
-    ratio = igl.massmatrix(X, F, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal() / igl.massmatrix(
-        V, F, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal()
+    ratio = (
+        igl.massmatrix(X, F, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal()
+        / igl.massmatrix(V, F, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal()
+    )
     area = igl.doublearea(V, F).sum() / 2
     # eq. (14), the source having unit area
     assert np.allclose(ism.conformal_factor(V, F, X), ratio * area)
@@ -52,11 +54,9 @@ def test_conformal_factor_does_not_see_the_sources_scale():
 
 def test_conformal_factor_integrates_to_the_image_area():
     mass = igl.massmatrix(V, F, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal()
-    assert np.isclose(mass @ ism.conformal_factor(V, F, X) / mass.sum(), igl.doublearea(X, F).sum() / 2)
-
-
-
-
+    assert np.isclose(
+        mass @ ism.conformal_factor(V, F, X) / mass.sum(), igl.doublearea(X, F).sum() / 2
+    )
 
 
 def test_a_similarity_distorts_nothing():
@@ -87,10 +87,6 @@ def test_faces_of_zero_area_are_infinite_not_an_error():
     assert ism.balanced_spherical_map(v, F, balance=1).certificate.folding_free
 
 
-
-
-
-
 def test_the_maps_are_what_they_say():
     result = spherical_conformal_map(*samples.make("spheroid", n_vertices=600))
     maps = vertex_maps(result.vertices * 7, result.faces, result.sphere)
@@ -111,9 +107,14 @@ def test_the_conformal_factor_satisfies_equation_24_at_second_order(name):
     for n in (1000, 4000, 16000):
         v, f = ism.samples.make(name, n_vertices=n)
         v = v / np.sqrt(igl.doublearea(v, f).sum() / 2)
-        x, A = ism.spherical_conformal_map(v, f).sphere, np.bincount(f.ravel(), np.repeat(igl.doublearea(v, f) / 6, 3))
+        x, A = (
+            ism.spherical_conformal_map(v, f).sphere,
+            np.bincount(f.ravel(), np.repeat(igl.doublearea(v, f) / 6, 3)),
+        )
         factor = conformal_factor(v, f, x)
-        residual = igl.cotmatrix(v, f) @ np.log(factor) / 2 - igl.gaussian_curvature(v, f) + A * factor
+        residual = (
+            igl.cotmatrix(v, f) @ np.log(factor) / 2 - igl.gaussian_curvature(v, f) + A * factor
+        )
         tests = np.column_stack((np.ones(len(x)), x, x**2, x * np.roll(x, 1, axis=1)))
         errors.append([abs(residual.sum()), np.abs(tests.T @ residual).max()])
     ratios = np.array(errors[:-1]) / errors[1:]
@@ -122,13 +123,22 @@ def test_the_conformal_factor_satisfies_equation_24_at_second_order(name):
 
 def test_figures_are_those_of_numpy():
     d = np.random.default_rng(0).normal(size=(50, 3))
-    expected = {"mean": np.abs(d).mean(), "p99": np.percentile(np.abs(d), 99), "max": np.abs(d).max()}
+    expected = {
+        "mean": np.abs(d).mean(),
+        "p99": np.percentile(np.abs(d), 99),
+        "max": np.abs(d).max(),
+    }
     assert log_figures(d) == expected
-    assert angle_figures(d) == expected | {"median": np.median(np.abs(d)), "p95": np.percentile(np.abs(d), 95)}
+    assert angle_figures(d) == expected | {
+        "median": np.median(np.abs(d)),
+        "p95": np.percentile(np.abs(d), 95),
+    }
 
 
 def test_ratios_of_zero_areas_are_left_out():
-    assert log_figures(np.array([0.5, -1.5, np.inf, -np.inf, np.nan])) == log_figures(np.array([0.5, 1.5]))
+    assert log_figures(np.array([0.5, -1.5, np.inf, -np.inf, np.nan])) == log_figures(
+        np.array([0.5, 1.5])
+    )
 
 
 def test_a_surface_without_any_area_has_no_figures_but_a_summary():

@@ -19,7 +19,9 @@ def meets_exactly(p):
         return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
     def within(a, b, c):
-        return side(a, b, c) == 0 and all(min(a[i], b[i]) <= c[i] <= max(a[i], b[i]) for i in (0, 1))
+        return side(a, b, c) == 0 and all(
+            min(a[i], b[i]) <= c[i] <= max(a[i], b[i]) for i in (0, 1)
+        )
 
     for i in range(k):
         for j in range(i):
@@ -29,8 +31,13 @@ def meets_exactly(p):
                 dot = sum((first[m] - corner[m]) * (last[m] - corner[m]) for m in (0, 1))
                 hit = side(first, corner, last) == 0 and dot > 0
             else:
-                hit = (side(a, b, c) * side(a, b, d) < 0 and side(c, d, a) * side(c, d, b) < 0) or any(
-                    within(*edge, point) for edge, points in (((a, b), (c, d)), ((c, d), (a, b))) for point in points)
+                hit = (
+                    side(a, b, c) * side(a, b, d) < 0 and side(c, d, a) * side(c, d, b) < 0
+                ) or any(
+                    within(*edge, point)
+                    for edge, points in (((a, b), (c, d)), ((c, d), (a, b)))
+                    for point in points
+                )
             met |= {i, j} if hit else set()
     return np.isin(np.arange(k), list(met))
 
@@ -52,7 +59,9 @@ def test_meetings_are_those_of_exact_arithmetic(seed):
 @pytest.mark.parametrize("scale", [1e-200, 1.0, 1e150])
 def test_a_tall_rectangle_of_thousands_of_edges_meets_itself_nowhere(scale):
     side = np.arange(3000) * scale
-    p = np.concatenate((np.column_stack((0 * side, side[::-1])), np.column_stack((0 * side + scale, side))))
+    p = np.concatenate(
+        (np.column_stack((0 * side, side[::-1])), np.column_stack((0 * side + scale, side)))
+    )
     rim = np.arange(len(p))
     assert not rim_crossings(p, rim).any()
     assert rim_direction(p, rim) == 1
@@ -70,7 +79,9 @@ def test_signs_are_exact_where_rounding_decides():
     tiny = 2.0**-80
     p = np.array([[0, 0], [1, 1], [0.5, 0.5 + tiny], [0.5, 0.5 - tiny], [0.5, 0.5]]) * 3
     assert plane_signs(p, np.array([[0, 1, 4]])).tolist() == [0]
-    assert plane_signs(np.array([[0, 0], [1.0, 1], [tiny, 2 * tiny]]), np.array([[0, 1, 2]])).tolist() == [1]
+    assert plane_signs(
+        np.array([[0, 0], [1.0, 1], [tiny, 2 * tiny]]), np.array([[0, 1, 2]])
+    ).tolist() == [1]
 
 
 def spiral(turns):

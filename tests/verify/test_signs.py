@@ -16,7 +16,9 @@ def rational_signs(a, b, c):
     """Signs by exact rational arithmetic: slow, and beyond doubt."""
     signs = []
     for rows in zip(a, b, c, strict=True):
-        (p, q, r), (s, t, u), (v, w, z) = ([Fraction(float(number)) for number in row] for row in rows)
+        (p, q, r), (s, t, u), (v, w, z) = (
+            [Fraction(float(number)) for number in row] for row in rows
+        )
         det = p * (t * z - u * w) - q * (s * z - u * v) + r * (s * w - t * v)
         signs.append((det > 0) - (det < 0))
     return np.array(signs)
@@ -38,8 +40,13 @@ def nearly_flat(a, b, rng):
 def test_signs_are_those_of_rational_arithmetic_at_all_scales(mixed, seed):
     """Exponents from 2^-1074 to 2^1020, differing within a face: 2,400 determinants, most of them all but 0."""
     rng = np.random.default_rng(seed)
-    shape = {"numbers": (2, 160, 3), "rows": (2, 160, 1), "columns": (1, 1, 3), "scales": (1, 160, 1),
-             "near ones": (1, 160, 1)}[mixed]
+    shape = {
+        "numbers": (2, 160, 3),
+        "rows": (2, 160, 1),
+        "columns": (1, 1, 3),
+        "scales": (1, 160, 1),
+        "near ones": (1, 160, 1),
+    }[mixed]
     exponent = rng.integers(-1074, 1020, size=shape)
     if mixed == "near ones":
         exponent = exponent + rng.integers(-60, 60, size=(2, 160, 3))
@@ -70,13 +77,21 @@ def test_a_fold_of_one_unit_in_the_last_place_is_found_at_every_radius(power):
     c = nearly_flat(a, b, rng)
     expected = rational_signs(a, b, c)
     assert (expected < 0).sum() > 20
-    assert np.array_equal(determinant_signs(*(np.ldexp(rows, power) for rows in (a, b, c))), expected)
+    assert np.array_equal(
+        determinant_signs(*(np.ldexp(rows, power) for rows in (a, b, c))), expected
+    )
 
 
-@pytest.mark.parametrize(("radius", "dtype"), [
-    *((radius, float) for radius in (1e-310, 1e-110, 1.1e-103, 1e-40, 1e105, 1e154, 1e300, 1e308)),
-    *((radius, np.float32) for radius in (1e-37, 1e-5, 1e38)),
-])
+@pytest.mark.parametrize(
+    ("radius", "dtype"),
+    [
+        *(
+            (radius, float)
+            for radius in (1e-310, 1e-110, 1.1e-103, 1e-40, 1e105, 1e154, 1e300, 1e308)
+        ),
+        *((radius, np.float32) for radius in (1e-37, 1e-5, 1e38)),
+    ],
+)
 def test_a_sphere_of_any_radius_is_judged_like_the_unit_sphere(radius, dtype):
     x = (radius * X).astype(dtype)
     certificate = ism.certify(x, F)
@@ -108,7 +123,13 @@ def tip(size):
     """A sphere with a triangle of that size at the north pole; its rows are unit rows."""
     angle = 2 * np.pi * np.arange(3) / 3
     flat = np.column_stack((np.cos(angle), np.sin(angle)))
-    x = np.vstack((np.column_stack((size * flat, np.ones(3))), np.column_stack((flat, np.zeros(3))), [[0, 0, -1]]))
+    x = np.vstack(
+        (
+            np.column_stack((size * flat, np.ones(3))),
+            np.column_stack((flat, np.zeros(3))),
+            [[0, 0, -1]],
+        )
+    )
     f = [[0, 1, 2]]
     for i, j in ((0, 1), (1, 2), (2, 0)):
         f += [[i, 3 + i, 3 + j], [i, 3 + j, j], [3 + j, 3 + i, 6]]
@@ -128,10 +149,14 @@ def test_faces_at_a_pole_are_exact_down_to_the_smallest_numbers(size):
 def test_a_double_cover_of_any_radius_is_found_by_its_degree():
     around = 12
     angle = 4 * np.pi * np.arange(around) / around
-    x = np.vstack((np.column_stack((np.cos(angle), np.sin(angle), 0 * angle)), [[0, 0, 1], [0, 0, -1]]))
+    x = np.vstack(
+        (np.column_stack((np.cos(angle), np.sin(angle), 0 * angle)), [[0, 0, 1], [0, 0, -1]])
+    )
     i = np.arange(around)
     j = (i + 1) % around
-    f = np.vstack((np.column_stack((i, j, 0 * i + around)), np.column_stack((j, i, 0 * i + around + 1))))
+    f = np.vstack(
+        (np.column_stack((i, j, 0 * i + around)), np.column_stack((j, i, 0 * i + around + 1)))
+    )
     for radius in (1e-300, 1e-110, 1.0, 1e110, 1e300):
         certificate = ism.certify(radius * x, f)
         assert certificate.foldings == 0

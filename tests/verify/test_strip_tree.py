@@ -10,7 +10,10 @@ from igl_spheremap.verify.rim import plane_signs, rim_crossings
 def spikes(k, inner):
     """A star."""
     turn = 2 * np.pi * np.arange(k) / k
-    return np.column_stack((np.cos(turn), np.sin(turn))) * np.where(np.arange(k) % 2, 1, inner)[:, None]
+    return (
+        np.column_stack((np.cos(turn), np.sin(turn)))
+        * np.where(np.arange(k) % 2, 1, inner)[:, None]
+    )
 
 
 def slanted_comb(k):
@@ -27,11 +30,17 @@ def jagged_comb(k):
     return p
 
 
-@pytest.mark.parametrize("p", [spikes(3000, 0.2), 1e3 + spikes(3001, 0.2), slanted_comb(3000), jagged_comb(3000)])
+@pytest.mark.parametrize(
+    "p", [spikes(3000, 0.2), 1e3 + spikes(3001, 0.2), slanted_comb(3000), jagged_comb(3000)]
+)
 def test_edges_side_by_side_are_compared_with_few_others(p, monkeypatch):
     compared, near = [], strip_tree._Runs.near
-    monkeypatch.setattr(rim, "plane_signs", lambda q, f: compared.append(len(f)) or plane_signs(q, f))
-    monkeypatch.setattr(strip_tree._Runs, "near", lambda runs, i, j: compared.append(len(i)) or near(runs, i, j))
+    monkeypatch.setattr(
+        rim, "plane_signs", lambda q, f: compared.append(len(f)) or plane_signs(q, f)
+    )
+    monkeypatch.setattr(
+        strip_tree._Runs, "near", lambda runs, i, j: compared.append(len(i)) or near(runs, i, j)
+    )
     assert not rim_crossings(p, np.arange(len(p))).any()
     assert sum(compared) < 20 * len(p)  # bounding boxes of each edge meet those of hundreds
 

@@ -21,7 +21,9 @@ _FORMATS = [entry.suffixes[0].removeprefix(".") for entry in FORMATS]
 WRITTEN = ("obj", "off")  # on stdout: text, nothing that would garble a terminal
 
 
-def number(words: str, allowed: Callable[[float], bool], kind: type[float] = float) -> Callable[[str], Any]:
+def number(
+    words: str, allowed: Callable[[float], bool], kind: type[float] = float
+) -> Callable[[str], Any]:
     """A type of arguments for argparse: finite numbers that are allowed, which the words describe.
 
     >>> number("from 0", lambda n: n >= 0, int)("7")
@@ -31,7 +33,9 @@ def number(words: str, allowed: Callable[[float], bool], kind: type[float] = flo
     def parse(text: str) -> float:
         value = kind(text)
         if not (math.isfinite(value) and allowed(value)):
-            raise ArgumentTypeError(f"{text} is out of range: give a {'whole ' * (kind is int)}number {words}")
+            raise ArgumentTypeError(
+                f"{text} is out of range: give a {'whole ' * (kind is int)}number {words}"
+            )
         return value
 
     parse.__name__ = "number"  # argparse: "invalid number value: 'x'"
@@ -66,7 +70,9 @@ def rim(text: str) -> int | list[float]:
     raise ArgumentTypeError(f"{text!r}: give a vertex such as 17, or a point such as 0,0,-50")
 
 
-def argument(name: str, metavar: str | tuple[str, ...] | None, help: str, **options: Any) -> Argument:
+def argument(
+    name: str, metavar: str | tuple[str, ...] | None, help: str, **options: Any
+) -> Argument:
     """A positional argument, or a flag with a value, whose default the help says."""
     said = "" if options.get("default") in (None, []) else "; default: %(default)s"
     return (name,), {"metavar": metavar, "help": help + said, **options}
@@ -79,7 +85,9 @@ def choice(name: str, choices: Iterable[str], help: str, **options: Any) -> Argu
 
 def several(name: str, metavar: str | tuple[str, ...], help: str, **options: Any) -> Argument:
     """A flag with a value that may be given again."""
-    return argument(name, metavar, f"{help}; may be given again", action="append", default=[], **options)
+    return argument(
+        name, metavar, f"{help}; may be given again", action="append", default=[], **options
+    )
 
 
 def switch(*names: str, help: str) -> Argument:
@@ -113,20 +121,30 @@ def check_companions(args: Namespace) -> None:
 
 def refuse_flags(args: Namespace, names: Iterable[str], why: str) -> None:
     """Raise a UsageError for flags of these names that are given; `why` says what ignores them."""
-    found = [flag[0][-1] for flag in args.row.arguments if flag[0][-1] in names and is_given(args, flag)]
+    found = [
+        flag[0][-1] for flag in args.row.arguments if flag[0][-1] in names and is_given(args, flag)
+    ]
     if found:
         raise UsageError(f"{why} takes no {' and no '.join(found)}")
 
 
 def source(name: str = "IN", **options: Any) -> tuple[Argument, ...]:
     """Make the arguments for a mesh: its file, called `name` in the help text, and the flags for reading it."""
-    return argument("source", name, "a mesh file, sample:NAME[:key=value,...], or - for stdin", **options), *READING
+    return argument(
+        "source", name, "a mesh file, sample:NAME[:key=value,...], or - for stdin", **options
+    ), *READING
 
 
 def pair(name: str = "SOURCE", optional: bool = False) -> tuple[Argument, ...]:
     """Make the arguments for a mesh and its map, which may be left out where `optional`."""
-    left_out = (f"; or a map to the plane; may be left out where {name} is an .npz that holds the map, or an .obj "
-                "with texture coordinates") if optional else ""
+    left_out = (
+        (
+            f"; or a map to the plane; may be left out where {name} is an .npz that holds the map, or an .obj "
+            "with texture coordinates"
+        )
+        if optional
+        else ""
+    )
     help = "its map: the same faces, vertices on a sphere about the origin; - for stdin" + left_out
     return *source(name), argument("sphere", "SPHERE", help, nargs="?" if optional else None)
 
@@ -143,7 +161,13 @@ def method(default: str) -> Argument:
 
 def balance(default: float) -> Argument:
     """The balance of a map."""
-    return argument("--balance", "T", "between 0, conformal, and 1, area-preserving", type=FROM_0_TO_1, default=default)
+    return argument(
+        "--balance",
+        "T",
+        "between 0, conformal, and 1, area-preserving",
+        type=FROM_0_TO_1,
+        default=default,
+    )
 
 
 def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
@@ -151,78 +175,173 @@ def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
     return (
         UP,
         argument("--screenshot", "OUT.png", "write one picture; needs no display"),
-        goes_with("--screenshot", argument("--frame", "K", "which frame, from 0; -1 is the last", type=int)),
-        argument("--video", "OUT", "write OUT.gif, or OUT.mp4 (needs imageio-ffmpeg); needs no display"),
-        goes_with("--video", argument("--length", "N", "about how many pictures", type=POSITIVE_COUNT, default=LENGTH)),
-        goes_with("--video", argument("--fps", "N", "pictures a second", type=POSITIVE_COUNT, default=RATE)),
-        argument("--size", ("W", "H"), "of the window or picture, pixels", type=_SIDE, nargs=2, default=size),
+        goes_with(
+            "--screenshot",
+            argument("--frame", "K", "which frame, from 0; -1 is the last", type=int),
+        ),
+        argument(
+            "--video", "OUT", "write OUT.gif, or OUT.mp4 (needs imageio-ffmpeg); needs no display"
+        ),
+        goes_with(
+            "--video",
+            argument(
+                "--length", "N", "about how many pictures", type=POSITIVE_COUNT, default=LENGTH
+            ),
+        ),
+        goes_with(
+            "--video",
+            argument("--fps", "N", "pictures a second", type=POSITIVE_COUNT, default=RATE),
+        ),
+        argument(
+            "--size",
+            ("W", "H"),
+            "of the window or picture, pixels",
+            type=_SIDE,
+            nargs=2,
+            default=size,
+        ),
     )
 
 
 #: How a mesh is read.
 READING = (
-    argument("--format", "FMT", f"of stdin: %(choices)s; of stdout: {' or '.join(WRITTEN)}", choices=_FORMATS,
-             default="obj"),
+    argument(
+        "--format",
+        "FMT",
+        f"of stdin: %(choices)s; of stdout: {' or '.join(WRITTEN)}",
+        choices=_FORMATS,
+        default="obj",
+    ),
     switch("--repair", help="weld open edges, triangulate, reorient, remove surplus faces"),
-    *(goes_with("--repair", each) for each in (
-        argument("--weld", "T", "weld vertices along open edges up to T diagonals of the bounding box",
-                 type=number(f"from 0 to {LARGEST_WELD:g}", lambda t: 0 <= t <= LARGEST_WELD)),
-        switch("--keep-largest", help="keep only the largest component"),
-        switch("--fill-holes", help="close holes by caps"),
-        switch("--cut-handles", help="cut handles along short loops, and close the cuts by caps"),
-    )),
+    *(
+        goes_with("--repair", each)
+        for each in (
+            argument(
+                "--weld",
+                "T",
+                "weld vertices along open edges up to T diagonals of the bounding box",
+                type=number(f"from 0 to {LARGEST_WELD:g}", lambda t: 0 <= t <= LARGEST_WELD),
+            ),
+            switch("--keep-largest", help="keep only the largest component"),
+            switch("--fill-holes", help="close holes by caps"),
+            switch(
+                "--cut-handles", help="cut handles along short loops, and close the cuts by caps"
+            ),
+        )
+    ),
 )
 OUTPUT = (
     argument("--json", "FILE", "write the figures as JSON; '-' is stdout, instead of the summary"),
     switch("-q", "--quiet", help="print no summary"),
 )
-DATA_HELP = ("data over the vertices: .gii, .npz, .npy, .csv, .tsv, .txt, .1D, .ply, .vtk, .annot or "
-             "FreeSurfer's curvature; FILE:NAME takes one map or column")
+DATA_HELP = (
+    "data over the vertices: .gii, .npz, .npy, .csv, .tsv, .txt, .1D, .ply, .vtk, .annot or "
+    "FreeSurfer's curvature; FILE:NAME takes one map or column"
+)
 DATA = argument("--data", "FILE", f"{DATA_HELP}; without it the positions")
-FEATURE = several("--feature", "NAME=SOURCE,TARGET", "files of data that are compared; without it shape is")
-TO = argument("--to", "MESH", "a sphere mesh: ico:K of 10 * 4^K + 2 vertices, fsaverage3 to fsaverage7 or fsLR from "
-              "programs on this machine, or a file such as another map", default="ico:5")
-REFLECT = switch("--reflect", help="mirror SOURCE and its sphere first (x to -x), as `register --reflect` did")
+FEATURE = several(
+    "--feature", "NAME=SOURCE,TARGET", "files of data that are compared; without it shape is"
+)
+TO = argument(
+    "--to",
+    "MESH",
+    "a sphere mesh: ico:K of 10 * 4^K + 2 vertices, fsaverage3 to fsaverage7 or fsLR from "
+    "programs on this machine, or a file such as another map",
+    default="ico:5",
+)
+REFLECT = switch(
+    "--reflect", help="mirror SOURCE and its sphere first (x to -x), as `register --reflect` did"
+)
 #: Where methods end, each by what it measures, and the settings of lai2014 beside its default.
 ENDS = (
-    argument("--tolerance", "T", "energy above the minimum, in units of the mesh's discretisation error (auto)",
-             type=FROM_ZERO),
+    argument(
+        "--tolerance",
+        "T",
+        "energy above the minimum, in units of the mesh's discretisation error (auto)",
+        type=FROM_ZERO,
+    ),
     argument("--gradient-tolerance", "T", "norm of the gradient (lai2014, gu-yau)", type=FROM_ZERO),
-    argument("--max-iterations", "N", "of each minimisation, so of each round of Algorithm 2", type=COUNT),
-    switch("--as-printed", help="Algorithms 1 and 2 without safeguards (lai2014); other options count on top"),
+    argument(
+        "--max-iterations", "N", "of each minimisation, so of each round of Algorithm 2", type=COUNT
+    ),
+    switch(
+        "--as-printed",
+        help="Algorithms 1 and 2 without safeguards (lai2014); other options count on top",
+    ),
     switch("--as-programmed", help="the rules of the authors' published program (lai2014)"),
 )
 #: Options of single methods, which name them.
 METHOD_OPTIONS = (
     *ENDS,
-    choice("--polish", (*get_args(Polish), "none"), "lower the angle differences of a good map: where that gains "
-           "enough (auto), always, or never, as in a batch"),
-    choice("--gauge", dict.fromkeys((*get_args(Gauge), *get_args(PaperGauge))), "where the tips of limbs too deep for "
-           "float64 go (auto): ends of the axes, or centred and shortened; free: the Moebius freedom too (lai2014)"),
-    choice("--edge-weights", get_args(EdgeWeights), "of intrinsic Delaunay triangles, or the paper's (lai2014)"),
-    choice("--metric", get_args(PaperMetric), "what the energy's derivatives are divided by (lai2014)"),
+    choice(
+        "--polish",
+        (*get_args(Polish), "none"),
+        "lower the angle differences of a good map: where that gains "
+        "enough (auto), always, or never, as in a batch",
+    ),
+    choice(
+        "--gauge",
+        dict.fromkeys((*get_args(Gauge), *get_args(PaperGauge))),
+        "where the tips of limbs too deep for "
+        "float64 go (auto): ends of the axes, or centred and shortened; free: the Moebius freedom too (lai2014)",
+    ),
+    choice(
+        "--edge-weights",
+        get_args(EdgeWeights),
+        "of intrinsic Delaunay triangles, or the paper's (lai2014)",
+    ),
+    choice(
+        "--metric", get_args(PaperMetric), "what the energy's derivatives are divided by (lai2014)"
+    ),
 )
-UP = choice("--up", UPS, "which way is up, in pictures and .glb files; without it by the file's name and format, or "
-            "its shape")
+UP = choice(
+    "--up",
+    UPS,
+    "which way is up, in pictures and .glb files; without it by the file's name and format, or "
+    "its shape",
+)
 REPORT = argument("--report", "PAGE", "write x.html, or a page in a folder: figures and pictures")
-RATINGS = argument("--ratings", "FILE", "leave out what is rated fail in this table, which a page saved")
-SOURCES = argument("sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*")
-PARTS = switch("--parts", help="take each closed part of a file as a surface of its own: part K of name.obj is "
-               "name.obj:K, and its {stem} name_K")
+RATINGS = argument(
+    "--ratings", "FILE", "leave out what is rated fail in this table, which a page saved"
+)
+SOURCES = argument(
+    "sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*"
+)
+PARTS = switch(
+    "--parts",
+    help="take each closed part of a file as a surface of its own: part K of name.obj is "
+    "name.obj:K, and its {stem} name_K",
+)
 #: Who works on many files, and when jobs end.
 ENGINE = (
     argument("--jobs", "N", "processes; without it one for each processor", type=POSITIVE_COUNT),
-    argument("--scheduler", "ADDRESS", "run on the workers of a Dask scheduler: tcp://HOST:8786, or its file"),
-    (("--resume",), {"help": "keep what the manifest holds of the same file, options and version; default: on",
-                     "action": BooleanOptionalAction, "default": True}),
+    argument(
+        "--scheduler",
+        "ADDRESS",
+        "run on the workers of a Dask scheduler: tcp://HOST:8786, or its file",
+    ),
+    (
+        ("--resume",),
+        {
+            "help": "keep what the manifest holds of the same file, options and version; default: on",
+            "action": BooleanOptionalAction,
+            "default": True,
+        },
+    ),
     switch("--retry-failed", help="run again what failed"),
     argument("--timeout", "SECONDS", "end a job that takes longer", type=POSITIVE),
-    argument("--retries", "N", "how often a job is run again whose process died", type=COUNT, default=1),
+    argument(
+        "--retries", "N", "how often a job is run again whose process died", type=COUNT, default=1
+    ),
 )
 #: What all commands take that make files of many.
 MANY = (
     *ENGINE,
-    argument("--manifest", "FILE", "inputs and results so far, as JSON lines; without it in the folder of all targets"),
+    argument(
+        "--manifest",
+        "FILE",
+        "inputs and results so far, as JSON lines; without it in the folder of all targets",
+    ),
     argument("--summary", "FILE", "a table with a line for each file: .tsv or .csv"),
     REPORT,
     switch("-f", "--force", help="replace any other file at a target"),
@@ -231,16 +350,33 @@ MANY = (
 #: What `disk` and `flatten` take.
 PLANE = (
     *source(),
-    goes_with("--fill-holes", argument("--rim", "VERTEX|X,Y,Z", "the hole that stays is the one nearest to this "
-                                       "vertex or point (--rim=-1,0,0); without it the longest", type=rim)),
-    argument("--cut", "K|V,V,...|LIST", "cut a closed surface open along short paths through K of its tips, these "
-             "vertices, or those of a .pinned or .vts list", type=cut),
+    goes_with(
+        "--fill-holes",
+        argument(
+            "--rim",
+            "VERTEX|X,Y,Z",
+            "the hole that stays is the one nearest to this "
+            "vertex or point (--rim=-1,0,0); without it the longest",
+            type=rim,
+        ),
+    ),
+    argument(
+        "--cut",
+        "K|V,V,...|LIST",
+        "cut a closed surface open along short paths through K of its tips, these "
+        "vertices, or those of a .pinned or .vts list",
+        type=cut,
+    ),
     argument("--patch", "FILE", "map the part of IN that this patch of FreeSurfer's holds"),
-    *target(".obj or .glb (the surface with texture coordinates), .npz (both), lh.NAME.patch.flat, or the image as a "
-            "mesh"),
+    *target(
+        ".obj or .glb (the surface with texture coordinates), .npz (both), lh.NAME.patch.flat, or the image as a "
+        "mesh"
+    ),
     REPORT,
     UP,
-    argument("--plot", "FILE", "draw the image and what happens to angles and areas: .png, .svg or .pdf"),
+    argument(
+        "--plot", "FILE", "draw the image and what happens to angles and areas: .png, .svg or .pdf"
+    ),
     *OUTPUT,
 )
 
@@ -249,8 +385,12 @@ def repair_options(args: Namespace) -> dict[str, Any] | None:
     """The options of `repair_mesh` that flags stand for; None without --repair."""
     if not args.repair:
         return None
-    return {"weld": args.weld or 0.0, "keep_largest": args.keep_largest,
-            "holes": "fill" if args.fill_holes else "refuse", "handles": "cut" if args.cut_handles else "refuse"}
+    return {
+        "weld": args.weld or 0.0,
+        "keep_largest": args.keep_largest,
+        "holes": "fill" if args.fill_holes else "refuse",
+        "handles": "cut" if args.cut_handles else "refuse",
+    }
 
 
 def chosen_method(args: Namespace, **defaults: object) -> Method:
@@ -265,7 +405,9 @@ def chosen_method(args: Namespace, **defaults: object) -> Method:
     if unknown := set(options) - set(known[args.method]):
         flags = sorted(f"--{name.replace('_', '-')}" for name in unknown)
         raise UsageError(f"--method {args.method} takes no {' and no '.join(flags)}")
-    options = {name: value for name, value in defaults.items() if name in known[args.method]} | options
+    options = {
+        name: value for name, value in defaults.items() if name in known[args.method]
+    } | options
     make = METHODS[args.method]
     for name in ("as_printed", "as_programmed"):
         if getattr(args, name):

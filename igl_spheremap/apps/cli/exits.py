@@ -26,12 +26,21 @@ class Exit(IntEnum):
         return one
 
     OK = 0, "done; a map is certified folding-free"
-    NO_MESH = 2, "the input can't be mapped: it is no closed genus-0 triangle mesh, or for the plane no disk"
-    UNCERTIFIED = 3, "not certified: foldings or overlaps remain, or vertices are off the sphere (a map is written)"
+    NO_MESH = (
+        2,
+        "the input can't be mapped: it is no closed genus-0 triangle mesh, or for the plane no disk",
+    )
+    UNCERTIFIED = (
+        3,
+        "not certified: foldings or overlaps remain, or vertices are off the sphere (a map is written)",
+    )
     USAGE = 64, "the command line is wrong"
     UNAVAILABLE = 69, "a scheduler does not answer, or its workers can't be used"
     FAILED = 70, "the computation failed on a sound mesh, or memory ran out"
-    NO_DISPLAY = 71, "nothing can be drawn here: no display for a window, no OpenGL, or no such frame"
+    NO_DISPLAY = (
+        71,
+        "nothing can be drawn here: no display for a window, no OpenGL, or no such frame",
+    )
     FILE = 74, "a file can't be read or written"
     INTERRUPTED = 130, "interrupted by Ctrl-C (what was done until then is written)"
     TERMINATED = 143, "ended by SIGTERM (what was done until then is written)"
@@ -73,18 +82,31 @@ _STATUS: tuple[tuple[type[BaseException], Exit], ...] = (
 )
 
 #: The flags for options of functions that are not called as these are.
-_FLAGS = {"keep_largest": "--keep-largest", "holes": "--fill-holes", "handles": "--cut-handles",
-          "triangulate": "--repair", "hemisphere": "--hemi"}
+_FLAGS = {
+    "keep_largest": "--keep-largest",
+    "holes": "--fill-holes",
+    "handles": "--cut-handles",
+    "triangulate": "--repair",
+    "hemisphere": "--hemi",
+}
 #: The commands for functions that are not options of another command.
-_COMMANDS = {"spherical_conformal_map": "map", "repair_foldings": "repair", "sphere_map": "check", "write_map": "map",
-             "write_surface_map": "match", "write_coefficients": "harmonics"}
+_COMMANDS = {
+    "spherical_conformal_map": "map",
+    "repair_foldings": "repair",
+    "sphere_map": "check",
+    "write_map": "map",
+    "write_surface_map": "match",
+    "write_coefficients": "harmonics",
+}
 #: Errors that take one line; any other is a defect of the package and shows its traceback.
 EXPECTED = tuple(kind for kind, _ in _STATUS)
 
 
 def describe(error: BaseException) -> tuple[Exit, str]:
     """The exit status and the line of an error that is one of `EXPECTED`."""
-    return next(status for kind, status in _STATUS if isinstance(error, kind)), errors.one_line(error)
+    return next(status for kind, status in _STATUS if isinstance(error, kind)), errors.one_line(
+        error
+    )
 
 
 @dataclass(frozen=True)
@@ -100,24 +122,37 @@ class Shell:
     def __call__(self, remedy: errors.Remedy) -> str:
         if remedy.function in _COMMANDS:
             return f"the command {_COMMANDS[remedy.function]}"
-        flags = {_FLAGS.get(name, f"--{name.replace('_', '-')}"): value for name, value in remedy.options.items()}
+        flags = {
+            _FLAGS.get(name, f"--{name.replace('_', '-')}"): value
+            for name, value in remedy.options.items()
+        }
         if remedy.function.startswith("repair") and flags.keys() != {"--cut"}:
             flags = {"--repair": True} | flags
         if not flags.keys() <= self.flags.keys():
             return f"{errors.as_call(remedy)} in Python"
-        return " ".join(f"{flag} {value}" if self.flags[flag] and value is not None else flag
-                        for flag, value in flags.items())
+        return " ".join(
+            f"{flag} {value}" if self.flags[flag] and value is not None else flag
+            for flag, value in flags.items()
+        )
 
 
 def shell_of(args: "Namespace") -> Shell:
     """How the command that was parsed says remedies."""
-    return Shell({name: options.get("action") != "store_true" for names, options in args.row.arguments
-                  for name in names})
+    return Shell(
+        {
+            name: options.get("action") != "store_true"
+            for names, options in args.row.arguments
+            for name in names
+        }
+    )
 
 
 #: What asks a command to end. On Windows other programs can't send SIGTERM, but Ctrl-Break.
-_SIGNALS = {signal.SIGINT: Exit.INTERRUPTED, signal.SIGTERM: Exit.TERMINATED,
-            getattr(signal, "SIGBREAK", signal.SIGTERM): Exit.TERMINATED}
+_SIGNALS = {
+    signal.SIGINT: Exit.INTERRUPTED,
+    signal.SIGTERM: Exit.TERMINATED,
+    getattr(signal, "SIGBREAK", signal.SIGTERM): Exit.TERMINATED,
+}
 
 
 class Interrupt:
@@ -154,5 +189,7 @@ class Interrupt:
     def _ask(self, number: int, frame: FrameType | None) -> None:
         self.asked = number
         for each in _SIGNALS:
-            signal.signal(each, signal.default_int_handler if each == signal.SIGINT else signal.SIG_DFL)
+            signal.signal(
+                each, signal.default_int_handler if each == signal.SIGINT else signal.SIG_DFL
+            )
         self._announce()

@@ -66,7 +66,9 @@ class InputMesh:
         """Its mirror image, x to -x, which is one of the other side of the body; faces are reversed."""
         structure = self.metadata.get("structure")
         metadata = {"structure": other_side(structure)} if structure else {}
-        return replace(self, v=self.v * MIRROR, f=np.ascontiguousarray(self.f[:, ::-1]), metadata=metadata)
+        return replace(
+            self, v=self.v * MIRROR, f=np.ascontiguousarray(self.f[:, ::-1]), metadata=metadata
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +92,9 @@ class InputMap:
     def map(self) -> SphereMap:
         """The map as a certified result; errors name its file. A mirror image is refused: its frame is another."""
         with naming(self.name):
-            return certified(check_mesh(self.source.v, self.source.f, caps=self.source.caps), self.x)
+            return certified(
+                check_mesh(self.source.v, self.source.f, caps=self.source.caps), self.x
+            )
 
 
 def load_source(args: Namespace, name: str | None = None, *, check: bool = True) -> InputMesh:
@@ -111,7 +115,9 @@ def read_source(
     Raises UsageError for an unknown sample, FileError and MeshError for a file without a closed genus-0 mesh. Without
     `check` any mesh will do; of it and where meshes are repaired, polygons are cut into triangles.
     """
-    mesh = read_any(name, kind, lambda path: read_mesh(path, triangulate=repair is not None or not check))
+    mesh = read_any(
+        name, kind, lambda path: read_mesh(path, triangulate=repair is not None or not check)
+    )
     name = "stdin" if name == STREAM else name
     cut = (f"triangulated {mesh.triangulated} polygons",) if mesh.triangulated else ()
     with naming(name):
@@ -119,16 +125,23 @@ def read_source(
             caps = check_mesh(mesh).caps if check else None
             return InputMesh(name, mesh.v, mesh.f, mesh.metadata, cut, caps)
         done = repair_mesh(mesh, **repair)
-    return InputMesh(name, done.v, done.f, mesh.metadata, cut + done.actions, done.caps, done.face_source)
+    return InputMesh(
+        name, done.v, done.f, mesh.metadata, cut + done.actions, done.caps, done.face_source
+    )
 
 
 def map_of(args: Namespace, source: InputMesh, **options: Any) -> SphereMap:
     """The map that the archive of a mesh holds; other meshes, and those that were repaired, are mapped."""
-    if not source.repairs and source.name.lower().endswith(".npz") and "sphere" in read_arrays(source.name):
+    if (
+        not source.repairs
+        and source.name.lower().endswith(".npz")
+        and "sphere" in read_arrays(source.name)
+    ):
         return read_map(source.name)
     args.progress.begin(f"mapping {source.name}")
-    return balanced_spherical_map(source.v, source.f, caps=source.caps, listener=args.progress.listener(source.f),
-                                  **options)
+    return balanced_spherical_map(
+        source.v, source.f, caps=source.caps, listener=args.progress.listener(source.f), **options
+    )
 
 
 def load_pair(args: Namespace, mirror: bool = False) -> InputMap:
@@ -192,7 +205,9 @@ def read_any(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> 
 def read_target_sphere(to: str, source: InputMesh | None = None) -> tuple[FloatArray, IntArray]:
     """Vertices and faces of the sphere mesh that --to names, of a template on the side of `source`."""
     if to in TEMPLATES and not Path(to).exists():
-        _, f, x = template_files(to, source.metadata.get("structure") if source else None, None).read()
+        _, f, x = template_files(
+            to, source.metadata.get("structure") if source else None, None
+        ).read()
         return x, check_faces(f, len(x))
     if not to.startswith("ico:"):
         x, f = read_sphere(to)
@@ -211,8 +226,10 @@ def read_maps(path: str, mesh: InputMesh) -> dict[str, FloatArray]:
     maps = read_named(path)
     for key, values in maps.items():
         if len(values) != len(mesh.v):
-            raise MeshError(f"{path}: {key} has {len(values)} values but {mesh.name} has {len(mesh.v)} vertices; "
-                            "give data of this mesh")
+            raise MeshError(
+                f"{path}: {key} has {len(values)} values but {mesh.name} has {len(mesh.v)} vertices; "
+                "give data of this mesh"
+            )
     return maps
 
 
@@ -231,8 +248,7 @@ def parts_of(name: str) -> list[str]:
 
 
 def expand(words: Iterable[str]) -> list[str]:
-    """Files in the order given; of a list `@FILE` one a line, of a glob in alphabetical order, numbers by their value.
-    """
+    """Files in the order given; of a list `@FILE` one a line, of a glob in alphabetical order, numbers by value."""
     names: list[str] = []
     for word in words:
         if word == STREAM:

@@ -50,7 +50,10 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
         import_optional(kind.package, kind.name, "io")
     others = _inputs(args)
     for path in (*_paths(args, _OUTPUTS), *(getattr(args, "overlay", None) or ())):
-        check_writable(path, force=getattr(args, "force", False) or path in (args.json, getattr(args, "plot", None)))
+        check_writable(
+            path,
+            force=getattr(args, "force", False) or path in (args.json, getattr(args, "plot", None)),
+        )
         check_apart(path, others)
         others.append(path)
 
@@ -58,7 +61,9 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
 def check_apart(path: str | os.PathLike[str], others: Iterable[str], flag: str = "") -> None:
     """Raise a UsageError that names the flag if a file is one of others, which it would replace."""
     if os.path.realpath(path) in set(map(os.path.realpath, others)):
-        raise UsageError(f"{flag}{path} is an input or another output, which would be lost; write another file")
+        raise UsageError(
+            f"{flag}{path} is an input or another output, which would be lost; write another file"
+        )
 
 
 def check_plots(args: Namespace) -> None:
@@ -84,7 +89,9 @@ def check_report(args: Namespace) -> None:
 
 def _inputs(args: Namespace) -> list[str]:
     """The files that the command reads; of --data FILE:NAME and --feature NAME=SOURCE,TARGET those within."""
-    features = [file for word in getattr(args, "feature", ()) for file in word.partition("=")[2].split(",")]
+    features = [
+        file for word in getattr(args, "feature", ()) for file in word.partition("=")[2].split(",")
+    ]
     named = [word.rpartition(":")[0] for word in (*_paths(args, ("data",)), *features)]
     return [*_paths(args, _INPUTS), *features, *named, *(getattr(args, "landmarks", None) or ())]
 
@@ -102,8 +109,10 @@ def write_target(args: Namespace, write: Callable[[str | Path], _T]) -> _T:
     """Write OUT by a function of a path, and return what that returns; OUT may be stdout."""
     args.progress.begin(f"writing {args.target}")
     if not target_format(args).ordered:
-        args.progress.write(f"igl-spheremap: {args.target}: an STL file holds triangles and no vertices; their order "
-                            "is lost, other formats keep it")
+        args.progress.write(
+            f"igl-spheremap: {args.target}: an STL file holds triangles and no vertices; their order "
+            "is lost, other formats keep it"
+        )
     if args.target != STREAM:
         return write(args.target)
     with tempfile.TemporaryDirectory() as folder:
@@ -129,12 +138,20 @@ class Findings:
 
     def mesh(self, label: str, source: InputMesh) -> None:
         """Add the name and the size of a mesh."""
-        self.add(label, f"{source.name}: {len(source.v)} vertices, {len(source.f)} faces", **{label: source.name})
+        self.add(
+            label,
+            f"{source.name}: {len(source.v)} vertices, {len(source.f)} faces",
+            **{label: source.name},
+        )
 
     def source(self, source: InputMesh) -> None:
         """Add the mesh that the command read."""
         self.mesh("source", source)
-        self.figures |= {"repairs": source.repairs, "vertices": len(source.v), "faces": len(source.f)}
+        self.figures |= {
+            "repairs": source.repairs,
+            "vertices": len(source.v),
+            "faces": len(source.f),
+        }
 
     def extend(self, findings: Iterable[Finding]) -> None:
         """Add what is known of a map."""
@@ -171,9 +188,16 @@ class Findings:
                 partial.write_text(text)
         if not args.quiet:
             surface_on_stdout = getattr(args, "target", None) == STREAM
-            print(*self.lines, sep="\n", file=sys.stderr if surface_on_stdout else sys.stdout, flush=True)
+            print(
+                *self.lines,
+                sep="\n",
+                file=sys.stderr if surface_on_stdout else sys.stdout,
+                flush=True,
+            )
 
-    def report_beside(self, args: Namespace, pictures: Pictures, show: Callable[[], object]) -> None:
+    def report_beside(
+        self, args: Namespace, pictures: Pictures, show: Callable[[], object]
+    ) -> None:
         """Print the summary, then open the window that --show asks for; or write pictures, then name them."""
         if pictures.offscreen:
             args.progress.begin("drawing")
@@ -186,7 +210,9 @@ class Findings:
 
 def pictures_of(args: Namespace) -> Pictures:
     """What is written of a program with a picture."""
-    return Pictures(args.screenshot, args.video, tuple(args.size), args.frame, args.length, args.fps)
+    return Pictures(
+        args.screenshot, args.video, tuple(args.size), args.frame, args.length, args.fps
+    )
 
 
 def mirrored(args: Namespace) -> str:

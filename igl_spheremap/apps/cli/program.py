@@ -26,10 +26,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # An exception in the middle of an import would come out of libigl's as another one, or abort the process.
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             with contextlib.suppress(ValueError):  # not the main thread
-                imports.callback(signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, _end_at_once))
+                imports.callback(
+                    signal.signal, signal.SIGINT, signal.signal(signal.SIGINT, _end_at_once)
+                )
         try:
             _guard_streams()
-            status = _run(list(sys.argv[1:] if arguments is None else arguments), imports.close, saying)
+            status = _run(
+                list(sys.argv[1:] if arguments is None else arguments), imports.close, saying
+            )
             if sys.stdout is not None:
                 sys.stdout.flush()
             return status

@@ -62,15 +62,22 @@ class Progress(logging.Handler):
             name, done, total = record.args
             self._count_loop(name, int(str(done)), int(str(total)))
         elif record.msg in _LONG and self._loop is None and (self._terminal or self._due()):
-            self._line(f"{self._activity}: {_LONG[record.msg]}" if self._activity else _LONG[record.msg])
+            self._line(
+                f"{self._activity}: {_LONG[record.msg]}" if self._activity else _LONG[record.msg]
+            )
 
     def begin(self, name: str) -> None:
         """Begin an activity."""
         self.close()
         self._activity = name
         if self._terminal:
-            self._bar = _Line(desc=name, bar_format="{desc} [{elapsed}{postfix}]", leave=False, dynamic_ncols=True,
-                              file=sys.stderr)
+            self._bar = _Line(
+                desc=name,
+                bar_format="{desc} [{elapsed}{postfix}]",
+                leave=False,
+                dynamic_ncols=True,
+                file=sys.stderr,
+            )
         elif self._due():
             self._line(name)
 
@@ -92,8 +99,10 @@ class Progress(logging.Handler):
             done, failed, new = done + 1, failed + (not certified), new + (not made_before)
             if new and done < total and (self._terminal or self._due()):
                 rate = new / max(time.monotonic() - began, 1e-3)
-                self._line(f"{name}: {done} of {total} files done, {failed} failed; {60 * rate:.3g} a minute, "
-                           f"{_duration((total - done) / rate)} left")
+                self._line(
+                    f"{name}: {done} of {total} files done, {failed} failed; {60 * rate:.3g} a minute, "
+                    f"{_duration((total - done) / rate)} left"
+                )
 
         return take
 
@@ -103,7 +112,9 @@ class Progress(logging.Handler):
         def show(iterate: Iterate) -> None:
             if self._due():
                 foldings = int(folded_faces(iterate.x, f).sum())
-                self._line(f"{title_of(iterate)}{self._share}", f"foldings {foldings}, {measures(iterate)}")
+                self._line(
+                    f"{title_of(iterate)}{self._share}", f"foldings {foldings}, {measures(iterate)}"
+                )
 
         return show
 
@@ -158,9 +169,16 @@ class Progress(logging.Handler):
 
 def measures(iterate: Iterate) -> str:
     """Format energy and residual of an iterate, leaving out what is not finite."""
-    figures = {"energy 4 pi": f"{iterate.energy - 4 * math.pi:+.2e}", "residual": f"{iterate.residual:.1e}"}
+    figures = {
+        "energy 4 pi": f"{iterate.energy - 4 * math.pi:+.2e}",
+        "residual": f"{iterate.residual:.1e}",
+    }
     finite = (math.isfinite(iterate.energy), math.isfinite(iterate.residual))
-    return ", ".join(f"{name} {value}" for (name, value), shown in zip(figures.items(), finite, strict=True) if shown)
+    return ", ".join(
+        f"{name} {value}"
+        for (name, value), shown in zip(figures.items(), finite, strict=True)
+        if shown
+    )
 
 
 def _duration(seconds: float) -> str:

@@ -43,10 +43,17 @@ def map_and_report(
 
         result = solve(listen)
     interrupted = interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
-    kept = interrupted and not result.certificate.folding_free and args.target != STREAM and os.path.exists(args.target)
+    kept = (
+        interrupted
+        and not result.certificate.folding_free
+        and args.target != STREAM
+        and os.path.exists(args.target)
+    )
     if interrupted and kept:
-        args.progress.write(f"igl-spheremap: interrupted with {result.certificate.foldings} foldings; {args.target} is "
-                            "kept as it was")
+        args.progress.write(
+            f"igl-spheremap: interrupted with {result.certificate.foldings} foldings; {args.target} is "
+            "kept as it was"
+        )
         return interrupted
     certificate, found = write(result)
     if args.plot is not None:
@@ -56,10 +63,19 @@ def map_and_report(
     report = None
     if args.report is not None:
         args.progress.begin(f"drawing the report in {args.report}")
-        report = page(args.report, result, source=os.path.basename(source.name), up=args.up or source.up,
-                      command=shlex.join(("igl-spheremap", *args.words)))
+        report = page(
+            args.report,
+            result,
+            source=os.path.basename(source.name),
+            up=args.up or source.up,
+            command=shlex.join(("igl-spheremap", *args.words)),
+        )
     found.written(plot=args.plot, report=report)
     found.report(args)
     if interrupted is not None:
         return interrupted
-    return Exit.OK if result.certificate.folding_free and certificate.folding_free else Exit.UNCERTIFIED
+    return (
+        Exit.OK
+        if result.certificate.folding_free and certificate.folding_free
+        else Exit.UNCERTIFIED
+    )

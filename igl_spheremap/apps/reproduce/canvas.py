@@ -38,13 +38,17 @@ def caption(ax: Any, text: str) -> None:
     ax.set_title(text, fontsize=TEXT)
 
 
-def show_source(ax: Any, surface: PaperSurface, x: FloatArray | None = None, *, title: str = "") -> None:
+def show_source(
+    ax: Any, surface: PaperSurface, x: FloatArray | None = None, *, title: str = ""
+) -> None:
     """The source, and in vermilion the faces that a map folds."""
     folded = _NONE if x is None else np.flatnonzero(folded_faces(x, surface.f))
     show_surface(ax, surface, surface.v, title, folded)
 
 
-def show_image(ax: Any, surface: PaperSurface, x: FloatArray, radius: float = 1.0, *, title: str = "") -> None:
+def show_image(
+    ax: Any, surface: PaperSurface, x: FloatArray, radius: float = 1.0, *, title: str = ""
+) -> None:
     """A map, or other positions of the vertices, in vermilion the faces that face inwards, and a sphere's outline."""
     from matplotlib.patches import Circle
 
@@ -53,7 +57,13 @@ def show_image(ax: Any, surface: PaperSurface, x: FloatArray, radius: float = 1.
     height = _SIDE * max(radius, float(np.linalg.norm(x, axis=1).max()))
     ax.set(xlim=(-_ASPECT * height, _ASPECT * height), ylim=(-height, height))
     if np.ptp(x, axis=0).max() < _DOT:
-        ax.plot(*(x.mean(axis=0) @ pose(surface.v, surface.up).T)[:2], "o", color=FOLDED, markersize=3, clip_on=False)
+        ax.plot(
+            *(x.mean(axis=0) @ pose(surface.v, surface.up).T)[:2],
+            "o",
+            color=FOLDED,
+            markersize=3,
+            clip_on=False,
+        )
         caption(ax, f"{title},\nat one point")
 
 
@@ -80,8 +90,14 @@ def show_angles(ax: Any, results: dict[str, SphereMap]) -> None:
     ax.set_xlabel("angle difference, degrees", fontsize=TEXT)
     ax.set_ylabel("angles per degree", fontsize=TEXT)
     ax.tick_params(labelsize=TEXT)
-    ax.legend(fontsize=TEXT - 1, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1), borderpad=0,
-              handlelength=1)
+    ax.legend(
+        fontsize=TEXT - 1,
+        frameon=False,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1),
+        borderpad=0,
+        handlelength=1,
+    )
 
 
 def show_surface(
@@ -100,10 +116,24 @@ def show_surface(
     (x0, y0, _), radius = frame(y)
     pixels = _PIXELS // ax.get_subplotspec().get_gridspec().ncols
     picture = raster(y, surface.f, colours, pixels, folded)
-    ax.imshow(picture, extent=(x0 - radius, x0 + radius, y0 - radius, y0 + radius), interpolation="nearest")
-    unseen, front = Marks.of(y, surface.f, folded, sphere).unseen(np.array([0.0, 0, 1]), pixels / (2 * radius))
+    ax.imshow(
+        picture,
+        extent=(x0 - radius, x0 + radius, y0 - radius, y0 + radius),
+        interpolation="nearest",
+    )
+    unseen, front = Marks.of(y, surface.f, folded, sphere).unseen(
+        np.array([0.0, 0, 1]), pixels / (2 * radius)
+    )
     for places, inside in ((unseen[front], FOLDED), (unseen[~front], "none")):
-        ax.scatter(*places[:, :2].T, s=9, facecolors=inside, edgecolors=FOLDED, linewidths=0.6, clip_on=False, zorder=3)
+        ax.scatter(
+            *places[:, :2].T,
+            s=9,
+            facecolors=inside,
+            edgecolors=FOLDED,
+            linewidths=0.6,
+            clip_on=False,
+            zorder=3,
+        )
     width, height = _SIDE * np.ptp(y, axis=0)[:2] / 2
     height = max(height, width / _ASPECT)  # so that panels of a row are equally high
     ax.set(xlim=(x0 - _ASPECT * height, x0 + _ASPECT * height), ylim=(y0 - height, y0 + height))

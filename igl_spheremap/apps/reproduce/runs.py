@@ -84,9 +84,13 @@ class Runs:
         self._report(f"{name} on {surface.title} ...")
         made = run(surface, method)
         with replacing(path, force=True) as partial:
-            write_arrays(partial, arrays_of(made.result) | {name: getattr(made, name) for name in _MORE})
-        self._report(f"    {made.result.iterations:,} iterations, {made.seconds:.1f} s, "
-                     f"{made.result.certificate.foldings:,} foldings")
+            write_arrays(
+                partial, arrays_of(made.result) | {name: getattr(made, name) for name in _MORE}
+            )
+        self._report(
+            f"    {made.result.iterations:,} iterations, {made.seconds:.1f} s, "
+            f"{made.result.certificate.foldings:,} foldings"
+        )
         return made
 
 

@@ -55,7 +55,9 @@ class PaperSurface:
 
 _TABLE = files(__package__).joinpath("counterparts.csv").read_text(encoding="utf-8")
 #: What stands for each surface, by the paper's name of it.
-COUNTERPARTS = {row.pop("surface"): Counterpart(**row) for row in csv.DictReader(_TABLE.splitlines())}
+COUNTERPARTS = {
+    row.pop("surface"): Counterpart(**row) for row in csv.DictReader(_TABLE.splitlines())
+}
 
 
 def load_surface(name: str, folder: Path | None) -> PaperSurface:

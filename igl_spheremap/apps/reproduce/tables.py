@@ -69,37 +69,91 @@ one thread. "Rule met": the stopping rule was met; "plateau": the energy hardly 
 iterations allowed; "no step": no step was acceptable; "collapsed": the map has degree 0.
 """
 #: Why a minimisation ended, by the name of its status.
-_ENDS = {Status.CONVERGED: "rule met", Status.PLATEAU: "plateau", Status.MAX_ITERATIONS: "cap",
-         Status.STALLED: "no step", Status.COLLAPSED: "collapsed"}
-_HEAD = ("surface", "algorithm", "iterations", "folded faces, before → after", "energy", "mean angle", "ended by",
-         "seconds", "gu-yau's seconds over these")
+_ENDS = {
+    Status.CONVERGED: "rule met",
+    Status.PLATEAU: "plateau",
+    Status.MAX_ITERATIONS: "cap",
+    Status.STALLED: "no step",
+    Status.COLLAPSED: "collapsed",
+}
+_HEAD = (
+    "surface",
+    "algorithm",
+    "iterations",
+    "folded faces, before → after",
+    "energy",
+    "mean angle",
+    "ended by",
+    "seconds",
+    "gu-yau's seconds over these",
+)
 #: Names in `METHODS` of what the rows of a surface are, where {} is the algorithm.
-WAYS = {"lai2014": "{}", "as printed": "{} as printed", "as programmed": "{} as programmed", "gu-yau": "Gu-Yau",
-        "auto": "auto"}
+WAYS = {
+    "lai2014": "{}",
+    "as printed": "{} as printed",
+    "as programmed": "{} as programmed",
+    "gu-yau": "Gu-Yau",
+    "auto": "auto",
+}
 
 
 def _table(title: str, rows: Sequence[PaperRow], algorithm: str, runs: Runs) -> str:
     """The paper's numbers, and below them those of the surface that stands for its own, as Markdown."""
     compared = any(row.their_iterations for row in rows)
-    cells = [_HEAD, ["---"] * len(_HEAD), *(line for row in rows for line in _lines(row, algorithm, runs, compared))]
-    return "\n\n".join([f"# {title}", _NOTE.strip(), "\n".join(f"| {' | '.join(each)} |" for each in cells)]) + "\n"
+    cells = [
+        _HEAD,
+        ["---"] * len(_HEAD),
+        *(line for row in rows for line in _lines(row, algorithm, runs, compared)),
+    ]
+    return (
+        "\n\n".join(
+            [f"# {title}", _NOTE.strip(), "\n".join(f"| {' | '.join(each)} |" for each in cells)]
+        )
+        + "\n"
+    )
 
 
 def _lines(row: PaperRow, algorithm: str, runs: Runs, compared: bool) -> Iterator[list[str]]:
     """All lines of a surface; in a table that compares with the algorithm of Gu and Yau, its own, too."""
     surface = runs.surface(row.surface)
     folds = ("removed", "remained") if len(row.iterations) > 1 else ("", "")
-    yield [f"{row.surface}, {row.vertices:,} vertices", "the paper", _listed(row.iterations), folds[0], "", "", "",
-           "not given" if row.seconds is None else f"{row.seconds:.2f}", row.ratio]
+    yield [
+        f"{row.surface}, {row.vertices:,} vertices",
+        "the paper",
+        _listed(row.iterations),
+        folds[0],
+        "",
+        "",
+        "",
+        "not given" if row.seconds is None else f"{row.seconds:.2f}",
+        row.ratio,
+    ]
     if row.their_iterations is not None:
-        yield ["", "the paper: gu-yau", f"{row.their_iterations:,}", folds[1], "", "", "",
-               f"{row.their_seconds:.2f}", ""]
-    made = {way: runs.get(surface, name.format(algorithm)) for way, name in WAYS.items()
-            if compared or way != "gu-yau"}
+        yield [
+            "",
+            "the paper: gu-yau",
+            f"{row.their_iterations:,}",
+            folds[1],
+            "",
+            "",
+            "",
+            f"{row.their_seconds:.2f}",
+            "",
+        ]
+    made = {
+        way: runs.get(surface, name.format(algorithm))
+        for way, name in WAYS.items()
+        if compared or way != "gu-yau"
+    }
     place = surface.title
     for way, one in made.items():
         theirs = made.get("gu-yau", one)
-        yield [place, way, *_cells(way, one), "" if theirs is one else _ratio(theirs.seconds, one.seconds)]
+        yield [
+            place,
+            way,
+            *_cells(way, one),
+            "" if theirs is one else _ratio(theirs.seconds, one.seconds),
+        ]
         place = ""
 
 
@@ -110,14 +164,22 @@ def _cells(way: str, one: PaperRun) -> list[str]:
     rounds = () if way == "auto" else result.rounds
     iterations = [entry.iterations for entry in rounds] or [result.iterations]
     course = [f"{entry.foldings_before:,} → {entry.foldings_after:,}" for entry in rounds]
-    return [_listed(iterations), ", ".join(course) or f"{result.certificate.foldings:,}", f"{abs(result.energy):.4f}",
-            f"{np.abs(result.angle_differences()).mean():.2f}", ended(rounds, result.status), _short(one.seconds)]
+    return [
+        _listed(iterations),
+        ", ".join(course) or f"{result.certificate.foldings:,}",
+        f"{abs(result.energy):.4f}",
+        f"{np.abs(result.angle_differences()).mean():.2f}",
+        ended(rounds, result.status),
+        _short(one.seconds),
+    ]
 
 
 def ended(rounds: Sequence[Round], status: Status) -> str:
     """Why each round ended, once if all for one reason; of a run without rounds, why that ended."""
     ends = [entry.status for entry in rounds] or [status]
-    return ", ".join(_ENDS.get(end, end.value) for end in (ends if len(set(ends)) > 1 else ends[:1]))
+    return ", ".join(
+        _ENDS.get(end, end.value) for end in (ends if len(set(ends)) > 1 else ends[:1])
+    )
 
 
 def _listed(numbers: Sequence[int]) -> str:
@@ -140,6 +202,10 @@ def _ratio(theirs: float, ours: float) -> str:
 #: What writes the tables, by their names.
 TABLES: dict[str, Callable[[Runs], str]] = {
     "table1": partial(_table, "Table 1. Algorithm 1 from the Gauss map", TABLE_1, "Algorithm 1"),
-    "table2": partial(_table, "Table 2. Algorithm 1 and the algorithm of Gu and Yau", TABLE_2, "Algorithm 1"),
-    "table3": partial(_table, "Table 3. Algorithm 2 and the algorithm of Gu and Yau", TABLE_3, "Algorithm 2"),
+    "table2": partial(
+        _table, "Table 2. Algorithm 1 and the algorithm of Gu and Yau", TABLE_2, "Algorithm 1"
+    ),
+    "table3": partial(
+        _table, "Table 3. Algorithm 2 and the algorithm of Gu and Yau", TABLE_3, "Algorithm 2"
+    ),
 }

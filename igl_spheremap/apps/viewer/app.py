@@ -134,8 +134,9 @@ def pictures_of(
     return Pictures(target if picture else None, None if picture else target, size, frame)
 
 
-def run_app(app: App, pictures: Pictures, *, progress: Any = None,
-            listener: Listener | None = None) -> list[dict[str, Any]]:
+def run_app(
+    app: App, pictures: Pictures, *, progress: Any = None, listener: Listener | None = None
+) -> list[dict[str, Any]]:
     """Run an app in a window, or write pictures of it and return the facts of each.
 
     `progress` shows how far a video is; `listener` hears the iterates of a run that is computed first.
@@ -213,7 +214,9 @@ def _frame(app: App, asked: int | None) -> int:
     return asked % app.frames()
 
 
-def write_video(app: App, path: Path, length: int, rate: int, progress: Any = None) -> list[dict[str, Any]]:
+def write_video(
+    app: App, path: Path, length: int, rate: int, progress: Any = None
+) -> list[dict[str, Any]]:
     """Write a video of about this many pictures, `rate` a second, and return the facts of each."""
     film = app.film(length)
     advance = None if progress is None else progress.steps(f"drawing {path.name}", len(film))

@@ -109,10 +109,14 @@ class ShownRun:
             # before the queue is read, so that no last word is missed
             alive = self.process.is_alive()
             try:
-                kind, content = self._messages.get(timeout=wait) if wait else self._messages.get_nowait()
+                kind, content = (
+                    self._messages.get(timeout=wait) if wait else self._messages.get_nowait()
+                )
             except queue.Empty:
                 if not alive:
-                    self.error = RuntimeError(f"the computation ended with exit code {self.process.exitcode}")
+                    self.error = RuntimeError(
+                        f"the computation ended with exit code {self.process.exitcode}"
+                    )
                 break
             getattr(self, f"_take_{kind}")(content)
         self._update()
@@ -146,7 +150,9 @@ class ShownRun:
         """What a frame shows, in words."""
         if self.result is None or frame is not self.frames[-1]:
             return title_of(frame.iterate)
-        return f"Result: {'certified' if self.result.certificate.folding_free else 'not'} folding-free"
+        return (
+            f"Result: {'certified' if self.result.certificate.folding_free else 'not'} folding-free"
+        )
 
     def stops(self) -> list[tuple[str, int]]:
         """Names and places of the start, of the frames at star maps and repairs, and of the end."""
@@ -167,7 +173,11 @@ class ShownRun:
 
     def change(self, iteration: int, way: int) -> int | None:
         """The next step (way 1) or the one before (-1) at which the foldings change much, or none."""
-        steps = self.changes[self.changes > iteration] if way > 0 else self.changes[self.changes < iteration][::-1]
+        steps = (
+            self.changes[self.changes > iteration]
+            if way > 0
+            else self.changes[self.changes < iteration][::-1]
+        )
         return int(steps[0]) if len(steps) else None
 
     def _update(self) -> None:
@@ -188,10 +198,17 @@ class ShownRun:
         assert self._recording is not None
         if not self._recording.steps and iterates[0].stage != "gauss map":
             # The start of the paper's algorithms is shown first in every run, for comparison.
-            self._recording(Iterate("gauss map", 0, 0, vertex_normals(self.mesh.unit, self.mesh.f), float("nan")))
+            self._recording(
+                Iterate(
+                    "gauss map", 0, 0, vertex_normals(self.mesh.unit, self.mesh.f), float("nan")
+                )
+            )
         for iterate in iterates:
             begins = iterate.iteration == 0 and len(self._recording.steps) > 0
-            if not begins or np.abs(self._recording.frames[-1].iterate.x - iterate.x).max() >= _SAME:
+            if (
+                not begins
+                or np.abs(self._recording.frames[-1].iterate.x - iterate.x).max() >= _SAME
+            ):
                 self._recording(iterate)
 
     def _take_result(self, result: SphereMap) -> None:

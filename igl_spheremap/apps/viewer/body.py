@@ -61,7 +61,9 @@ class Body:
         across, along = np.abs(self._farthest @ turn[:2].T).max(axis=0)
         return float(across), float(along)
 
-    def show(self, x: FloatArray, colours: Colouring, edges: float, dots: Mapping[str, Dots]) -> None:
+    def show(
+        self, x: FloatArray, colours: Colouring, edges: float, dots: Mapping[str, Dots]
+    ) -> None:
         """Move the vertices to (n, 3) positions, colour the faces, and draw their edges and dots."""
         moved = x is not self.x
         if moved:
@@ -101,7 +103,13 @@ class Body:
             else:
                 self.mesh.add_color_quantity("colour", painted, defined_on="faces", enabled=True)
         self._marks = Marks.of(self.x, self.f[:, :: self._outside], folded, self.image)
-        self._nearer = NEARER if len(self._marks.clusters) and self.image else ABOVE if checks is not None else 0.0
+        self._nearer = (
+            NEARER
+            if len(self._marks.clusters) and self.image
+            else ABOVE
+            if checks is not None
+            else 0.0
+        )
         self._bring_to_front(folded if self.image or checks is not None else folded[:0])
 
     def marks(self, turn: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:
@@ -110,7 +118,9 @@ class Body:
         shown = front & self.visible if self.magnified else np.full(len(front), self.visible)
         return places[shown], front[shown]
 
-    def _dot(self, label: str, positions: FloatArray, colour: palette.Colour, radius: float) -> None:
+    def _dot(
+        self, label: str, positions: FloatArray, colour: palette.Colour, radius: float
+    ) -> None:
         """Show (k, 3) points under a label, in place of its earlier ones; with k = 0 remove them."""
         name = f"{self.name} {label}"
         if self.points.pop(label, None) is not None:

@@ -44,14 +44,21 @@ class CarriedView(ColouredApp):
         weights = areas / areas.sum()
         onto = best_rotation(b - weights @ b, a - weights @ a, weights)
         self.ends = fit(a, turn), fit(b @ onto, turn)
-        self._x = unit_rows(interpolate(result.map.sphere, result.map.faces, self.common.source_location))
+        self._x = unit_rows(
+            interpolate(result.map.sphere, result.map.faces, self.common.source_location)
+        )
         self.grid = Grid()
         self.way = 0.5
         self._captions = []
-        for name, each, over in (("source", result.map, "over_source"), ("target", result.target, "over_target")):
+        for name, each, over in (
+            ("source", result.map, "over_source"),
+            ("target", result.target, "over_target"),
+        ):
             figures = self.distortion.figures[over]["symmetric_dirichlet"]
-            self._captions.append(f"{name}: {len(each.vertices):,} vertices\ndistortion {figures['median']:.3g}, "
-                                  f"95% below {figures['p95']:.3g} (4: isometry)")
+            self._captions.append(
+                f"{name}: {len(each.vertices):,} vertices\ndistortion {figures['median']:.3g}, "
+                f"95% below {figures['p95']:.3g} (4: isometry)"
+            )
         self.show_subject(subject)
 
     def show_subject(self, subject: str) -> None:
@@ -60,7 +67,9 @@ class CarriedView(ColouredApp):
         mesh, faces = self.result.map.mesh, self.common.faces
         if subject == "checkerboard":
             sphere = self.result.map.sphere
-            corners = SQUARES * mercator_corners(self._x, faces, poles_at(sphere, deepest_tips(mesh, sphere)))
+            corners = SQUARES * mercator_corners(
+                self._x, faces, poles_at(sphere, deepest_tips(mesh, sphere))
+            )
             colours = Colouring(np.tile(SURFACE, (len(faces), 1)), checks=corners)
         elif subject == "places":
             colours = Colouring(places(mesh)[self.common.source_face])
@@ -77,8 +86,11 @@ class CarriedView(ColouredApp):
         self.way = way
         said = f"{100 * way:.0f}% of the way\n{len(self.common.faces):,} faces"
         between = (1 - way) * self.ends[0] + way * self.ends[1]
-        shown = ((self._captions[0], self.ends[0], self._colours.legends), (said, between, ()),
-                 (self._captions[1], self.ends[1], ()))
+        shown = (
+            (self._captions[0], self.ends[0], self._colours.legends),
+            (said, between, ()),
+            (self._captions[1], self.ends[1], ()),
+        )
         self.grid.show([[
             Part(caption, x, self.common.faces, self._colours, legends=legends,
                  dots={f"landmark {k}": (x[[landmark]], LINES[k % len(LINES)], _DOT)

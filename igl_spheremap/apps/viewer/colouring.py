@@ -80,7 +80,11 @@ def scale(mesh: Mesh, x: FloatArray, subject: str) -> palette.Ramp | None:
 
 
 def colouring(
-    mesh: Mesh, x: FloatArray, subject: str, ramp: palette.Ramp | None = None, folded: IntArray | None = None
+    mesh: Mesh,
+    x: FloatArray,
+    subject: str,
+    ramp: palette.Ramp | None = None,
+    folded: IntArray | None = None,
 ) -> Colouring:
     """Colours of a subject for source and image alike; caps are grey.
 
@@ -106,17 +110,25 @@ def _without_caps(mesh: Mesh, colours: FloatArray) -> FloatArray:
 
 
 def checkerboard(
-    mesh: Mesh, x: FloatArray, poles: FloatArray | None = None, squares: int = SQUARES, folded: IntArray | None = None
+    mesh: Mesh,
+    x: FloatArray,
+    poles: FloatArray | None = None,
+    squares: int = SQUARES,
+    folded: IntArray | None = None,
 ) -> Colouring:
     """A checkerboard of the sphere on source and image alike, with this many squares around its poles (2, 3).
 
     By default the poles are where the map shrinks limbs most, so that these show squares down to the tip.
     """
     folded = np.flatnonzero(folded_faces(x, mesh.f)) if folded is None else folded
-    corners = squares * mercator_corners(x, mesh.f, poles_at(x, deepest_tips(mesh, x)) if poles is None else poles)
+    corners = squares * mercator_corners(
+        x, mesh.f, poles_at(x, deepest_tips(mesh, x)) if poles is None else poles
+    )
     if mesh.caps is not None:
         corners[mesh.caps.repeat(3)] = 0.5
-    return Colouring(np.tile(palette.SURFACE, (len(mesh.f), 1)), folded, (BOARD_LEGEND, *_marks(folded)), corners)
+    return Colouring(
+        np.tile(palette.SURFACE, (len(mesh.f), 1)), folded, (BOARD_LEGEND, *_marks(folded)), corners
+    )
 
 
 def _marks(folded: IntArray) -> tuple[Legend, ...]:

@@ -70,8 +70,11 @@ def landmark_part(
     if targets is not None:
         steps = np.linspace(0, 1, _STEPS)[:, None, None]
         line = unit_rows(((1 - steps) * x[landmarks] + steps * targets).reshape(-1, 3))
-        dots |= {"targets": (targets, LINES[5], _TARGET), "way": (line, INK, _LINE),
-                 "landmarks": (_LIFT * x[landmarks], LINES[0], _DOT)}
+        dots |= {
+            "targets": (targets, LINES[5], _TARGET),
+            "way": (line, INK, _LINE),
+            "landmarks": (_LIFT * x[landmarks], LINES[0], _DOT),
+        }
     return Part(caption, x, mesh.f, colours, image=targets is not None, dots=dots)
 
 
@@ -80,4 +83,8 @@ def compare(
     size: tuple[int, int] = SIZE,
 ) -> None:  # fmt: skip
     """Open a window with maps (n, 3) of a surface by their names, or write a picture of it."""
-    present(lambda: MapView(mesh, maps, up=up, subject="angle differences", name="maps"), target, size=size)
+    present(
+        lambda: MapView(mesh, maps, up=up, subject="angle differences", name="maps"),
+        target,
+        size=size,
+    )

@@ -23,13 +23,28 @@ def energy_plot(history: Sequence[Step], shown: int, size: tuple[float, float]) 
     """Plot what is minimised over the iterations, with its sign; return the iteration at which it is pressed."""
     at, values, name = objective(history)
     linear, sizes = linear_below(values), np.abs(values[values != 0])
-    unit = linear if 0 < linear < np.inf else float(sizes.min() if linear == 0 else sizes.max(initial=1e-300))
+    unit = (
+        linear
+        if 0 < linear < np.inf
+        else float(sizes.min() if linear == 0 else sizes.max(initial=1e-300))
+    )
     return _curve(name, at, values, unit, history, shown, size, palette.LINES[0])
 
 
-def folding_plot(history: Sequence[Step], foldings: IntArray, shown: int, size: tuple[float, float]) -> float | None:
+def folding_plot(
+    history: Sequence[Step], foldings: IntArray, shown: int, size: tuple[float, float]
+) -> float | None:
     """Plot the number of folded faces over the iterations; return the iteration at which it is pressed."""
-    return _curve("folded faces", np.arange(len(foldings)), foldings, 1.0, history, shown, size, palette.FOLDED)
+    return _curve(
+        "folded faces",
+        np.arange(len(foldings)),
+        foldings,
+        1.0,
+        history,
+        shown,
+        size,
+        palette.FOLDED,
+    )
 
 
 def _curve(
@@ -44,20 +59,33 @@ def _curve(
     low, high = min(places.min(initial=0.0), 0.0), max(places.max(initial=0.0), 1e-3)
     least, most = np.floor(np.log10([unit, np.abs(y).max(initial=unit)]))
     powers = 10.0 ** np.arange(least, most + 1)
-    ticks = _apart(np.concatenate(([0.0], *zip(powers, -powers, strict=True))), unit, (low, high), size[1] - _AROUND)
+    ticks = _apart(
+        np.concatenate(([0.0], *zip(powers, -powers, strict=True))),
+        unit,
+        (low, high),
+        size[1] - _AROUND,
+    )
     whole = _whole(last, size[0])
     implot.PushStyleVar(implot.ImPlotStyleVar_PlotPadding, _PADDING)
     implot.PushStyleVar(implot.ImPlotStyleVar_PlotMinSize, _PADDING)
-    flags = implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
+    flags = (
+        implot.ImPlotFlags_NoLegend | implot.ImPlotFlags_NoMouseText | implot.ImPlotFlags_NoMenus
+    )
     try:
-        if not implot.BeginPlot(title.replace("π", "pi"), size, flags | implot.ImPlotFlags_NoBoxSelect):
+        if not implot.BeginPlot(
+            title.replace("π", "pi"), size, flags | implot.ImPlotFlags_NoBoxSelect
+        ):
             return None
         plain = implot.ImPlotAxisFlags_NoLabel | implot.ImPlotAxisFlags_NoHighlight
         implot.SetupAxes("iteration", title, plain, plain)
         margin = 0.05 * (high - low)
         implot.SetupAxesLimits(0, last, low - margin, high + margin, implot.ImPlotCond_Always)
-        implot.SetupAxisTicks(implot.ImAxis_X1, np.array(whole, dtype=np.float64), [f"{tick:,}" for tick in whole])
-        implot.SetupAxisTicks(implot.ImAxis_Y1, np.arcsinh(ticks / unit), [f"{tick:,.6g}" for tick in ticks])
+        implot.SetupAxisTicks(
+            implot.ImAxis_X1, np.array(whole, dtype=np.float64), [f"{tick:,}" for tick in whole]
+        )
+        implot.SetupAxisTicks(
+            implot.ImAxis_Y1, np.arcsinh(ticks / unit), [f"{tick:,.6g}" for tick in ticks]
+        )
         drawn = extremes(places)
         implot.SetNextLineStyle((*colour, 1.0), 1.5)
         implot.PlotLine(title, x[drawn].astype(np.float64), places[drawn])
@@ -77,7 +105,10 @@ def _apart(values: FloatArray, unit: float, ends: tuple[float, float], room: flo
     places = np.arcsinh(values / unit)
     chosen: list[int] = []
     for k in np.flatnonzero((places >= ends[0]) & (places <= ends[1])):
-        if all(abs(places[k] - places[other]) / (ends[1] - ends[0]) * room >= _BETWEEN for other in chosen):
+        if all(
+            abs(places[k] - places[other]) / (ends[1] - ends[0]) * room >= _BETWEEN
+            for other in chosen
+        ):
             chosen.append(int(k))
     return values[chosen]
 
@@ -85,7 +116,9 @@ def _apart(values: FloatArray, unit: float, ends: tuple[float, float], room: flo
 def _whole(last: int, room: float) -> list[int]:
     """Whole numbers from 0 to the last, a round number apart, of which no two are too close for text."""
     least = last * _ASIDE / room
-    apart = next(size * ten for ten in 10 ** np.arange(18) for size in (1, 2, 5) if size * ten >= least)
+    apart = next(
+        size * ten for ten in 10 ** np.arange(18) for size in (1, 2, 5) if size * ten >= least
+    )
     return list(range(0, last + 1, int(apart)))
 
 
@@ -93,7 +126,9 @@ def _cursor(shown: int, last: int) -> float | None:
     """A line at an iteration, with its number; where it is dragged, or where the plot is pressed."""
     if shown < 0:
         return None
-    dragged, place = implot.DragLineX(0, float(shown), (*palette.INK, 0.8), 2.0, implot.ImPlotDragToolFlags_NoFit)
+    dragged, place = implot.DragLineX(
+        0, float(shown), (*palette.INK, 0.8), 2.0, implot.ImPlotDragToolFlags_NoFit
+    )
     implot.TagX(float(shown), (*palette.INK, 1.0), f"{shown:,}")
     if not dragged:
         if not (implot.IsPlotHovered() and imgui.IsMouseDown(0)):

@@ -117,7 +117,10 @@ class Grid:
                 if part is None or part.f is not body.f or part.image != body.image:
                     bodies.pop(place).remove()
         for place, part in self.parts.items():
-            power, colours = 1.0 if part.lens is None else part.lens.power, part.colours or _grey(len(part.f))
+            power, colours = (
+                1.0 if part.lens is None else part.lens.power,
+                part.colours or _grey(len(part.f)),
+            )
             seen = part.lens(part.x) if part.lens is not None and power > 1 else part.x
             body = self._body(self.bodies, "part", place, part)
             body.magnified, body.visible = power > 1, part.visible
@@ -183,10 +186,14 @@ class Grid:
         at = self.pixels(frame, places)
         inside = ((at > [left, top]) & (at < [left + w, top + h])).all(axis=1)
         # Where marks would cover each other, only one of them is drawn.
-        _, chosen = np.unique(np.column_stack((np.rint(at / _MARK), front))[inside], axis=0, return_index=True)
+        _, chosen = np.unique(
+            np.column_stack((np.rint(at / _MARK), front))[inside], axis=0, return_index=True
+        )
         canvas = imgui.GetBackgroundDrawList()
         colour, white = packed(palette.FOLDED), packed(palette.BACKGROUND)
-        for (x, y), near in zip(at[inside][chosen].tolist(), front[inside][chosen].tolist(), strict=True):
+        for (x, y), near in zip(
+            at[inside][chosen].tolist(), front[inside][chosen].tolist(), strict=True
+        ):
             if near:
                 canvas.AddCircleFilled((x, y), _MARK, white)
                 canvas.AddCircleFilled((x, y), _MARK - 1, colour)
@@ -214,7 +221,9 @@ class Grid:
                 plane.set_pose(to_world(x, y), normal)
                 for body in (*self.bodies.values(), *self.insets.values()):
                     for structure in body.structures():
-                        structure.set_ignore_slice_plane(plane, body is not self.bodies[row, column])
+                        structure.set_ignore_slice_plane(
+                            plane, body is not self.bodies[row, column]
+                        )
 
     def frame(self, place: Place) -> tuple[FloatArray, float]:
         """Centre and radius of the body of a cell, in the world."""
@@ -228,7 +237,11 @@ class Grid:
         room = h - above - below
         x, y = left + w / 2, top + above + room / 2
         across, along = self.bodies[place].extent(self.turn)
-        radius = max(10.0, min((w - _MARGIN) / across, (room - _MARGIN) / along) / 2) * UNITS_PER_PIXEL * self.zoom
+        radius = (
+            max(10.0, min((w - _MARGIN) / across, (room - _MARGIN) / along) / 2)
+            * UNITS_PER_PIXEL
+            * self.zoom
+        )
         return to_world(x, y) + radius * np.append(self.shift, 0.0), radius
 
     def _strip(self, w: float) -> float:
@@ -242,7 +255,9 @@ class Grid:
         size = _INSET * w
         # the camera is 1.5 heights away, plain bodies end at half a height
         depth = 0.5 * ps.get_window_size()[1]
-        return to_world(left + w - size - _GAP, top + h - size - _GAP, depth), size * UNITS_PER_PIXEL
+        return to_world(
+            left + w - size - _GAP, top + h - size - _GAP, depth
+        ), size * UNITS_PER_PIXEL
 
     def pixels(self, frame: tuple[FloatArray, float], point: FloatArray) -> FloatArray:
         """Pixels from the upper left at which a point of the unit ball of a frame is seen."""
@@ -290,13 +305,25 @@ class Grid:
         corner = w - 2 * _INSET * w - _GAP
         lines = wrapped(f"circled: {magnification(lens.power)}", corner - 12)
         for k, line in enumerate(reversed(lines)):
-            text(imgui.GetBackgroundDrawList(), left + corner - 6 - text_width(line) / 2,
-                 top + h - _GAP - _LINE * (k + 1), line)
+            text(
+                imgui.GetBackgroundDrawList(),
+                left + corner - 6 - text_width(line) / 2,
+                top + h - _GAP - _LINE * (k + 1),
+                line,
+            )
 
-    def ring(self, frame: tuple[FloatArray, float], point: FloatArray, radius: float, colour: palette.Colour) -> None:
+    def ring(
+        self,
+        frame: tuple[FloatArray, float],
+        point: FloatArray,
+        radius: float,
+        colour: palette.Colour,
+    ) -> None:
         """Draw a ring around a point of the unit ball of a frame, which is seen on the far side, too."""
         for shade, width in ((palette.BACKGROUND, 4.0), (colour, 2.0)):
-            imgui.GetBackgroundDrawList().AddCircle(tuple(self.pixels(frame, point)), radius, packed(shade), 0, width)
+            imgui.GetBackgroundDrawList().AddCircle(
+                tuple(self.pixels(frame, point)), radius, packed(shade), 0, width
+            )
 
 
 def _grey(count: int) -> Colouring:
@@ -327,7 +354,9 @@ def _label(legend: Legend, width: float) -> tuple[str, ...]:
 
 def legend_height(legend: Legend, width: float) -> float:
     """Pixels that a legend takes: lines of text, and those of a colour map."""
-    return max(_LEGEND, 4.0 + _LINE * (len(_label(legend, width)) + isinstance(legend, palette.Ramp)))
+    return max(
+        _LEGEND, 4.0 + _LINE * (len(_label(legend, width)) + isinstance(legend, palette.Ramp))
+    )
 
 
 def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -> None:
@@ -348,7 +377,9 @@ def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -
     step = width / (len(legend.stops) - 1)
     for k in range(len(legend.stops) - 1):
         a, b = (packed(tuple(legend.stops[k + j].tolist())) for j in (0, 1))
-        canvas.AddRectFilledMultiColor((left + k * step, y + 20), (left + (k + 1) * step, y + 30), a, b, b, a)
+        canvas.AddRectFilledMultiColor(
+            (left + k * step, y + 20), (left + (k + 1) * step, y + 30), a, b, b, a
+        )
     for edge, side, name in zip((left, left + width), (-1, 1), legend.ends, strict=True):
         text(canvas, edge + side * (6 + text_width(name) / 2), y + 16, name)
 

@@ -76,9 +76,13 @@ class MapView(ColouredApp):
         self.maps, mesh = maps, self.mesh
         self._turned = [x @ self.turn.T for x in maps.values()]
         self._folded = [np.flatnonzero(folded_faces(x, mesh.f)) for x in maps.values()]
-        self._angles = [float(np.abs(angle_differences(mesh.unit, mesh.f, x)[mesh.surface]).mean())
-                        for x in maps.values()]
-        self.clusters = Clusters.of(mesh.f, min(self._folded, key=lambda faces: len(faces) or np.inf))
+        self._angles = [
+            float(np.abs(angle_differences(mesh.unit, mesh.f, x)[mesh.surface]).mean())
+            for x in maps.values()
+        ]
+        self.clusters = Clusters.of(
+            mesh.f, min(self._folded, key=lambda faces: len(faces) or np.inf)
+        )
         self.cluster = min(self.cluster, max(len(self.clusters) - 1, 0))
         self._describe()
         self.show_subject(self.subject)
@@ -101,7 +105,10 @@ class MapView(ColouredApp):
             return [Lens(self._facing[2], self.power or 1.0, self._facing)] * len(self.maps)
         lenses = follow(self._turned, self.mesh.f, faces, power=self.power, facing=self._facing)
         if self.picked is not None:
-            return [replace(lens, place=x[self.picked]) for lens, x in zip(lenses, self._turned, strict=True)]
+            return [
+                replace(lens, place=x[self.picked])
+                for lens, x in zip(lenses, self._turned, strict=True)
+            ]
         return lenses
 
     def show_subject(self, subject: str) -> None:
@@ -112,13 +119,32 @@ class MapView(ColouredApp):
         sources, images = [], []
         for k, (caption, x) in enumerate(self.maps.items()):
             colours = self.colours.of(self.mesh, x, self._folded[k], like)
-            own = caption if several else f"Source\n{len(self.mesh.v):,} vertices, {len(self.mesh.f):,} faces"
+            own = (
+                caption
+                if several
+                else f"Source\n{len(self.mesh.v):,} vertices, {len(self.mesh.f):,} faces"
+            )
             figures = f"{count_foldings(len(self._folded[k]))}\nangles differ by {self._angles[k]:.3g} degrees"
-            sources.append(Part(own, self._source, self.mesh.f, colours,
-                                legends=colours.legends if several or not k else ()))
-            images.append(Part(figures if several else f"{caption}\n{figures.splitlines()[0]}", self._turned[k],
-                               self.mesh.f, colours, image=True, lens=self.lenses[k],
-                               edges=edge_width(self.mesh, subject)))
+            sources.append(
+                Part(
+                    own,
+                    self._source,
+                    self.mesh.f,
+                    colours,
+                    legends=colours.legends if several or not k else (),
+                )
+            )
+            images.append(
+                Part(
+                    figures if several else f"{caption}\n{figures.splitlines()[0]}",
+                    self._turned[k],
+                    self.mesh.f,
+                    colours,
+                    image=True,
+                    lens=self.lenses[k],
+                    edges=edge_width(self.mesh, subject),
+                )
+            )
         self.grid.show([sources, images] if several else [[sources[0], images[0]]])
 
     def pick(self, vertex: int | None) -> None:
@@ -140,21 +166,29 @@ class MapView(ColouredApp):
         if self.picked is not None:
             self.lines = self._vertex_lines(self.picked)
         elif self.result is not None:
-            found = (findings.verdict(self.result.certificate, self.mesh.caps),
-                     findings.angles(self.result.angle_differences()), findings.areas(self.result.log_area_ratios()))
+            found = (
+                findings.verdict(self.result.certificate, self.mesh.caps),
+                findings.angles(self.result.angle_differences()),
+                findings.areas(self.result.log_area_ratios()),
+            )
             self.lines = [f"{one.label}: {one.text}" for one in found]
 
     def _vertex_lines(self, vertex: int) -> list[str]:
         at = self.mesh.f == vertex
         around, own = at.any(axis=1), face_areas(self.mesh.unit, self.mesh.f)
-        lines = [f"vertex {vertex:,} of {len(self.mesh.v):,}: " + ", ".join(f"{c:.4g}" for c in self.mesh.v[vertex])]
+        lines = [
+            f"vertex {vertex:,} of {len(self.mesh.v):,}: "
+            + ", ".join(f"{c:.4g}" for c in self.mesh.v[vertex])
+        ]
         for caption, x in self.maps.items():
             angles = np.abs(angle_differences(self.mesh.unit, self.mesh.f, x)[at])
             image = face_areas(x, self.mesh.f)
             ratio = image[around].sum() / image.sum() / (own[around].sum() / own.sum())
-            lines.append(f"{caption}: image {', '.join(f'{c:.4f}' for c in x[vertex])}; angles differ by "
-                         f"{angles.mean():.3g} degrees on average, {angles.max():.3g} at most; its faces have "
-                         f"{ratio:.3g} times their share of the area")
+            lines.append(
+                f"{caption}: image {', '.join(f'{c:.4f}' for c in x[vertex])}; angles differ by "
+                f"{angles.mean():.3g} degrees on average, {angles.max():.3g} at most; its faces have "
+                f"{ratio:.3g} times their share of the area"
+            )
         return lines
 
     def rebalance(self, balance: float) -> None:
@@ -193,7 +227,9 @@ class MapView(ColouredApp):
     def pick_at(self, pixel: FloatArray) -> None:
         """Pick the vertex that is seen at a pixel, on any side; none where there is none."""
         hit = ps.pick(screen_coords=tuple(pixel))
-        seen = hit.is_hit and hit.structure_name in {body.name for body in self.grid.bodies.values()}
+        seen = hit.is_hit and hit.structure_name in {
+            body.name for body in self.grid.bodies.values()
+        }
         self.pick(int(hit.structure_data["index"]) if seen else None)
 
     def panel(self) -> None:
@@ -214,9 +250,11 @@ class MapView(ColouredApp):
             for line in filter(None, (self.message, *self.lines)):
                 paragraph(line)
             imgui.Separator()
-            paragraph("Click a vertex to see its image and its figures, and beside it to forget it; the lens is a "
-                      "Moebius map: what is under it grows. Drag to turn all, drag with the right button to shift, "
-                      "scroll to zoom, double-click to reset.")
+            paragraph(
+                "Click a vertex to see its image and its figures, and beside it to forget it; the lens is a "
+                "Moebius map: what is under it grows. Drag to turn all, drag with the right button to shift, "
+                "scroll to zoom, double-click to reset."
+            )
 
     def _balance_slider(self) -> None:
         assert self.result is not None
@@ -228,7 +266,9 @@ class MapView(ColouredApp):
         imgui.EndDisabled()
         said = "0 keeps angles, 1 keeps areas" if folding_free else "only of a map without folds"
         if self._run is not None:
-            said = title_of(self._run.frames[-1].iterate) if len(self._run.frames) > 1 else "starting"
+            said = (
+                title_of(self._run.frames[-1].iterate) if len(self._run.frames) > 1 else "starting"
+            )
         imgui.BeginDisabled(self._run is None)
         if imgui.Button("stop"):
             self.close()
@@ -241,7 +281,9 @@ def _given(v: FloatArray, f: IntArray) -> Source:
     return v, f
 
 
-def _rebalanced(result: SphereMap, balance: float, v: FloatArray, f: IntArray, *, listener: Listener) -> SphereMap:
+def _rebalanced(
+    result: SphereMap, balance: float, v: FloatArray, f: IntArray, *, listener: Listener
+) -> SphereMap:
     """The result at another balance, as a process of its own computes it; v and f are the result's."""
     return result.rebalance(balance, listener=listener)
 

@@ -91,7 +91,12 @@ class Player(App):
     mesh: Mesh | None
 
     def __init__(
-        self, start: Callable[[str, Method], ShownRun], name: str, method: Method, *, up: str = "auto"
+        self,
+        start: Callable[[str, Method], ShownRun],
+        name: str,
+        method: Method,
+        *,
+        up: str = "auto",
     ) -> None:
         self._start, self._up = start, up
         self.name, self.method = name, method
@@ -155,7 +160,11 @@ class Player(App):
         elif len(frames) == 1:
             self.show(frames[0], None)
         else:
-            k = int(self.run.steps[max(int(np.searchsorted(self.run.iterations, frame, "right")) - 1, 0)])
+            k = int(
+                self.run.steps[
+                    max(int(np.searchsorted(self.run.iterations, frame, "right")) - 1, 0)
+                ]
+            )
             self.show(frames[k], frames[k + 1])
 
     def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
@@ -165,11 +174,18 @@ class Player(App):
         """
         frames, kept = self.run.frames, self.run.iterations
         held = sorted({max(frames[k].index - 1, 0) for _, k in self.run.stops()})
-        moved = np.array([np.abs(frames[k + 1].iterate.x - frames[k].iterate.x).mean() for k in self.run.steps])
+        moved = np.array(
+            [np.abs(frames[k + 1].iterate.x - frames[k].iterate.x).mean() for k in self.run.steps]
+        )
         change = np.abs(np.diff(np.log1p(self.run.foldings))[kept])
         place = np.cumsum(change / (change.sum() or 1) + moved / (moved.sum() or 1))
-        chosen = kept[np.searchsorted(place, np.linspace(0, place[-1], length)).clip(0, len(place) - 1)]
-        return [(partial(self.go_to, k), k in held) for k in np.union1d(chosen, np.array(held, dtype=int)).tolist()]
+        chosen = kept[
+            np.searchsorted(place, np.linspace(0, place[-1], length)).clip(0, len(place) - 1)
+        ]
+        return [
+            (partial(self.go_to, k), k in held)
+            for k in np.union1d(chosen, np.array(held, dtype=int)).tolist()
+        ]
 
     def facts(self) -> dict[str, Any]:
         assert self.before is not None
@@ -179,8 +195,13 @@ class Player(App):
     def _facts(self, frame: Frame) -> dict[str, Any]:
         """What a picture of a frame shows, for JSON."""
         step = frame.iterate.step
-        return {"title": self.run.title(frame), "stage": step.stage, "round": step.round, "iteration": step.iteration,
-                "foldings": frame.foldings}
+        return {
+            "title": self.run.title(frame),
+            "stage": step.stage,
+            "round": step.round,
+            "iteration": step.iteration,
+            "foldings": frame.foldings,
+        }
 
     def tick(self) -> None:
         """Take over what was computed, and move on while playing.
@@ -219,8 +240,13 @@ class Player(App):
         self._follow(shown[aim])
         self._shown, self._marked = state, before.index
         first, second = self._spheres(self.mesh, shown, aim)
-        source = Part(f"{Path(self.run.name).name}\n{len(self.mesh.v):,} vertices, {len(self.mesh.f):,} faces",
-                      self.source, self.mesh.f, (first, second)[aim].colours, legends=(first, second)[aim].legends)
+        source = Part(
+            f"{Path(self.run.name).name}\n{len(self.mesh.v):,} vertices, {len(self.mesh.f):,} faces",
+            self.source,
+            self.mesh.f,
+            (first, second)[aim].colours,
+            legends=(first, second)[aim].legends,
+        )
         said = second.caption if after is not None else "being computed"
         self.grid.show([[
             source, replace(first, caption=f"Before\n{first.caption}", legends=()),
@@ -232,16 +258,25 @@ class Player(App):
         the last iterate and of the result, all but the first through a lens on what folded before the star map.
         """
         frames = self.run.frames
-        star = next((k for k, frame in enumerate(frames[:-1]) if frame.iterate.stage == "star map"), len(frames) - 1)
-        chosen = sorted({0, star - 1, star, len(frames) - 2, len(frames) - 1} & {*range(len(frames))})
+        star = next(
+            (k for k, frame in enumerate(frames[:-1]) if frame.iterate.stage == "star map"),
+            len(frames) - 1,
+        )
+        chosen = sorted(
+            {0, star - 1, star, len(frames) - 2, len(frames) - 1} & {*range(len(frames))}
+        )
         self.before, self.after, self._shown = frames[max(star - 1, 0)], frames[-1], ()
         self._follow(self.before)
         spheres = self._spheres(mesh, [frames[k] for k in chosen], chosen.index(max(star - 1, 0)))
-        sources = [Part(part.caption, self.source, mesh.f, part.colours, legends=() if k else part.legends)
-                   for k, part in enumerate(spheres)]
+        sources = [
+            Part(part.caption, self.source, mesh.f, part.colours, legends=() if k else part.legends)
+            for k, part in enumerate(spheres)
+        ]
         # its folds are all over it
         first = replace(spheres[0], caption="the whole sphere", lens=None)
-        self.grid.show([sources, [replace(part, caption="", legends=()) for part in (first, *spheres[1:])]])
+        self.grid.show(
+            [sources, [replace(part, caption="", legends=()) for part in (first, *spheres[1:])]]
+        )
 
     def _spheres(self, mesh: Mesh, shown: Sequence[Frame], aim: int) -> list[Part]:
         """Frames on spheres through one lens, as strong as fits one of them."""
@@ -251,9 +286,21 @@ class Player(App):
         edges = edge_width(mesh, self.colours.subject) if self._magnified > _NEAR else 0.0
         parts = []
         for frame, x, lens in zip(shown, maps, lenses, strict=True):
-            colours = self.colours.of(mesh, frame.iterate.x, frame.folded, self.run.frames[-1].iterate.x)
-            parts.append(Part(f"{self.run.title(frame)}\n{count_foldings(frame.foldings)}", x, mesh.f, colours,
-                              image=True, lens=lens, legends=colours.legends, edges=edges))
+            colours = self.colours.of(
+                mesh, frame.iterate.x, frame.folded, self.run.frames[-1].iterate.x
+            )
+            parts.append(
+                Part(
+                    f"{self.run.title(frame)}\n{count_foldings(frame.foldings)}",
+                    x,
+                    mesh.f,
+                    colours,
+                    image=True,
+                    lens=lens,
+                    legends=colours.legends,
+                    edges=edges,
+                )
+            )
         return parts
 
     def _follow(self, frame: Frame) -> None:
@@ -266,7 +313,11 @@ class Player(App):
     def cluster(self) -> int:
         """The cluster of folded faces that the lens shows: the one that goes on from what it showed, or the largest."""
         shared = np.isin(self.clusters.faces, self._followed)
-        return int(np.argmax(self.clusters.sums(shared.astype(np.float64)))) if len(self.clusters) else 0
+        return (
+            int(np.argmax(self.clusters.sums(shared.astype(np.float64))))
+            if len(self.clusters)
+            else 0
+        )
 
     def look(self, power: float | None, cluster: int | None = None) -> None:
         """Magnify by a power, None by what fits; another cluster of folded faces if it is given."""
@@ -331,7 +382,9 @@ class Player(App):
         _, self.name = imgui.InputText("mesh", self.name)
         tip("A file, or a sample. The run before stays until this one is read.")
         names = [f"sample:{name}" for name in samples.names()]
-        self.name = menu("samples", self.name if self.name in names else "choose one", names) or self.name
+        self.name = (
+            menu("samples", self.name if self.name in names else "choose one", names) or self.name
+        )
         if chosen := menu("method", self.method.name, METHODS):
             self.method, self._refused = METHODS[chosen](), ""
         if imgui.Button("run"):
@@ -371,7 +424,10 @@ class Player(App):
             return [f"reading {run.name}" if run.mesh is None else "making the first map"]
         if run.result is None:
             count = sum(step.iteration > 0 for step in run.history)
-            return [f"computing: {count:,} iterations, {count / max(run.seconds, 1e-3):,.0f} a second", run.memory]
+            return [
+                f"computing: {count:,} iterations, {count / max(run.seconds, 1e-3):,.0f} a second",
+                run.memory,
+            ]
         notes = (f"note: {note}" for note in run.result.notes)
         return [f"{run.result.iterations:,} iterations in {run.seconds:.3g} s", run.memory, *notes]
 
@@ -399,7 +455,9 @@ class Player(App):
             if imgui.Button(label):
                 self._leave_for(change)
             imgui.EndDisabled()
-            tip("To where there are half or twice as many foldings; or, where that is often, to the largest changes.")
+            tip(
+                "To where there are half or twice as many foldings; or, where that is often, to the largest changes."
+            )
             imgui.SameLine()
         imgui.TextUnformatted("change of foldings")
         marks = dict(self.run.stops())
@@ -500,20 +558,32 @@ def play(
     """
     mesh = check_mesh(v, f)
     chosen = method_of(method)
-    start = partial(in_background, partial(_load, mesh.v, mesh.f), round(1e6 * check_number(keep, "keep")))
+    start = partial(
+        in_background, partial(_load, mesh.v, mesh.f), round(1e6 * check_number(keep, "keep"))
+    )
     return present(lambda: Player(start, _GIVEN, chosen, up=up), out, size=size)
 
 
-def play_recording(result: SphereMap, recording: Recording, out: str | None, *, up: str = "auto") -> None:
+def play_recording(
+    result: SphereMap, recording: Recording, out: str | None, *, up: str = "auto"
+) -> None:
     """Open a window with a run that was recorded, or write its picture: the last step that changed the foldings."""
     run = ShownRun.of(recording, result)
     last = run.change(int(run.iterations[-1]), -1) or 0
-    present(lambda: Player(lambda name, method: run, "", METHODS[result.method](), up=up), out, frame=last)
+    present(
+        lambda: Player(lambda name, method: run, "", METHODS[result.method](), up=up),
+        out,
+        frame=last,
+    )
 
 
-def in_background(load: Callable[[str], Source], budget: int, name: str, method: Method) -> ShownRun:
+def in_background(
+    load: Callable[[str], Source], budget: int, name: str, method: Method
+) -> ShownRun:
     """Begin a run in another process; `load`, which must be picklable, takes a name to vertices and faces."""
-    return ShownRun(budget).begin(partial(load, name), partial(spherical_conformal_map, method=method))
+    return ShownRun(budget).begin(
+        partial(load, name), partial(spherical_conformal_map, method=method)
+    )
 
 
 def _load(v: FloatArray, f: IntArray, name: str) -> Source:

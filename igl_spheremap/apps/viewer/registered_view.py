@@ -31,9 +31,18 @@ def registration_view(
     first, last = (f"correlation {result.stages[k].correlation.mean():.3f}" for k in (0, -1))
     shown = (
         (f"the target's sphere\n{len(target.vertices):,} vertices", target, other, (ramp,)),
-        (f"the source's sphere, before\n{len(source.vertices):,} vertices, {first}", source, own, ()),
-        (f"the source's sphere, after\n{result.map.certificate.foldings:,} folded faces, {last}", result.map, own,
-         ()),
+        (
+            f"the source's sphere, before\n{len(source.vertices):,} vertices, {first}",
+            source,
+            own,
+            (),
+        ),
+        (
+            f"the source's sphere, after\n{result.map.certificate.foldings:,} folded faces, {last}",
+            result.map,
+            own,
+            (),
+        ),
     )
     return PartsView([[
         Part(caption, one.sphere, one.faces, Colouring(ramp.colours(values[one.faces].mean(axis=1))), legends=legends)

@@ -84,7 +84,15 @@ def screenshot(
     >>> import igl_spheremap as ism
     >>> ism.screenshot(ism.spherical_conformal_map(*ism.samples.make("dino")), "dino.png")  # doctest: +SKIP
     """
-    picture_of(result.mesh, result.sphere, path, caption=caption_of(result), up=up, subject=subject, size=size)
+    picture_of(
+        result.mesh,
+        result.sphere,
+        path,
+        caption=caption_of(result),
+        up=up,
+        subject=subject,
+        size=size,
+    )
 
 
 def picture_of(

@@ -10,7 +10,16 @@ from ...draw.palette import Ramp
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from .choices import SUBJECTS
-from .colouring import SCALES, SQUARES, Colouring, checkerboard, colouring, deepest_tips, poles_at, scale
+from .colouring import (
+    SCALES,
+    SQUARES,
+    Colouring,
+    checkerboard,
+    colouring,
+    deepest_tips,
+    poles_at,
+    scale,
+)
 from .grid import magnification
 from .window import imgui, implot, ps
 
@@ -19,7 +28,9 @@ _TIP = 360.0
 
 
 @contextmanager
-def box(title: str, place: tuple[float, float], size: tuple[float, float], *hints: str) -> Iterator[None]:
+def box(
+    title: str, place: tuple[float, float], size: tuple[float, float], *hints: str
+) -> Iterator[None]:
     """Widgets or plots at a place; hints are names of ImGui's flags, by default those of a box without decoration."""
     imgui.StyleColorsLight()  # polyscope gives every context its own colours
     implot.StyleColorsLight()
@@ -74,7 +85,11 @@ class Colours:
         self._tips: IntArray | None = None
 
     def of(
-        self, mesh: Mesh, x: FloatArray, folded: IntArray | None = None, like: FloatArray | None = None
+        self,
+        mesh: Mesh,
+        x: FloatArray,
+        folded: IntArray | None = None,
+        like: FloatArray | None = None,
     ) -> Colouring:
         """The colours of a map; scale and poles are those that fit the first map, or the one that it is `like`."""
         like = x if like is None else like
@@ -113,13 +128,16 @@ class Colours:
         return before != self.state
 
 
-def lens_widgets(power: float, sizes: IntArray, shown: int) -> tuple[float | None, int | None] | None:
+def lens_widgets(
+    power: float, sizes: IntArray, shown: int
+) -> tuple[float | None, int | None] | None:
     """Choose how much the lens magnifies, and the cluster of folded faces, of these sizes, that it shows.
 
     What was chosen just now: the power, None for what fits, and a cluster if it is another one.
     """
-    moved, chosen = imgui.SliderFloat("lens", power, 1.0, STRONGEST, magnification(power),
-                                      imgui.ImGuiSliderFlags_Logarithmic)
+    moved, chosen = imgui.SliderFloat(
+        "lens", power, 1.0, STRONGEST, magnification(power), imgui.ImGuiSliderFlags_Logarithmic
+    )
     tip("A Moebius map, which keeps angles, magnifies what the small sphere circles.")
     if moved:
         return min(max(float(chosen), 1.0), STRONGEST), None

@@ -48,7 +48,9 @@ class _Lazy:
         return getattr(self._module, name)
 
 
-ps, imgui, implot = (_Lazy(module) for module in ("polyscope", "polyscope.imgui", "polyscope.implot"))
+ps, imgui, implot = (
+    _Lazy(module) for module in ("polyscope", "polyscope.imgui", "polyscope.implot")
+)
 
 
 MATERIAL = "spheremap"
@@ -126,7 +128,9 @@ def backend(offscreen: bool) -> str:
     try:
         ctypes.CDLL("libEGL.so.1")
     except OSError:
-        raise DisplayError(f"libEGL.so.1 is missing; Debian and Ubuntu: apt install {PACKAGES}") from None
+        raise DisplayError(
+            f"libEGL.so.1 is missing; Debian and Ubuntu: apt install {PACKAGES}"
+        ) from None
     return "openGL3_egl"
 
 
@@ -136,7 +140,9 @@ def _set_scene(offscreen: bool) -> None:
         files = []
         for name, image in zip("rgbk", matcaps(), strict=True):
             path = Path(folder) / f"{name}.ppm"
-            path.write_bytes(b"P6\n256 256\n255\n" + np.rint(255 * image).astype(np.uint8).tobytes())
+            path.write_bytes(
+                b"P6\n256 256\n255\n" + np.rint(255 * image).astype(np.uint8).tobytes()
+            )
             files.append(str(path))
         ps.load_blendable_material(MATERIAL, filenames=files)
     ps.set_build_default_gui_panels(False)
@@ -161,7 +167,9 @@ def matcaps() -> list[FloatArray]:
     size = np.maximum(np.hypot(x, y), 1)
     x, y = x / size, y / size
     z = np.sqrt(np.maximum(0, 1 - x * x - y * y))
-    shade = linear(np.minimum(1, _AMBIENT + _DIFFUSE * np.maximum(0, np.stack((x, y, z), axis=2) @ LIGHT)))
+    shade = linear(
+        np.minimum(1, _AMBIENT + _DIFFUSE * np.maximum(0, np.stack((x, y, z), axis=2) @ LIGHT))
+    )
     return [shade[..., None] * np.eye(4, 3)[k] for k in range(4)]
 
 
@@ -252,13 +260,17 @@ def _gif(path: Path, rate: int) -> Iterator[Write]:
         durations.append(times * 1000 // rate)
 
     yield write
-    frames[0].save(path, save_all=True, append_images=frames[1:], duration=durations, loop=0, disposal=1)
+    frames[0].save(
+        path, save_all=True, append_images=frames[1:], duration=durations, loop=0, disposal=1
+    )
 
 
 def _reduced(images: Any, picture: Picture) -> Any:
     """A picture in 255 colours and that of folded faces, which a palette chosen by area would lose."""
     image = images.fromarray(picture)
-    chosen = image.quantize(255, method=images.Quantize.FASTOCTREE, dither=images.Dither.NONE).getpalette()
+    chosen = image.quantize(
+        255, method=images.Quantize.FASTOCTREE, dither=images.Dither.NONE
+    ).getpalette()
     indexed = images.new("P", (1, 1))
     indexed.putpalette([*chosen[: 3 * 255], *(round(255 * c) for c in palette.FOLDED)])
     return image.quantize(palette=indexed, dither=images.Dither.NONE)
@@ -271,7 +283,9 @@ def _mp4(path: Path, rate: int) -> Iterator[Write]:
 
     def write(picture: Picture, times: int) -> None:
         nonlocal stream
-        even = np.ascontiguousarray(picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2])
+        even = np.ascontiguousarray(
+            picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]
+        )
         if stream is None:
             stream = ffmpeg.write_frames(str(path), even.shape[1::-1], fps=rate, macro_block_size=2)
             stream.send(None)

@@ -57,7 +57,9 @@ class Factor:
         """``P^-1 b`` for right-hand sides in the columns of an (n,) or (n, k) array."""
         b = np.asarray(b, dtype=np.float64)
         if b.ndim not in (1, 2) or b.shape[0] != self.n:
-            raise ValueError(f"right-hand side has shape {b.shape}; expected ({self.n},) or ({self.n}, k)")
+            raise ValueError(
+                f"right-hand side has shape {b.shape}; expected ({self.n},) or ({self.n}, k)"
+            )
         return self.apply(b)
 
 
@@ -104,7 +106,9 @@ class Entries:
         """Order of the rows from one of the vertices."""
         if self.unknowns == 1:
             return order
-        return (self.unknowns * order[:, None] + np.arange(self.unknowns, dtype=order.dtype)).ravel()
+        return (
+            self.unknowns * order[:, None] + np.arange(self.unknowns, dtype=order.dtype)
+        ).ravel()
 
     def lower(self, order: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows and columns of the lower triangle of the reordered matrix, and the numbers of their entries."""
@@ -118,7 +122,11 @@ class Entries:
     def full(self, order: np.ndarray) -> tuple[sp.csc_matrix, np.ndarray]:
         """The reordered matrix, both triangles, with zeros as values, and the number of each value's entry."""
         rank = inverse_permutation(order)
-        rows, columns, numbers = rank.take(self.rows), rank.take(self.columns), np.arange(1, len(self.rows) + 1)
+        rows, columns, numbers = (
+            rank.take(self.rows),
+            rank.take(self.columns),
+            np.arange(1, len(self.rows) + 1),
+        )
         if not self.mirrored:
             off = np.flatnonzero(rows != columns)
             rows, columns = np.append(rows, columns[off]), np.append(columns, rows[off])
@@ -156,10 +164,14 @@ class Analysis(ABC):
         ordered = order, inverse_permutation(order)
         return Factor(self.backend, len(order), partial(self._solved, self._made, *ordered, solve))
 
-    def _solved(self, made: int, order: np.ndarray, rank: np.ndarray, solve: Solver, b: np.ndarray) -> np.ndarray:
+    def _solved(
+        self, made: int, order: np.ndarray, rank: np.ndarray, solve: Solver, b: np.ndarray
+    ) -> np.ndarray:
         """Solve with one of the factors made; a RuntimeError unless it is the last."""
         if made != self._made:
-            raise RuntimeError("another matrix was factorised in the place of this factor; solve with that factor")
+            raise RuntimeError(
+                "another matrix was factorised in the place of this factor; solve with that factor"
+            )
         x = np.empty_like(b)
         x.T[...] = solve(b.T.take(order, axis=-1).T).T.take(rank, axis=-1)
         return x
@@ -172,6 +184,7 @@ class Cholmod(Analysis):
 
     def __init__(self, entries: Entries) -> None:
         import cvxopt
+
         # cvxopt.cholmod is set a moment after another thread has imported it
         from cvxopt import amd, cholmod
 
@@ -198,7 +211,9 @@ class Cholmod(Analysis):
         # in order of columns: cvxopt takes half of the time
         A, matrix = A.tocsc(), self._cvxopt.matrix
         columns = np.arange(n).repeat(np.diff(A.indptr))
-        return self._cvxopt.spmatrix(matrix(A.data), matrix(A.indices.astype(np.int64)), matrix(columns), (n, n))
+        return self._cvxopt.spmatrix(
+            matrix(A.data), matrix(A.indices.astype(np.int64)), matrix(columns), (n, n)
+        )
 
     @contextmanager
     def _options(self, **options: int) -> Iterator[None]:
@@ -232,7 +247,11 @@ class Cholmod(Analysis):
                 self._cholmod.solve(self._symbolic, x)
             # sparse right-hand sides go through the factor four at a time: a third of the time
             else:
-                x = matrix(self._cholmod.spsolve(self._symbolic, self._cvxopt.sparse(matrix(np.asfortranarray(b)))))
+                x = matrix(
+                    self._cholmod.spsolve(
+                        self._symbolic, self._cvxopt.sparse(matrix(np.asfortranarray(b)))
+                    )
+                )
         return np.asarray(x).reshape(b.shape)
 
 
@@ -260,8 +279,12 @@ class SuperLU(Analysis):
     def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver]:
         self._A.data = values.take(self._place)
         try:
-            lu = self._splu(self._A, permc_spec=self._rule, diag_pivot_thresh=0.0,
-                            options={"SymmetricMode": True, "Equil": False})
+            lu = self._splu(
+                self._A,
+                permc_spec=self._rule,
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True, "Equil": False},
+            )
         except RuntimeError as error:
             raise FactorisationFailed(f"SuperLU: {error}") from error
         order = self._order

@@ -60,10 +60,14 @@ def _chosen(backend: str) -> str:
     if backend == "auto":
         return available[0]
     if backend not in _SOLVERS:
-        raise ValueError(f"unknown backend {backend!r}: choose 'auto' or one of {', '.join(_SOLVERS)}")
+        raise ValueError(
+            f"unknown backend {backend!r}: choose 'auto' or one of {', '.join(_SOLVERS)}"
+        )
     if backend not in available:
-        raise ValueError(f"backend {backend!r} needs {_SOLVERS[backend][0]}, which is not installed; install it, or "
-                         f"choose {' or '.join(map(repr, available))}")
+        raise ValueError(
+            f"backend {backend!r} needs {_SOLVERS[backend][0]}, which is not installed; install it, or "
+            f"choose {' or '.join(map(repr, available))}"
+        )
     return backend
 
 

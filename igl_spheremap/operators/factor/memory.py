@@ -42,5 +42,7 @@ def bytes_left() -> float:
 
 def too_little(needed: float) -> MemoryError:
     """What to raise where the limit leaves less than libraries need, which would wait for it or crash."""
-    return MemoryError(f"the system lets this process take {bytes_left() / 1e6:.0f} MB more, and libraries need "
-                       f"{needed / 1e6:.0f}; raise the limit, as by ulimit -v")
+    return MemoryError(
+        f"the system lets this process take {bytes_left() / 1e6:.0f} MB more, and libraries need "
+        f"{needed / 1e6:.0f}; raise the limit, as by ulimit -v"
+    )

@@ -117,7 +117,9 @@ def _follow(x: np.ndarray, planes: list[tuple[np.ndarray, np.ndarray]]) -> np.nd
     return path
 
 
-def _separator_heights(graph: sp.csr_matrix, path: np.ndarray, depth: int, hub: np.ndarray) -> np.ndarray:
+def _separator_heights(
+    graph: sp.csr_matrix, path: np.ndarray, depth: int, hub: np.ndarray
+) -> np.ndarray:
     """Height of the part that each vertex separates: 0 for none, `depth` for hubs.
 
     An edge is cut at the highest bit in which its ends' paths differ. Its end with more edges cut there

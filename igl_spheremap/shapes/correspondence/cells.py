@@ -20,8 +20,9 @@ SHORT = 32 * _ROUNDING
 _FLAT = 4 * np.finfo(float).eps
 
 
-def cell_triangles(A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: Segments, x: FloatArray) -> tuple[
-        IntArray, IntArray]:
+def cell_triangles(
+    A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: Segments, x: FloatArray
+) -> tuple[IntArray, IntArray]:
     """Cut the cells into triangles (m, 3), and return them with the faces (2, m) of A and of B that they are parts of.
 
     `x` are the nodes' positions. A cell is divided by a fan around its largest angle: no triangle is as flat.
@@ -55,7 +56,10 @@ def _sides(A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: Segments)
     own = ~cut_b.along  # the others are segments of A, too
     g, h, p, q = A.forward[cut_a.edge], B.forward[cut_b.edge[own]], cut_a.half, cut_b.half[own]
     back = np.where(cut_a.along, B.twin[p], p)
-    face_a, face_b = np.concatenate((g, A.twin[g], q, q)) // 3, np.concatenate((p, back, h, B.twin[h])) // 3
+    face_a, face_b = (
+        np.concatenate((g, A.twin[g], q, q)) // 3,
+        np.concatenate((p, back, h, B.twin[h])) // 3,
+    )
     start = np.concatenate((cut_a.start, cut_a.end, cut_b.start[own], cut_b.end[own]))
     end = np.concatenate((cut_a.end, cut_a.start, cut_b.end[own], cut_b.start[own]))
     cell = face_a * len(B.f) + face_b
@@ -82,8 +86,14 @@ class Coincidences:
         The node that each has become.
     """
 
-    def __init__(self, faces: IntArray, owners: IntArray, on: FloatArray, surfaces: tuple[FloatArray, FloatArray],
-                 vertices: tuple[IntArray, IntArray]) -> None:
+    def __init__(
+        self,
+        faces: IntArray,
+        owners: IntArray,
+        on: FloatArray,
+        surfaces: tuple[FloatArray, FloatArray],
+        vertices: tuple[IntArray, IntArray],
+    ) -> None:
         self.faces, self.owners, self.on = faces, owners, on
         self.left, self.node = np.ones(len(faces), dtype=bool), np.arange(len(on[0]))
         self._normals = tuple(_normals(surface) for surface in surfaces)
@@ -95,13 +105,18 @@ class Coincidences:
         beside = touching(self.faces, marked(self.faces[flat], n))
         self._whole = marked(self.faces[beside], n)  # nodes whose faces are all in the complex
         near = np.flatnonzero(touching(self.faces, self._whole))
-        self._complex = Complex(dict(zip(near.tolist(), map(tuple, self.faces[near].tolist()), strict=True)))
+        self._complex = Complex(
+            dict(zip(near.tolist(), map(tuple, self.faces[near].tolist()), strict=True))
+        )
         self._bad = set(flat.tolist())
         while any([self._collapse(i) for i in flat.tolist() if i in self._bad]):
             pass
         kept = list(self._complex.faces)
         self.left[near] = False
-        self.left[kept], self.faces[kept] = True, np.reshape(list(self._complex.faces.values()), (-1, 3))
+        self.left[kept], self.faces[kept] = (
+            True,
+            np.reshape(list(self._complex.faces.values()), (-1, 3)),
+        )
         return len(self._bad)
 
     def _flat(self, faces: IntArray, owners: IntArray) -> BoolArray:
@@ -110,8 +125,13 @@ class Coincidences:
         flat, square = np.zeros(len(faces), dtype=bool), np.zeros((3, len(faces)))
         for p, normals, owner in zip(self.on, self._normals, owners, strict=True):
             a, b, c = p[faces].transpose(1, 0, 2)
-            normal, own = normals[owner], np.stack([_squares(side) for side in (b - a, c - b, a - c)])
-            flat |= ~(row_dots(row_crosses(b - a, c - a), normal) > _FLAT * own.max(axis=0)) & normal.any(axis=1)
+            normal, own = (
+                normals[owner],
+                np.stack([_squares(side) for side in (b - a, c - b, a - c)]),
+            )
+            flat |= ~(
+                row_dots(row_crosses(b - a, c - a), normal) > _FLAT * own.max(axis=0)
+            ) & normal.any(axis=1)
             square = np.maximum(square, own)
         return flat | (square.min(axis=0) <= _ROUNDING**2)
 
@@ -155,8 +175,12 @@ class Coincidences:
 
         Whole limbs of one surface may lie in one point of the other: their faces have no area there.
         """
-        first, second = (_join(p, self.faces[self.left], normals[owners[self.left]], held) for p, normals, owners, held
-                         in zip(self.on, self._normals, self.owners, self._vertex, strict=True))
+        first, second = (
+            _join(p, self.faces[self.left], normals[owners[self.left]], held)
+            for p, normals, owners, held in zip(
+                self.on, self._normals, self.owners, self._vertex, strict=True
+            )
+        )
         return first, second
 
 
@@ -165,7 +189,9 @@ def _join(p: FloatArray, faces: IntArray, normals: FloatArray, held: BoolArray) 
     place, some = np.arange(len(p)), True
     while some:
         corners = p[faces]
-        twice = row_dots(row_crosses(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), normals)
+        twice = row_dots(
+            row_crosses(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), normals
+        )
         negative = faces[twice < 0]
         ends = np.stack((negative, np.roll(negative, -1, axis=1)), axis=2)
         square = _squares(p[ends[..., 0]] - p[ends[..., 1]])

@@ -64,5 +64,8 @@ class Complex:
     def halved(self, p: int, q: int, new: int, number: int) -> Faces:
         """Divide the two faces at a side in two each at a vertex on it; the new ones have `number` and the next."""
         both = self.beside(p, q)
-        return {row: tuple(new if v == end else v for v in self.faces[i])
-                for end, rows in ((p, both), (q, (number, number + 1))) for i, row in zip(both, rows, strict=True)}
+        return {
+            row: tuple(new if v == end else v for v in self.faces[i])
+            for end, rows in ((p, both), (q, (number, number + 1)))
+            for i, row in zip(both, rows, strict=True)
+        }

@@ -78,14 +78,31 @@ class Descent:
         Whether landmarks are drawn to their goals instead of being held there.
     """
 
-    def __init__(self, source: Level, target: Level, objectives: Sequence[Objective], pair: FeaturePair,
-                 goals: FloatArray, soft: bool = False) -> None:
-        self.source, self.target, self.pair, self._goals, self._soft = source, target, pair, goals, soft
-        self._plan = [(size, list(each)) for size, each in groupby(objectives, key=lambda objective: objective.size)]
+    def __init__(
+        self,
+        source: Level,
+        target: Level,
+        objectives: Sequence[Objective],
+        pair: FeaturePair,
+        goals: FloatArray,
+        soft: bool = False,
+    ) -> None:
+        self.source, self.target, self.pair, self._goals, self._soft = (
+            source,
+            target,
+            pair,
+            goals,
+            soft,
+        )
+        self._plan = [
+            (size, list(each))
+            for size, each in groupby(objectives, key=lambda objective: objective.size)
+        ]
         self._levels: dict[int | None, tuple[Level, Level]] = {None: (source, target)}
 
-    def start(self, width: float, moebius: bool = False,
-              least: float = 0.0) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
+    def start(
+        self, width: float, moebius: bool = False, least: float = 0.0
+    ) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
         """Rotate the source's sphere by features of one width; return it and all rotations, the chosen one first.
 
         `moebius` adds the Moebius map that these features ask for. The rotation is taken that leads, on the coarsest
@@ -94,12 +111,22 @@ class Descent:
         tried that correlate by the share `least` of the best one.
         """
         candidates = self.pair.rotations(width)
-        starts = [self.turned(each.rotation) for each in candidates
-                  if each.correlation >= least * candidates[0].correlation]
+        starts = [
+            self.turned(each.rotation)
+            for each in candidates
+            if each.correlation >= least * candidates[0].correlation
+        ]
         if moebius:
             starts = [self.pair.fit_moebius(start, width) for start in starts]
-        best = int(np.argmin([self.outlook(start) for start in counted("starts", starts)])) if starts[1:] else 0
-        return starts[best], (candidates[best], *(each for k, each in enumerate(candidates) if k != best))
+        best = (
+            int(np.argmin([self.outlook(start) for start in counted("starts", starts)]))
+            if starts[1:]
+            else 0
+        )
+        return starts[best], (
+            candidates[best],
+            *(each for k, each in enumerate(candidates) if k != best),
+        )
 
     def turned(self, rotation: FloatArray) -> FloatArray:
         """Rotate the source's sphere."""
@@ -123,7 +150,9 @@ class Descent:
         """Lower a start on the source's own mesh through all levels; return the last one, maybe split, and the map."""
         own, steps = len(self.source.map.sphere), Counter[Objective]()
         plan = [objective for _, objectives in self._plan for objective in objectives]
-        *before, total = accumulate(((objective.size or own) * objective.steps for objective in plan), initial=0)
+        *before, total = accumulate(
+            ((objective.size or own) * objective.steps for objective in plan), initial=0
+        )
         ahead = dict(zip(plan, before, strict=True))
 
         def take(objective: Objective, level: Level, y: FloatArray, energy: float) -> None:
@@ -145,8 +174,14 @@ class Descent:
             self._levels[size] = self.source.coarser(size), self.target.coarser(size)
         return self._levels[size]
 
-    def lowered(self, source: Level, target: Level, y: FloatArray, objectives: Sequence[Objective],
-                report: Report | None = None) -> tuple[Level, FloatArray]:
+    def lowered(
+        self,
+        source: Level,
+        target: Level,
+        y: FloatArray,
+        objectives: Sequence[Objective],
+        report: Report | None = None,
+    ) -> tuple[Level, FloatArray]:
         """Bring landmarks to their goals, hold them, and lower the strain; return the level, maybe split, and the map.
 
         If landmarks can't be brought to their goals, the map is the one that came nearest.
@@ -171,7 +206,9 @@ class Descent:
                     break
         return source, y
 
-    def _terms(self, source: Level, target: Level, y: FloatArray, objective: Objective) -> list[VertexTerm]:
+    def _terms(
+        self, source: Level, target: Level, y: FloatArray, objective: Objective
+    ) -> list[VertexTerm]:
         """Return the misfits that count beside the strain."""
         terms: list[VertexTerm] = []
         if objective.weight:

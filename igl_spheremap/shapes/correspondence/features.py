@@ -33,9 +33,14 @@ def smooth_function(level: Level, values: FloatArray) -> Target:
     unit = normal / np.where(area > 0, area, 1.0)[:, None]
     # The area times the gradient within a face, averaged at vertices by area.
     rises = values[f[:, 1:]] - values[f[:, :1]]
-    slopes = np.einsum("mks,msd->mkd", rises.transpose(0, 2, 1),
-                       np.stack((row_crosses(unit, a - c), row_crosses(unit, b - a)), axis=1))
-    around = sp.csr_array((np.ones(f.size), (f.ravel(), np.repeat(np.arange(len(f)), 3))), shape=(len(x), len(f)))
+    slopes = np.einsum(
+        "mks,msd->mkd",
+        rises.transpose(0, 2, 1),
+        np.stack((row_crosses(unit, a - c), row_crosses(unit, b - a)), axis=1),
+    )
+    around = sp.csr_array(
+        (np.ones(f.size), (f.ravel(), np.repeat(np.arange(len(f)), 3))), shape=(len(x), len(f))
+    )
     total = around @ area
     mean = (around @ slopes.reshape(len(f), -1)) / np.where(total > 0, total, 1.0)[:, None]
     mean = mean.reshape(len(x), -1, 3)
@@ -62,26 +67,47 @@ class FeaturePair:
         Those in use.
     """
 
-    def __init__(self, source: Level, target: Level, given: tuple[ArrayLike, ArrayLike] | None,
-                 widths: Sequence[float]) -> None:
+    def __init__(
+        self,
+        source: Level,
+        target: Level,
+        given: tuple[ArrayLike, ArrayLike] | None,
+        widths: Sequence[float],
+    ) -> None:
         self._levels = source, target
         self._surfaces = FeatureSurface(source.map.mesh), FeatureSurface(target.map.mesh)
         surfaces = self._surfaces
         self.weights = surfaces[0].areas / surfaces[0].areas.sum()
-        checked = None if given is None else _checked(given, (len(source.map.sphere), len(target.map.sphere)))
+        checked = (
+            None
+            if given is None
+            else _checked(given, (len(source.map.sphere), len(target.map.sphere)))
+        )
         self._by_width: dict[float, list[FloatArray]] = {
-            width: [s.standardize(s.potential(width)[:, None] if checked is None else s.diffuse(checked[k], width))
-                    for k, s in enumerate(surfaces)] for width in widths}
+            width: [
+                s.standardize(
+                    s.potential(width)[:, None] if checked is None else s.diffuse(checked[k], width)
+                )
+                for k, s in enumerate(surfaces)
+            ]
+            for width in widths
+        }
         if checked is None:
             for values, name in zip(self._by_width[widths[0]], _ENDS, strict=True):
                 check_varies(values, f"depths of the {name}")
-        self._raw = [np.concatenate([pair[k] for pair in self._by_width.values()], axis=1) if checked is None
-                     else s.standardize(checked[k]) for k, s in enumerate(surfaces)]
+        self._raw = [
+            np.concatenate([pair[k] for pair in self._by_width.values()], axis=1)
+            if checked is None
+            else s.standardize(checked[k])
+            for k, s in enumerate(surfaces)
+        ]
 
     def smoothed(self, width: float) -> list[Level]:
         """Return both surfaces with the positions that they have when they are smoothed by that width."""
-        return [replace(level, metric=surface.diffuse(surface.v, width))
-                for level, surface in zip(self._levels, self._surfaces, strict=True)]
+        return [
+            replace(level, metric=surface.diffuse(surface.v, width))
+            for level, surface in zip(self._levels, self._surfaces, strict=True)
+        ]
 
     def source(self, widths: Sequence[float]) -> FloatArray:
         """The source's features, at its own vertices."""
@@ -94,11 +120,15 @@ class FeaturePair:
 
     def rotations(self, width: float, most: int = 4) -> list[RotationCandidate]:
         """Rotations of the source's sphere for which the features of one width agree best, the best first."""
-        source, target = (expand(locator_of(level.map), values, _BAND, _OVERSAMPLING)
-                         for level, values in zip(self._levels, self._by_width[width], strict=True))
+        source, target = (
+            expand(locator_of(level.map), values, _BAND, _OVERSAMPLING)
+            for level, values in zip(self._levels, self._by_width[width], strict=True)
+        )
         return best_rotations(target, source, _BAND, most)
 
-    def fit_moebius(self, x: FloatArray, width: float, report: Report = lambda *_: None) -> FloatArray:
+    def fit_moebius(
+        self, x: FloatArray, width: float, report: Report = lambda *_: None
+    ) -> FloatArray:
         """Move the source's vertices by the Moebius map that brings features of one width nearest."""
         f = self._levels[0].map.faces
         return fit_moebius(x, f, self.weights, self.source([width]), self.target([width]), report)
@@ -107,17 +137,23 @@ class FeaturePair:
         """Correlate each feature, as given or of each width, over the source's area; its vertices lie at x."""
         target = self._levels[1].at(x, self._raw[1])
         centred = target - weighted_sum(self.weights, target)
-        return weighted_sum(self.weights, centred * self._raw[0]) / np.sqrt(weighted_sum(self.weights, centred**2))
+        return weighted_sum(self.weights, centred * self._raw[0]) / np.sqrt(
+            weighted_sum(self.weights, centred**2)
+        )
 
 
 def _checked(given: tuple[ArrayLike, ArrayLike], sizes: tuple[int, int]) -> list[FloatArray]:
     """Check that values are finite, not constant, and of the same columns; return them, each column in its own unit."""
     names = [f"features of the {name}" for name in _ENDS]
     both = check_list(given, "features", 2)
-    checked = [check_values(each, n, name) for each, n, name in zip(both, sizes, names, strict=True)]
+    checked = [
+        check_values(each, n, name) for each, n, name in zip(both, sizes, names, strict=True)
+    ]
     for each, name in zip(checked, names, strict=True):
         check_varies(each, name)
     k, other = (each.shape[1] for each in checked)
     if k != other:
-        raise ValueError(f"{names[0]} have {k} columns but {names[1]} {other}; give the same ones of both")
+        raise ValueError(
+            f"{names[0]} have {k} columns but {names[1]} {other}; give the same ones of both"
+        )
     return [np.stack([own_unit(column)[0] for column in each.T], axis=1) for each in checked]

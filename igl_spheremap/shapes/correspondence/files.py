@@ -93,15 +93,30 @@ def read_surface_map(path: PathLike) -> SurfaceMap:
     with reading(Path(path)):
         arrays = npz.read_arrays(path)
         if not {*_OWN, _TARGET + "sphere"} <= arrays.keys():
-            raise MeshError("the archive holds no map between surfaces; give a file that was written by "
-                            f"{Remedy('write_surface_map', given='path, result')}")
-        target = npz.map_of({name.removeprefix(_TARGET): array for name, array in arrays.items()
-                             if name.startswith(_TARGET)})
+            raise MeshError(
+                "the archive holds no map between surfaces; give a file that was written by "
+                f"{Remedy('write_surface_map', given='path, result')}"
+            )
+        target = npz.map_of(
+            {
+                name.removeprefix(_TARGET): array
+                for name, array in arrays.items()
+                if name.startswith(_TARGET)
+            }
+        )
         landmarks = arrays["landmarks"]
         own = npz.map_of(arrays)
-        if landmarks.ndim != 1 or landmarks.dtype.kind != "i" or ((landmarks < 0) | (
-                landmarks >= len(own.vertices))).any() or len(arrays["goal_faces"]) != len(landmarks):
-            raise MeshError("damaged: the landmarks are not vertices of the source with as many points of the target; "
-                            "write the file anew")
-        goals = checked_location(Location(arrays["goal_faces"], arrays["goal_weights"]), target.faces, "the target")
+        if (
+            landmarks.ndim != 1
+            or landmarks.dtype.kind != "i"
+            or ((landmarks < 0) | (landmarks >= len(own.vertices))).any()
+            or len(arrays["goal_faces"]) != len(landmarks)
+        ):
+            raise MeshError(
+                "damaged: the landmarks are not vertices of the source with as many points of the target; "
+                "write the file anew"
+            )
+        goals = checked_location(
+            Location(arrays["goal_faces"], arrays["goal_weights"]), target.faces, "the target"
+        )
         return SurfaceMap(own, target, landmarks, goals, tuple(json.loads(str(arrays["notes"]))))

@@ -23,7 +23,12 @@ _SMALLEST_MOEBIUS_GAIN, _MOEBIUS_STEPS = 1e-7, 30
 
 
 def fit_moebius(
-    x: FloatArray, f: IntArray, weights: FloatArray, features: FloatArray, target: Target, report: Report
+    x: FloatArray,
+    f: IntArray,
+    weights: FloatArray,
+    features: FloatArray,
+    target: Target,
+    report: Report,
 ) -> FloatArray:
     """Lower the weighted square of features - target(m(x)) over Moebius maps m, and return the best m(x).
 
@@ -55,11 +60,15 @@ def fit_moebius(
             report(y, float((off * off).sum()))
         J = np.zeros((features.size + 3, 6))
         for k, h in enumerate(HALF_DIGITS * np.eye(6)):
-            J[:-3, k] = -(root * np.einsum("nki,ni->nk", gradients, (_moved(x, t + h) - y) / HALF_DIGITS)).ravel()
+            J[:-3, k] = -(
+                root * np.einsum("nki,ni->nk", gradients, (_moved(x, t + h) - y) / HALF_DIGITS)
+            ).ravel()
         J[-3:, 3:] = np.sqrt(_RIDGE) * np.eye(3)
         return J
 
-    least_squares(residuals, np.zeros(6), jacobian, ftol=_SMALLEST_MOEBIUS_GAIN, max_nfev=_MOEBIUS_STEPS + 1)
+    least_squares(
+        residuals, np.zeros(6), jacobian, ftol=_SMALLEST_MOEBIUS_GAIN, max_nfev=_MOEBIUS_STEPS + 1
+    )
     return found
 
 
@@ -89,8 +98,10 @@ class Misfit:
         """Gradient (2, n) and vertices' blocks (2, 2, n) along the axes."""
         off, gradients = self._off(x)
         slopes = np.einsum("nkd,adn->akn", gradients, axes)
-        return (-np.einsum("n,akn,nk->an", self._weights, slopes, off),
-                np.einsum("n,akn,bkn->abn", self._weights, slopes, slopes))
+        return (
+            -np.einsum("n,akn,nk->an", self._weights, slopes, off),
+            np.einsum("n,akn,bkn->abn", self._weights, slopes, slopes),
+        )
 
     def _off(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Compute differences (n, k) and gradients (n, k, 3) at a map, and keep them for the next call."""

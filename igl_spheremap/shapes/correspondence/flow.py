@@ -95,6 +95,7 @@ def _logarithm(y: FloatArray, goals: FloatArray) -> FloatArray:
 
 def _field(y: FloatArray, at: FloatArray, moves: FloatArray) -> FloatArray:
     """Interpolate a tangent field at y that has given values at some points, by kernels about these."""
+
     def kernel(x: FloatArray) -> FloatArray:
         distance = np.sqrt(np.maximum(2 - 2 * x @ at.T, 0)) / _WIDTH
         return np.asarray((1 + distance) * np.exp(-distance))  # Matern, 3/2

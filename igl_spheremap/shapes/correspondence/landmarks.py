@@ -51,38 +51,58 @@ class LandmarkPairs:
     names: list[str]
 
     @classmethod
-    def of(cls, landmarks: tuple[Points, Points] | None, curves: Iterable[tuple[Points, Points]], source: SphereMap,
-           target: SphereMap) -> LandmarkPairs:
+    def of(
+        cls,
+        landmarks: tuple[Points, Points] | None,
+        curves: Iterable[tuple[Points, Points]],
+        source: SphereMap,
+        target: SphereMap,
+    ) -> LandmarkPairs:
         """Check the points; a MeshError names the one that is wrong."""
         pairs, names = [(Location(np.empty(0, dtype=np.int64), np.empty((0, 3))),) * 2], list[str]()
         given = [] if landmarks is None else [("landmark", "", landmarks)]
-        for one, curve, pair in (*given, *(("point", f"curve {k}", pair) for k, pair in enumerate(curves))):
+        for one, curve, pair in (
+            *given,
+            *(("point", f"curve {k}", pair) for k, pair in enumerate(curves)),
+        ):
             if not isinstance(pair, Sequence) or len(pair) != 2:
-                raise MeshError(f"no pair for {curve or 'landmarks'}; give (points of the source, points of the "
-                                "target)")
+                raise MeshError(
+                    f"no pair for {curve or 'landmarks'}; give (points of the source, points of the "
+                    "target)"
+                )
             within = f" of {curve}" if curve else ""
-            points, goals = (_points(each, result, one, f"{curve} of {name}" if curve else name)
-                             for each, result, name in zip(pair, (source, target), _ENDS, strict=True))
+            points, goals = (
+                _points(each, result, one, f"{curve} of {name}" if curve else name)
+                for each, result, name in zip(pair, (source, target), _ENDS, strict=True)
+            )
             if curve:
                 goals = _at_the_same_length(points, goals, source, target, curve)
             elif len(points.face) != len(goals.face):
-                raise MeshError(f"{len(points.face)} landmarks of the source have {len(goals.face)} points of the "
-                                "target; give one for each")
+                raise MeshError(
+                    f"{len(points.face)} landmarks of the source have {len(goals.face)} points of the "
+                    "target; give one for each"
+                )
             pairs.append((points, goals))
             names += [f"{one} {k}{within}" for k in range(len(points.face))]
         points, goals = (joined(*each) for each in zip(*pairs, strict=True))
         surface, places, vertices = with_vertices(source, points)
         there = interpolate(target.sphere, target.faces, goals)
         on_target = np.unique(there, axis=0, return_inverse=True)[1].reshape(-1)
-        kept = np.sort(np.unique(np.stack((vertices, on_target), axis=1), axis=0, return_index=True)[1])
+        kept = np.sort(
+            np.unique(np.stack((vertices, on_target), axis=1), axis=0, return_index=True)[1]
+        )
         for numbers, name in ((vertices[kept], _ENDS[0]), (on_target[kept], _ENDS[1])):
             order = np.argsort(numbers, kind="stable")
             equal = np.flatnonzero(np.diff(numbers[order]) == 0)
             if len(equal):
                 i, j = (names[k] for k in kept[order[equal[0] : equal[0] + 2]])
-                raise MeshError(f"{i} and {j} are one point of {name}; give each its own, and divide curves where they "
-                                "meet")
-        return cls(surface, places, vertices[kept], take_points(goals, kept), [names[k] for k in kept])
+                raise MeshError(
+                    f"{i} and {j} are one point of {name}; give each its own, and divide curves where they "
+                    "meet"
+                )
+        return cls(
+            surface, places, vertices[kept], take_points(goals, kept), [names[k] for k in kept]
+        )
 
     def carried(self, values: ArrayLike, source: SphereMap) -> FloatArray:
         """Interpolate features over the source's own vertices at the vertices of `surface`."""
@@ -96,16 +116,21 @@ def _points(values: Points, result: SphereMap, one: str, name: str) -> Location:
         return checked_location(values, result.faces, name)
     index, n = plain_array(values, f"{one}s of {name}"), len(result.sphere)
     if index.ndim != 1 or not len(index) or index.dtype.kind not in "iu":
-        raise MeshError(f"{one}s of {name} are not a list of vertex indices; give one whole number each, at least "
-                        "one, or a Location")
+        raise MeshError(
+            f"{one}s of {name} are not a list of vertex indices; give one whole number each, at least "
+            "one, or a Location"
+        )
     bad = np.flatnonzero((index < 0) | (index >= n))
     if len(bad):
-        raise MeshError(f"{one} {bad[0]} of {name} is vertex {index[bad[0]]}; give a vertex from 0 to {n - 1}")
+        raise MeshError(
+            f"{one} {bad[0]} of {name} is vertex {index[bad[0]]}; give a vertex from 0 to {n - 1}"
+        )
     return take_points(at_vertices(result.faces), index.astype(np.int64))
 
 
-def _at_the_same_length(first: Location, second: Location, source: SphereMap, target: SphereMap,
-                        curve: str) -> Location:
+def _at_the_same_length(
+    first: Location, second: Location, source: SphereMap, target: SphereMap, curve: str
+) -> Location:
     """Find the point of the target's curve at the same share of its length for each point of the source's."""
     shares, ends = [], []
     for points, result, name in ((first, source, _ENDS[0]), (second, target, _ENDS[1])):
@@ -132,12 +157,18 @@ def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Locat
     near = np.flatnonzero(touching(f, marked(f[points.face], n)))
     complex = Complex(dict(zip(near.tolist(), map(tuple, f[near].tolist()), strict=True)))
     owner = np.arange(len(f))  # the face that each one is a part of
-    vertices, added = np.empty(len(points.face), dtype=np.int64), list[tuple[IntArray, FloatArray]]()
+    vertices, added = (
+        np.empty(len(points.face), dtype=np.int64),
+        list[tuple[IntArray, FloatArray]](),
+    )
     for k, (face, w) in enumerate(zip(*points, strict=True)):
         w = np.where(w < HALF_DIGITS, 0.0, w)
         w, parts = w / w.sum(), np.flatnonzero(owner == face)
         corners = np.array([complex.faces[i] for i in parts.tolist()])
-        height = _heights(w, np.array([[_weights(u, f[face], n, added) for u in part] for part in corners.tolist()]))
+        height = _heights(
+            w,
+            np.array([[_weights(u, f[face], n, added) for u in part] for part in corners.tolist()]),
+        )
         best = height.min(axis=1).argmax()
         beside = np.flatnonzero(height[best] < HALF_DIGITS)
         if len(beside) > 1:
@@ -156,7 +187,9 @@ def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Locat
         return result, take_points(points, slice(0, 0)), vertices
     first = np.array([np.flatnonzero(vertices == n + k)[0] for k in range(len(added))])
     places = Location(points.face[first], np.array([w for _, w in added]))
-    v, x = (np.concatenate((p, interpolate(p, f, places))) for p in (result.vertices, result.sphere))
+    v, x = (
+        np.concatenate((p, interpolate(p, f, places))) for p in (result.vertices, result.sphere)
+    )
     faces = np.concatenate((f, np.empty((len(owner) - len(f), 3), dtype=np.int64)))
     faces[list(complex.faces)] = list(complex.faces.values())
     caps = result.mesh.caps
@@ -165,7 +198,9 @@ def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Locat
     return replace(found, run=result.run), places, vertices
 
 
-def _weights(vertex: int, face: IntArray, n: int, added: list[tuple[IntArray, FloatArray]]) -> FloatArray:
+def _weights(
+    vertex: int, face: IntArray, n: int, added: list[tuple[IntArray, FloatArray]]
+) -> FloatArray:
     """Return the weights of a vertex by the corners of a face; `added` are the faces and weights of new vertices."""
     if vertex < n:
         return (face == vertex).astype(float)

@@ -51,12 +51,22 @@ class Level:
         """Take a surface with its own mesh; a MeshError names it if it is a round sphere, or inside out."""
         length = row_lengths(result.vertices)
         if np.ptp(length) < UNIT_TOLERANCE * length.mean() and np.allclose(
-                result.vertices / length[:, None], result.sphere, rtol=0, atol=UNIT_TOLERANCE):
-            raise MeshError(f"{name} is a sphere, the map itself: strain is measured on surfaces; give the one that "
-                            "was mapped")
+            result.vertices / length[:, None], result.sphere, rtol=0, atol=UNIT_TOLERANCE
+        ):
+            raise MeshError(
+                f"{name} is a sphere, the map itself: strain is measured on surfaces; give the one that "
+                "was mapped"
+            )
         if inside_out(result.vertices, result.faces):
-            raise MeshError(f"{name} is inside out: its faces point inwards; reverse them", Remedy("repair_mesh"))
-        return cls(result, result.mesh.unit, np.empty(0, dtype=np.int64) if landmarks is None else landmarks)
+            raise MeshError(
+                f"{name} is inside out: its faces point inwards; reverse them",
+                Remedy("repair_mesh"),
+            )
+        return cls(
+            result,
+            result.mesh.unit,
+            np.empty(0, dtype=np.int64) if landmarks is None else landmarks,
+        )
 
     def coarser(self, size: int) -> Level:
         """Take about `size` points spread evenly over the sphere, with the landmarks, and triangulate them (Delaunay).
@@ -68,7 +78,12 @@ class Level:
             x = x[np.linalg.norm(x - landmark, axis=1) > np.sqrt(np.pi / size)]
         x = np.concatenate((kept, x))
         v = self.at(x, self.map.mesh.v)
-        return Level(certified(check_mesh(v, hull_faces(x)), x), self.at(x, self.metric), np.arange(len(kept)), self)
+        return Level(
+            certified(check_mesh(v, hull_faces(x)), x),
+            self.at(x, self.metric),
+            np.arange(len(kept)),
+            self,
+        )
 
     @cached_property
     def system(self) -> VertexSystem:
@@ -93,15 +108,21 @@ class Level:
     def split(self, y: FloatArray, marked: BoolArray) -> tuple[Level, FloatArray]:
         """Bisect edges of marked faces; return that level and its map, which extends y: new vertices come last."""
         own = self.map.mesh
-        edges = np.stack([row_lengths(y[own.f[:, k - 2]] - y[own.f[:, k - 1]]) for k in range(3)], axis=1)
+        edges = np.stack(
+            [row_lengths(y[own.f[:, k - 2]] - y[own.f[:, k - 1]]) for k in range(3)], axis=1
+        )
         f, ends, parts = bisected(own.f, edges * marked[:, None], len(y))
-        v, metric, x, z = (np.concatenate((p, p[ends].mean(axis=1)))
-                           for p in (own.v, self.metric, self.map.sphere, y))
+        v, metric, x, z = (
+            np.concatenate((p, p[ends].mean(axis=1)))
+            for p in (own.v, self.metric, self.map.sphere, y)
+        )
         x[len(y) :], z[len(y) :] = unit_rows(x[len(y) :]), unit_rows(z[len(y) :])
         if folded_faces(x, f).any() or folded_faces(z, f).any():  # slivers, by rounding
             return self, y
         caps = None if own.caps is None else own.caps[parts]
-        return Level(certified(check_mesh(v, f, caps=caps), x), metric, self.landmarks, self.own or self), z
+        return Level(
+            certified(check_mesh(v, f, caps=caps), x), metric, self.landmarks, self.own or self
+        ), z
 
 
 def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
@@ -114,7 +135,9 @@ def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArra
     corner = length.argmax(axis=1)
     i, j = f[face, corner - 2], f[face, corner - 1]  # counter-clockwise
     key = np.where(length.max(axis=1) > 0, np.minimum(i, j) * n + np.maximum(i, j), -1 - face)
-    _, first, pair, count = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
+    _, first, pair, count = np.unique(
+        key, return_index=True, return_inverse=True, return_counts=True
+    )
     pair = pair.reshape(-1)
     number = np.cumsum(count == 2) - 1
     cut = np.flatnonzero(count[pair] == 2)

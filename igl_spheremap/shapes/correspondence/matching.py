@@ -10,7 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...balance import AREA_PRESERVING
-from ...errors import FoldingsRemain, MapError, MeshError, Remedy, check_list, check_number, gate, within
+from ...errors import (
+    FoldingsRemain,
+    MapError,
+    MeshError,
+    Remedy,
+    check_list,
+    check_number,
+    gate,
+    within,
+)
 from ...maps.balanced import balanced_spherical_map
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
@@ -161,8 +170,14 @@ def _mapped(given: SphereMap | MeshLike, name: str) -> SphereMap:
         raise within(error, f"{name}: ") from None
 
 
-def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike] | None, weight: float,
-             goals: FloatArray, soft: bool) -> Descent:
+def _descent(
+    source: Level,
+    target: Level,
+    features: tuple[ArrayLike, ArrayLike] | None,
+    weight: float,
+    goals: FloatArray,
+    soft: bool,
+) -> Descent:
     """Plan the descent: from coarse levels to fine ones, on each with ever less weight of the spheres' metrics."""
     guide = last = weight
     if features is None:
@@ -173,9 +188,13 @@ def _descent(source: Level, target: Level, features: tuple[ArrayLike, ArrayLike]
         guide, last = _GUIDE, 0.0
     pair = FeaturePair(source, target, features, [_WIDTH, *_SHARES.values()])
     sizes = *(size for size in _SIZES if size <= len(source.map.sphere)), None
-    plan = [Objective(size, share, (width,), guide, _GUARD, _STEPS) if share < 1
-            else Objective(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS)
-            for size in sizes for share, width in _SHARES.items()]
+    plan = [
+        Objective(size, share, (width,), guide, _GUARD, _STEPS)
+        if share < 1
+        else Objective(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS)
+        for size in sizes
+        for share, width in _SHARES.items()
+    ]
     return Descent(source, target, plan, pair, goals, soft)
 
 
@@ -187,7 +206,9 @@ def _start(source: Level, descent: Descent, goals: FloatArray) -> FloatArray:
     return match_landmarks(source.map.sphere, held, _STIFFNESS)
 
 
-def _lowered(source: Level, descent: Descent, start: FloatArray, history: History) -> tuple[Level, FloatArray]:
+def _lowered(
+    source: Level, descent: Descent, start: FloatArray, history: History
+) -> tuple[Level, FloatArray]:
     """Run the descent until its end, or until a listener stops it; return the level and the map on it."""
     found = source, unfolded(source.map.mesh, start)
 
@@ -204,16 +225,20 @@ def _lowered(source: Level, descent: Descent, start: FloatArray, history: Histor
 
 def _check_met(result: SphereMap, given: LandmarkPairs, goals: FloatArray) -> None:
     """Raise a MapError if a landmark missed its goal; it names those that are furthest off."""
-    apart = np.degrees(2 * np.arcsin(np.linalg.norm(result.sphere[given.vertices] - goals, axis=1) / 2))
+    apart = np.degrees(
+        2 * np.arcsin(np.linalg.norm(result.sphere[given.vertices] - goals, axis=1) / 2)
+    )
     if not apart.any():
         return
     worst = np.argsort(-apart)[:_NAMED]
     worst = worst[apart[worst] > 0]
     names = listed_words([given.names[k] for k in worst], _NAMED)
-    raise MapError(f"{np.count_nonzero(apart)} of {len(goals)} landmarks can't be met by these triangles without a "
-                   f"fold; furthest off, by {apart.max():.3g} degrees, is {names}: correct it, or give "
-                   f"{Remedy(options={'soft': True})}",
-                   result)
+    raise MapError(
+        f"{np.count_nonzero(apart)} of {len(goals)} landmarks can't be met by these triangles without a "
+        f"fold; furthest off, by {apart.max():.3g} degrees, is {names}: correct it, or give "
+        f"{Remedy(options={'soft': True})}",
+        result,
+    )
 
 
 def _remarks(onto: SurfaceMap, given: int, divided: int) -> Iterator[str]:
@@ -222,11 +247,17 @@ def _remarks(onto: SurfaceMap, given: int, divided: int) -> Iterator[str]:
         yield f"faces of the source are divided at landmarks: {divided - given} vertices come after its own"
     if needed := len(onto.map.sphere) - divided:
         yield f"faces of the source are split where landmarks could not be met else: {needed} vertices come last"
-    back = interpolate(onto.map.vertices, onto.map.faces, locator_of(onto.map).locate(onto.target.sphere))
+    back = interpolate(
+        onto.map.vertices, onto.map.faces, locator_of(onto.map).locate(onto.target.sphere)
+    )
     for name, one, image in (("source", onto.map, onto.positions), ("target", onto.target, back)):
-        figures = Distortion.of(one.vertices, image, one.faces, one.mesh.caps).figures["over_source"]
+        figures = Distortion.of(one.vertices, image, one.faces, one.mesh.caps).figures[
+            "over_source"
+        ]
         strain = figures["symmetric_dirichlet"]
         if strain["p95"] > LOST:
-            yield (f"the match is rough: {strain['above_100']:.0%} of the {name}'s area has a symmetric Dirichlet "
-                   f"energy above {LOST:g}, where 4 is an isometry; give points that belong together, "
-                   f"{Remedy(options={'landmarks': None})}, and maps at balance 1")
+            yield (
+                f"the match is rough: {strain['above_100']:.0%} of the {name}'s area has a symmetric Dirichlet "
+                f"energy above {LOST:g}, where 4 is an isometry; give points that belong together, "
+                f"{Remedy(options={'landmarks': None})}, and maps at balance 1"
+            )

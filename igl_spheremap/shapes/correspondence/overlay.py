@@ -92,7 +92,10 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     >>> len(common.faces) == 2 * len(common.on_source) - 4
     True
     """
-    A, B = Triangulation(source.mesh, source.sphere), Triangulation(target.mesh, _snapped(target, source.sphere))
+    A, B = (
+        Triangulation(source.mesh, source.sphere),
+        Triangulation(target.mesh, _snapped(target, source.sphere)),
+    )
     of_a, of_b = places(A.x, B), places(B.x, A)
     alone, own = of_b.corners > 1, np.arange(len(A.x))
     other = np.where(alone, len(own) + np.cumsum(alone) - 1, of_b.part)
@@ -105,7 +108,9 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     crossings = interpolate(A.x, A.f, take_points(source_location, slice(first, None)))
     x = np.concatenate((A.x, B.x[alone], unit_rows(crossings)))
     (own_a, unit_a), (own_b, unit_b) = own_unit(source.vertices), own_unit(target.vertices)
-    on = np.stack((interpolate(own_a, A.f, source_location), interpolate(own_b, B.f, target_location)))
+    on = np.stack(
+        (interpolate(own_a, A.f, source_location), interpolate(own_b, B.f, target_location))
+    )
     faces, owners = cell_triangles(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first), x)
     merged = Coincidences(faces, owners, on, (own_a[A.f], own_b[B.f]), (own, other))
     merged.merge()
@@ -114,9 +119,17 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     target_vertex = merged.node[other]
     target_location.face[target_vertex], target_location.weights[target_vertex] = at_vertices(B.f)
     used, corners = np.unique(merged.faces[merged.left], return_inverse=True)
-    return Overlay(corners.reshape(-1, 3), np.ldexp(on[0, used], unit_a), np.ldexp(on[1, used], unit_b),
-                   take_points(source_location, used), take_points(target_location, used), source_face, target_face,
-                   np.searchsorted(used, target_vertex), without_area)
+    return Overlay(
+        corners.reshape(-1, 3),
+        np.ldexp(on[0, used], unit_a),
+        np.ldexp(on[1, used], unit_b),
+        take_points(source_location, used),
+        take_points(target_location, used),
+        source_face,
+        target_face,
+        np.searchsorted(used, target_vertex),
+        without_area,
+    )
 
 
 def _snapped(b: SphereMap, x: FloatArray) -> FloatArray:
@@ -139,7 +152,9 @@ def _snapped(b: SphereMap, x: FloatArray) -> FloatArray:
     return y
 
 
-def _same_crossings(cut_a: Segments, cut_b: Segments, A: Triangulation, B: Triangulation, first: int) -> Segments:
+def _same_crossings(
+    cut_a: Segments, cut_b: Segments, A: Triangulation, B: Triangulation, first: int
+) -> Segments:
     """Number the crossings in the segments of B as in the segments of A."""
     key = cut_a.crossed[:, 0] * len(B.forward) + B.edge[cut_a.crossed[:, 1]]
     order = np.argsort(key)
@@ -149,7 +164,9 @@ def _same_crossings(cut_a: Segments, cut_b: Segments, A: Triangulation, B: Trian
     return replace(cut_b, start=number[cut_b.start], end=number[cut_b.end])
 
 
-def _crossings(A: Triangulation, half_a: IntArray, B: Triangulation, half_b: IntArray) -> tuple[Location, Location]:
+def _crossings(
+    A: Triangulation, half_a: IntArray, B: Triangulation, half_b: IntArray
+) -> tuple[Location, Location]:
     """Compute where half-edges of A cross half-edges of B, as points of both."""
     a, b, c, d = A.x[A.start[half_a]], A.x[A.end[half_a]], B.x[B.start[half_b]], B.x[B.end[half_b]]
     on_a, on_b = _crossed(a, b, c, d), _crossed(c, d, a, b)
@@ -158,7 +175,10 @@ def _crossings(A: Triangulation, half_a: IntArray, B: Triangulation, half_b: Int
     # Where they are as good as on one great circle, their distances are rounding: any point that both have will do.
     a, b, c, d, ahead = (each[flat] for each in (a, b, c, d, row_crosses(normal_a, a)))
     whole, *ends = (np.arctan2(row_dots(ahead, p), row_dots(a, p)) for p in (b, c, d))
-    low, high = (np.sin(end) / (np.sin(end) + np.sin(whole - end)) for end in np.clip(np.sort(ends, axis=0), 0, whole))
+    low, high = (
+        np.sin(end) / (np.sin(end) + np.sin(whole - end))
+        for end in np.clip(np.sort(ends, axis=0), 0, whole)
+    )
     on_a[flat] = np.clip(on_a[flat], low, high)
     point = a + on_a[flat, None] * (b - a)
     start, end = (row_lengths(row_crosses(point, p)) for p in (c, d))

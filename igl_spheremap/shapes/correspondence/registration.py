@@ -31,8 +31,12 @@ from .result import OfMap
 # tells how bodies face each other: of a cortex a next rotation correlates by half of the best one
 _WIDEST = 0.7
 #: Points of each level, the share of the surfaces' metrics there, and what features are smoothed by.
-_CHAIN = ((642, 0.5, (_WIDEST,)), (2562, 0.9, (_WIDEST, 0.35)), (2562, 0.9, (0.35, 0.12)),
-          (10242, 0.9, (0.35, 0.12, 0.05)))
+_CHAIN = (
+    (642, 0.5, (_WIDEST,)),
+    (2562, 0.9, (_WIDEST, 0.35)),
+    (2562, 0.9, (0.35, 0.12)),
+    (10242, 0.9, (0.35, 0.12, 0.05)),
+)
 #: The widths in use, from the widest: without data the depth potential of each is compared.
 WIDTHS = tuple(dict.fromkeys(width for _, _, each in _CHAIN for width in each))
 #: Radians that surfaces are smoothed by before strain is measured: depths of folds differ between bodies.
@@ -107,7 +111,10 @@ class Registration(OfMap):
         return self.map._drawing()
 
     def _figures(self) -> str:
-        stages = [(stage.name, f"{stage.correlation.mean():.3f}", f"{stage.strain:.3f}") for stage in self.stages]
+        stages = [
+            (stage.name, f"{stage.correlation.mean():.3f}", f"{stage.strain:.3f}")
+            for stage in self.stages
+        ]
         return table(stages, ("stage", "correlation", "strain")) + self.map._figures()
 
     @property
@@ -118,7 +125,11 @@ class Registration(OfMap):
     @property
     def margin(self) -> float:
         """Correlation of the rotation that was taken less that of the next one; NaN if there is none."""
-        return self.candidates[0].correlation - self.candidates[1].correlation if len(self.candidates) > 1 else np.nan
+        return (
+            self.candidates[0].correlation - self.candidates[1].correlation
+            if len(self.candidates) > 1
+            else np.nan
+        )
 
 
 @gate
@@ -221,10 +232,16 @@ def register(
         if "elastic" in stages:
             reached[-1] = "elastic", laying.laid(begin("elastic"), step)
     result = certified(source.mesh, reached[-1][1])
-    ends = [_report(stage, laying.pair, source.faces, before if stage == "elastic" else source.sphere, x)
-            for (_, before), (stage, x) in pairwise([reached[0], *reached])]
+    ends = [
+        _report(
+            stage, laying.pair, source.faces, before if stage == "elastic" else source.sphere, x
+        )
+        for (_, before), (stage, x) in pairwise([reached[0], *reached])
+    ]
     run = history.complete(result.run, "register")
-    return Registration(replace(result, run=run), tuple(ends), candidates, _doubts(candidates, ends))
+    return Registration(
+        replace(result, run=run), tuple(ends), candidates, _doubts(candidates, ends)
+    )
 
 
 class Laying(Descent):
@@ -233,20 +250,39 @@ class Laying(Descent):
     Maps are those of the source's vertices to the target's sphere.
     """
 
-    def __init__(self, source: SphereMap, target: SphereMap, features: tuple[ArrayLike, ArrayLike] | None = None,
-                 stiffness: float = STIFFNESS) -> None:
-        pair = FeaturePair(Level.of(source, "the source"), Level.of(target, "the target"), features, WIDTHS)
+    def __init__(
+        self,
+        source: SphereMap,
+        target: SphereMap,
+        features: tuple[ArrayLike, ArrayLike] | None = None,
+        stiffness: float = STIFFNESS,
+    ) -> None:
+        pair = FeaturePair(
+            Level.of(source, "the source"), Level.of(target, "the target"), features, WIDTHS
+        )
         columns = pair.source(WIDTHS[:1]).shape[1]
         most = len(source.sphere)
-        plan = [Objective(min(points, most), share, widths, 1 / (stiffness * columns * len(widths)), _GUARD, _STEPS)
-                for points, share, widths in _CHAIN]
+        plan = [
+            Objective(
+                min(points, most),
+                share,
+                widths,
+                1 / (stiffness * columns * len(widths)),
+                _GUARD,
+                _STEPS,
+            )
+            for points, share, widths in _CHAIN
+        ]
         a, b = pair.smoothed(_SMOOTHING)
         super().__init__(a, b, plan, pair, np.empty((0, 3)))
         self._last = plan[-1]._replace(size=None)
 
     def turns(self) -> list[Turn]:
         """Rotations at which the features agree best locally, in the order of the surfaces' distance in space."""
-        found = [Turn(each.rotation, self.apart(each.rotation)) for each in self.pair.rotations(_WIDEST, _TURNS)]
+        found = [
+            Turn(each.rotation, self.apart(each.rotation))
+            for each in self.pair.rotations(_WIDEST, _TURNS)
+        ]
         return sorted(found, key=lambda turn: turn.distance)
 
     def apart(self, rotation: FloatArray) -> float:
@@ -261,7 +297,9 @@ class Laying(Descent):
 
     def continued(self, y: FloatArray) -> FloatArray:
         """Register again, from `y`, after the target moved a little: only the last level's steps are taken."""
-        return self.lowered(self.source, self.target, unfolded(self.source.map.mesh, y), [self._last])[1]
+        return self.lowered(
+            self.source, self.target, unfolded(self.source.map.mesh, y), [self._last]
+        )[1]
 
     def distance(self, y: FloatArray) -> float:
         """Root mean square distance of corresponding points after a similarity, of surfaces of unit area."""
@@ -276,26 +314,37 @@ def reflected(result: SphereMap) -> SphereMap:
     """Mirror a surface and its map, x to -x, and reverse its faces: angles and areas stay."""
     mirror = np.array([-1.0, 1.0, 1.0])
     mesh = check_mesh(result.vertices * mirror, result.faces[:, ::-1], caps=result.mesh.caps)
-    image, *conformal = (replace(certified(mesh, each.sphere * mirror), run=each.run)
-                         for each in (result, result.conformal) if each is not None)
+    image, *conformal = (
+        replace(certified(mesh, each.sphere * mirror), run=each.run)
+        for each in (result, result.conformal)
+        if each is not None
+    )
     return replace(image, conformal=conformal[0] if conformal else None)
 
 
-def _report(name: str, pair: FeaturePair, f: IntArray, before: FloatArray, x: FloatArray) -> RegistrationStage:
+def _report(
+    name: str, pair: FeaturePair, f: IntArray, before: FloatArray, x: FloatArray
+) -> RegistrationStage:
     areas = face_areas(before, f)
     J = np.abs(np.log(face_areas(x, f) / areas))
     mean = float(areas @ J / areas.sum())
     return RegistrationStage(name, pair.correlation(x), mean, weighted_quantile(J, areas, 0.95))
 
 
-def _doubts(candidates: tuple[RotationCandidate, ...], stages: list[RegistrationStage]) -> tuple[str, ...]:
+def _doubts(
+    candidates: tuple[RotationCandidate, ...], stages: list[RegistrationStage]
+) -> tuple[str, ...]:
     notes = []
     if len(candidates) > 1 and candidates[1].correlation > _UNSURE * candidates[0].correlation:
-        notes.append(f"the margin is small: the rotation that was taken correlates {candidates[0].correlation:.3f}, "
-                     f"another one {candidates[1].correlation:.3f}")
+        notes.append(
+            f"the margin is small: the rotation that was taken correlates {candidates[0].correlation:.3f}, "
+            f"another one {candidates[1].correlation:.3f}"
+        )
     for before, after in pairwise(stages):
         lost = float(before.correlation.mean() - after.correlation.mean())
         if lost > _LOSS:
-            notes.append(f"the stage {after.name} lowered the correlation by {lost:.3f}: parts of the surface are too "
-                         "small on these maps; register area-preserving ones")
+            notes.append(
+                f"the stage {after.name} lowered the correlation by {lost:.3f}: parts of the surface are too "
+                "small on these maps; register area-preserving ones"
+            )
     return tuple(notes)

@@ -26,7 +26,9 @@ def linear_function(level: Level, values: FloatArray) -> Target:
         a, b, c = (level.map.sphere[corners[:, k]] - y for k in range(3))
         normal = row_crosses(b - a, c - a)
         total = row_dots(normal, y)  # det(a, b, c) times the sum of the a'
-        changes = np.stack([row_crosses(y, q - p) + row_crosses(p, q) for p, q in ((b, c), (c, a), (a, b))], axis=1)
+        changes = np.stack(
+            [row_crosses(y, q - p) + row_crosses(p, q) for p, q in ((b, c), (c, a), (a, b))], axis=1
+        )
         changes /= total[:, None, None]
         return there, np.einsum("nkd,nkj->ndj", values[corners] - there[:, None], changes)
 
@@ -42,7 +44,9 @@ class SpaceStrain(BalancedEnergy):
             return self.source.images(x, spanned=True).some(faces)
         return FaceImages.spanned(self.source, x, faces)
 
-    def derivatives(self, x: FloatArray, axes: FloatArray, convex: bool = True) -> tuple[FloatArray, FloatArray]:
+    def derivatives(
+        self, x: FloatArray, axes: FloatArray, convex: bool = True
+    ) -> tuple[FloatArray, FloatArray]:
         """Gradient (k, n) as vertices move along axes (k, d, n), and the Hessian's blocks.
 
         To those within the plane come moves across it, which stretch a face by their squares.
@@ -50,11 +54,16 @@ class SpaceStrain(BalancedEnergy):
         gradient, blocks = super().derivatives(x, axes, convex)
         images = self.images(x)
         (left, right), s = images.frame(), np.stack((images.s1, images.s2))
-        q, p = (self.weight * slope for slope in (self.slopes(s[0] / s[1])[0], self.slopes(s[0] * s[1])[0]))
+        q, p = (
+            self.weight * slope
+            for slope in (self.slopes(s[0] / s[1])[0], self.slopes(s[0] * s[1])[0])
+        )
         tension = self.area * np.maximum(np.stack((p + q, p - q)), 0.0) / s**2
         moves = axes.take(self.source.corners, axis=2)
         for direction in left:
-            moves = moves - np.einsum("acim,cm->aim", moves, direction)[:, None] * direction[:, None]
+            moves = (
+                moves - np.einsum("acim,cm->aim", moves, direction)[:, None] * direction[:, None]
+            )
         for k, (i, j) in enumerate(PAIRS):
             share = (tension * right[:, i] * right[:, j]).sum(axis=0)
             blocks[k] += share * np.einsum("acm,bcm->abm", moves[:, :, i], moves[:, :, j])
@@ -104,26 +113,36 @@ class ComposedStrain:
             there = self._target.at(y[used], self._there)
             everywhere = np.zeros((len(y), there.shape[1]))
             everywhere[used] = there
-        return self._strain.by_face(everywhere, faces) + self._guard * self._sphere.by_face(y, faces)
+        return self._strain.by_face(everywhere, faces) + self._guard * self._sphere.by_face(
+            y, faces
+        )
 
     def derivatives(self, y: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gradient (2, n) and positive semidefinite blocks (6, 2, 2, m) along the vertices' axes (2, 3, n)."""
         there, gradients = linear_function(self._target, self._there)(y)
-        gradient, blocks = self._strain.derivatives(there, np.einsum("ndj,ajn->adn", gradients, axes))
+        gradient, blocks = self._strain.derivatives(
+            there, np.einsum("ndj,ajn->adn", gradients, axes)
+        )
         own = self._sphere.derivatives(y, axes)
         return gradient + self._guard * own[0], blocks + self._guard * own[1]
 
 
 def log_strain(source: Level, target: Level, y: FloatArray) -> float:
     """Sum the squared logarithms of stretches from source to target: single faces of high strain count little."""
-    strain = SpaceStrain(FlatFaces.of(source.metric, source.map.faces), _WEIGHT, 0, np.zeros(len(source.map.faces)))
+    strain = SpaceStrain(
+        FlatFaces.of(source.metric, source.map.faces), _WEIGHT, 0, np.zeros(len(source.map.faces))
+    )
     return float(strain.by_face(target.at(y, _scaled(target.metric, target.map.faces))).sum())
 
 
 def _blended(level: Level, share: float) -> FloatArray:
     """Return positions whose squared lengths are the weighted mean of those of the sphere and of the surface."""
     v = _scaled(level.metric, level.map.faces)
-    return v if share == 1 else np.concatenate((np.sqrt(1 - share) * level.map.sphere, np.sqrt(share) * v), axis=1)
+    return (
+        v
+        if share == 1
+        else np.concatenate((np.sqrt(1 - share) * level.map.sphere, np.sqrt(share) * v), axis=1)
+    )
 
 
 def _scaled(p: FloatArray, f: IntArray) -> FloatArray:

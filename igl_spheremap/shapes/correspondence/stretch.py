@@ -40,20 +40,31 @@ class Distortion:
     target_areas: FloatArray
 
     def __repr__(self) -> str:
-        a, b = (self.figures[over]["symmetric_dirichlet"] for over in ("over_source", "over_target"))
-        return (f"Distortion(symmetric Dirichlet energy, 4 for an isometry: median {a['median']:.3g} over the source, "
-                f"{b['median']:.3g} over the target; 95% below {a['p95']:.3g} and {b['p95']:.3g})")
+        a, b = (
+            self.figures[over]["symmetric_dirichlet"] for over in ("over_source", "over_target")
+        )
+        return (
+            f"Distortion(symmetric Dirichlet energy, 4 for an isometry: median {a['median']:.3g} over the source, "
+            f"{b['median']:.3g} over the target; 95% below {a['p95']:.3g} and {b['p95']:.3g})"
+        )
 
     @classmethod
     def of(
-        cls, on_source: FloatArray, on_target: FloatArray, f: IntArray, caps: BoolArray | None = None
+        cls,
+        on_source: FloatArray,
+        on_target: FloatArray,
+        f: IntArray,
+        caps: BoolArray | None = None,
     ) -> Distortion:
         """Measure a mesh with positions on both surfaces; caps do not count."""
         on_source, on_target = own_unit(on_source)[0], own_unit(on_target)[0]
         whole = face_areas(on_source, f), face_areas(on_target, f)
         areas = whole if caps is None else tuple(np.where(caps, 0.0, area) for area in whole)
         with np.errstate(divide="ignore", invalid="ignore"):
-            a, b = (_sides(p, f) / np.sqrt(area.sum()) for p, area in zip((on_source, on_target), areas, strict=True))
+            a, b = (
+                _sides(p, f) / np.sqrt(area.sum())
+                for p, area in zip((on_source, on_target), areas, strict=True)
+            )
             # In planes with the first side along the axis, the map is the matrix (p q; 0 r).
             p, r = b[0] / a[0], b[2] / a[2]
             q = (b[1] - p * a[1]) / a[2]
@@ -61,7 +72,10 @@ class Distortion:
             root = np.sqrt(np.maximum(half**2 - J**2, 0))
             measures = [2 * half * (1 + 1 / J**2), np.maximum(J, 1 / J), (half + root) / J]
         flat = (whole[0] == 0) | (whole[1] == 0)
-        return cls(*(np.where(flat, np.inf, measure) for measure in measures), *(area / area.sum() for area in areas))
+        return cls(
+            *(np.where(flat, np.inf, measure) for measure in measures),
+            *(area / area.sum() for area in areas),
+        )
 
     @property
     def figures(self) -> dict[str, dict[str, dict[str, float]]]:
@@ -70,8 +84,13 @@ class Distortion:
         They are taken over the area of the source (``over_source``) and over that of the target (``over_target``).
         """
         names = "symmetric_dirichlet", "area_ratio", "angle_ratio"
-        return {over: {name: _figures(getattr(self, name), areas) for name in names}
-                for over, areas in (("over_source", self.source_areas), ("over_target", self.target_areas))}
+        return {
+            over: {name: _figures(getattr(self, name), areas) for name in names}
+            for over, areas in (
+                ("over_source", self.source_areas),
+                ("over_target", self.target_areas),
+            )
+        }
 
 
 def _sides(v: FloatArray, f: IntArray) -> FloatArray:
@@ -85,5 +104,8 @@ def _figures(values: FloatArray, areas: FloatArray) -> dict[str, float]:
     """Summarise measures over the faces that have an area."""
     own = areas > 0
     values, areas = values[own], areas[own]
-    return {"median": weighted_quantile(values, areas), "p95": weighted_quantile(values, areas, 0.95),
-            f"above_{LOST:g}": float(areas[values > LOST].sum() / areas.sum())}
+    return {
+        "median": weighted_quantile(values, areas),
+        "p95": weighted_quantile(values, areas, 0.95),
+        f"above_{LOST:g}": float(areas[values > LOST].sum() / areas.sum()),
+    }

@@ -73,21 +73,33 @@ class SurfaceMap(OfMap):
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return (f"SurfaceMap({len(self.map.sphere)} vertices onto {len(self.target.sphere)}, "
-                f"{len(self.landmarks)} landmarks)")
+        return (
+            f"SurfaceMap({len(self.map.sphere)} vertices onto {len(self.target.sphere)}, "
+            f"{len(self.landmarks)} landmarks)"
+        )
 
     def _drawing(self) -> Drawing:
         image = interpolate(self.target.mesh.unit, self.target.faces, self.location)
-        return place_drawing((self.map.mesh.unit, image), self.map.faces,
-                             "Left: the source; right: its faces on the target. The same colour is the same place.",
-                             (pose(self.map.mesh.unit), pose(image)))
+        return place_drawing(
+            (self.map.mesh.unit, image),
+            self.map.faces,
+            "Left: the source; right: its faces on the target. The same colour is the same place.",
+            (pose(self.map.mesh.unit), pose(image)),
+        )
 
     def _figures(self) -> str:
-        rows = [("certificate", verdict(self.certificate, self.map.mesh.caps).text),
-                ("source", f"{len(self.map.sphere):,} vertices, {len(self.map.faces):,} faces"),
-                ("target", f"{len(self.target.sphere):,} vertices, {len(self.target.faces):,} faces")]
+        rows = [
+            ("certificate", verdict(self.certificate, self.map.mesh.caps).text),
+            ("source", f"{len(self.map.sphere):,} vertices, {len(self.map.faces):,} faces"),
+            ("target", f"{len(self.target.sphere):,} vertices, {len(self.target.faces):,} faces"),
+        ]
         if len(self.landmarks):
-            rows.append(("landmarks", f"{len(self.landmarks)}, off by {self.landmark_errors.max():.3g} at most"))
+            rows.append(
+                (
+                    "landmarks",
+                    f"{len(self.landmarks)}, off by {self.landmark_errors.max():.3g} at most",
+                )
+            )
         return table([*rows, *(("note", note) for note in self.notes)])
 
     @property
@@ -197,8 +209,11 @@ class SurfaceMap(OfMap):
 
 def _directions(result: SphereMap, points: Location | ArrayLike, name: str) -> FloatArray:
     """Map points of a surface to the sphere."""
-    location = checked_location(points, result.faces, name) if isinstance(points, Location) else nearest(
-        result, check_rows(points, name=f"points of {name}"), name)
+    location = (
+        checked_location(points, result.faces, name)
+        if isinstance(points, Location)
+        else nearest(result, check_rows(points, name=f"points of {name}"), name)
+    )
     return unit_rows(interpolate(result.sphere, result.faces, location))
 
 
@@ -212,7 +227,9 @@ def nearest(result: SphereMap, points: FloatArray, name: str) -> Location:
     _, face, on = igl.point_mesh_squared_distance(points, v, result.faces)[:3]
     face = np.asarray(face, dtype=np.int64).reshape(-1)
     corners = (np.ascontiguousarray(v[result.faces[face, k]]) for k in range(3))
-    weights = np.nan_to_num(np.asarray(igl.barycentric_coordinates(np.asarray(on).reshape(-1, 3), *corners)))
+    weights = np.nan_to_num(
+        np.asarray(igl.barycentric_coordinates(np.asarray(on).reshape(-1, 3), *corners))
+    )
     weights = np.maximum(weights, 0.0)
     total = weights.sum(axis=1, keepdims=True)
     return Location(face, np.where(total > 0, weights / np.where(total > 0, total, 1.0), 1 / 3))
@@ -222,14 +239,20 @@ def checked_location(points: Location, f: IntArray, name: str) -> Location:
     """Check that faces are in range, and weights not negative and of sum 1; a MeshError names the first bad one."""
     face, weights = np.asarray(points.face), np.asarray(points.weights, dtype=np.float64)
     if face.dtype.kind not in "iu" or face.ndim != 1 or weights.shape != (len(face), 3):
-        raise MeshError(f"points of {name} have faces of shape {face.shape} and weights of shape {weights.shape}; give "
-                        "(k,) whole numbers and (k, 3) weights")
+        raise MeshError(
+            f"points of {name} have faces of shape {face.shape} and weights of shape {weights.shape}; give "
+            "(k,) whole numbers and (k, 3) weights"
+        )
     bad = np.flatnonzero((face < 0) | (face >= len(f)))
     if len(bad):
-        raise MeshError(f"point {bad[0]} of {name} is in face {face[bad[0]]}; give a face from 0 to {len(f) - 1}")
+        raise MeshError(
+            f"point {bad[0]} of {name} is in face {face[bad[0]]}; give a face from 0 to {len(f) - 1}"
+        )
     total = weights.sum(axis=1)
     bad = np.flatnonzero(~((weights >= 0).all(axis=1) & (np.abs(total - 1) < _TOTAL)))
     if len(bad):
-        raise MeshError(f"the weights of point {bad[0]} of {name} are {weights[bad[0]].tolist()}; give three that are "
-                        "not negative and sum to 1")
+        raise MeshError(
+            f"the weights of point {bad[0]} of {name} are {weights[bad[0]].tolist()}; give three that are "
+            "not negative and sum to 1"
+        )
     return Location(face.astype(np.int64), weights / total[:, None])

@@ -35,7 +35,10 @@ class Triangulation:
     def __init__(self, mesh: Mesh, x: FloatArray) -> None:
         self.x, self.f = unit_rows(x), mesh.f
         self.locator = SphereLocator(self.x, mesh)
-        self.start, self.end = np.roll(mesh.f, -1, axis=1).ravel(), np.roll(mesh.f, -2, axis=1).ravel()
+        self.start, self.end = (
+            np.roll(mesh.f, -1, axis=1).ravel(),
+            np.roll(mesh.f, -2, axis=1).ravel(),
+        )
         between = mesh.edges.half < 3 * len(mesh.f)  # the other entries are those of vertices
         self._out = mesh.edges.half[between].astype(np.int64)
         self._first = mesh.edges.indptr - np.arange(len(x) + 1)
@@ -91,11 +94,15 @@ def places(points: FloatArray, on: Triangulation) -> Places:
     """Find where unit rows lie, by exact signs."""
     face, weights = on.locator.locate(points)
     corners = [on.x[on.f[face, k]] for k in range(3)]
-    inner = np.stack([determinant_signs(points, corners[k - 2], corners[k - 1]) != 0 for k in range(3)], axis=1)
+    inner = np.stack(
+        [determinant_signs(points, corners[k - 2], corners[k - 1]) != 0 for k in range(3)], axis=1
+    )
     count = inner.sum(axis=1)
     weights = np.where(inner, weights, 0.0)
     weights[count == 1] = inner[count == 1]
-    part = np.choose(count - 1, (on.f[face, inner.argmax(axis=1)], 3 * face + inner.argmin(axis=1), face))
+    part = np.choose(
+        count - 1, (on.f[face, inner.argmax(axis=1)], 3 * face + inner.argmin(axis=1), face)
+    )
     return Places(Location(face, weights / weights.sum(axis=1, keepdims=True)), count, part)
 
 
@@ -123,8 +130,14 @@ class Segments:
     crossed: IntArray
 
 
-def walk(path: Triangulation, over: Triangulation, found: Places, own: IntArray, other: IntArray,
-         first: int) -> Segments:
+def walk(
+    path: Triangulation,
+    over: Triangulation,
+    found: Places,
+    own: IntArray,
+    other: IntArray,
+    first: int,
+) -> Segments:
     """Follow all edges of `path` through `over`, a face at a time.
 
     `found` are the places of the vertices of `path`, `own` and `other` the nodes at the vertices of both; crossings
@@ -157,12 +170,15 @@ def walk(path: Triangulation, over: Triangulation, found: Places, own: IntArray,
         h, along = np.empty_like(h), np.zeros_like(along)
         h[~meets] = over.twin[out]
         h[meets], along[meets] = over.leave(vertex, path.x[b[i[meets]]])
-    edge, start, end, half, runs = (np.concatenate(column) for column in zip(*segments, strict=True))
+    edge, start, end, half, runs = (
+        np.concatenate(column) for column in zip(*segments, strict=True)
+    )
     return Segments(edge, start, end, half, runs, np.concatenate(crossed))
 
 
-def _begin(a: FloatArray, b: FloatArray, over: Triangulation, found: Places, vertices: IntArray) -> tuple[
-        IntArray, BoolArray]:
+def _begin(
+    a: FloatArray, b: FloatArray, over: Triangulation, found: Places, vertices: IntArray
+) -> tuple[IntArray, BoolArray]:
     """Return the half-edge with which each path from a to b begins, and whether it runs along it."""
     h, along = np.empty(len(a), dtype=np.int64), np.zeros(len(a), dtype=bool)
     rows, vertex = found.rows(vertices, 1)
@@ -174,7 +190,9 @@ def _begin(a: FloatArray, b: FloatArray, over: Triangulation, found: Places, ver
     return h, along
 
 
-def _from_side(over: Triangulation, side: IntArray, a: FloatArray, b: FloatArray) -> tuple[IntArray, BoolArray]:
+def _from_side(
+    over: Triangulation, side: IntArray, a: FloatArray, b: FloatArray
+) -> tuple[IntArray, BoolArray]:
     """Return the half-edges of sides on which paths begin, in the face that they enter, or in their own direction."""
     turn = determinant_signs(over.x[over.start[side]], over.x[over.end[side]], b)
     back = determinant_signs(a, over.x[over.apex(side)], b)
@@ -184,15 +202,21 @@ def _from_side(over: Triangulation, side: IntArray, a: FloatArray, b: FloatArray
 def _from_face(over: Triangulation, face: IntArray, a: FloatArray, b: FloatArray) -> IntArray:
     """Return the half-edges by which paths leave faces: the start lies to the right, the end to the left or on it."""
     signs = np.stack([determinant_signs(a, b, over.x[over.f[face, k]]) for k in range(3)], axis=1)
-    leaves = (np.roll(signs, 1, axis=1) < 0) & ((signs > 0) | (signs == 0) & (np.roll(signs, -1, axis=1) > 0))
+    leaves = (np.roll(signs, 1, axis=1) < 0) & (
+        (signs > 0) | (signs == 0) & (np.roll(signs, -1, axis=1) > 0)
+    )
     return np.asarray(3 * face + leaves.argmax(axis=1))
 
 
-def _ends(over: Triangulation, h: IntArray, along: BoolArray, found: Places, b: IntArray) -> BoolArray:
+def _ends(
+    over: Triangulation, h: IntArray, along: BoolArray, found: Places, b: IntArray
+) -> BoolArray:
     """Say which paths end here: in the face that they cross, its boundary included, or on the side they run along."""
     ends, face = np.zeros(len(b), dtype=bool), h // 3
     rows, vertex = found.rows(b, 1)
-    ends[rows] = np.where(along[rows], over.end[h[rows]] == vertex, (vertex == over.f[face[rows]].T).any(axis=0))
+    ends[rows] = np.where(
+        along[rows], over.end[h[rows]] == vertex, (vertex == over.f[face[rows]].T).any(axis=0)
+    )
     rows, side = found.rows(b, 2)
     own = np.where(along[rows], h[rows], face[rows])
     sides = side, over.twin[side]

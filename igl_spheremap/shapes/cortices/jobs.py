@@ -17,7 +17,16 @@ from ..._version import __version__
 from ...errors import FileError, MeshError
 from ...io.files import read_mesh, read_sphere
 from ...io.formats import CONVENTIONS, Convention
-from ...io.hemispheres import SIDES, Hemisphere, Names, atlas_of, fill_sides, hemisphere_of, partner_of, structure_of
+from ...io.hemispheres import (
+    SIDES,
+    Hemisphere,
+    Names,
+    atlas_of,
+    fill_sides,
+    hemisphere_of,
+    partner_of,
+    structure_of,
+)
 from ...io.records import Label
 from ...io.replacing import replacing
 from ...io.scalars import read_labels, read_scalars
@@ -81,7 +90,10 @@ class HemisphereJob(Job):
             yield names.of("distortion", template.space)
             yield names.of("resampled", template.space, vertices=template.size, kind=self.kind)
         for atlas in self.atlases:
-            yield from (names.of("labels", atlas_of(atlas.path)), names.of("margin", atlas_of(atlas.path)))
+            yield from (
+                names.of("labels", atlas_of(atlas.path)),
+                names.of("margin", atlas_of(atlas.path)),
+            )
         if names.convention == "fmriprep":
             yield from (names.of("msmsulc", "fsLR"), names.of("thickness"), names.of("cortex"))
             yield from (names.of(kind) for kind, _ in self.copied(names))
@@ -89,8 +101,13 @@ class HemisphereJob(Job):
     def copied(self, names: Names) -> list[tuple[str, str]]:
         """The kinds and files of the given surfaces, but for those that lie where their copies would."""
         given = (("white", self.source), ("pial", self.pial))
-        return [(kind, path) for kind, path in given if path and os.path.realpath(path) != os.path.realpath(
-            os.path.join(self.folder, names.of(kind)))]
+        return [
+            (kind, path)
+            for kind, path in given
+            if path
+            and os.path.realpath(path)
+            != os.path.realpath(os.path.join(self.folder, names.of(kind)))
+        ]
 
 
 def hemisphere_jobs(
@@ -119,19 +136,37 @@ def hemisphere_jobs(
         there = which.other if reflect else which.structure
         kind = "midthickness" if pial else which.kind
         templates = tuple(template(name, there, kind) for name in to)
-        atlases = tuple(fit(fill_sides(path, there), templates) for path in labels
-                        if structure_of(fill_sides(path, there)).get("structure", there) == there)
+        atlases = tuple(
+            fit(fill_sides(path, there), templates)
+            for path in labels
+            if structure_of(fill_sides(path, there)).get("structure", there) == there
+        )
         wall = next((atlas for atlas in atlases if wall_of(read_labels(atlas.path))), None)
         if "fmriprep" in names:
-            needed = {"a pial surface beside it": pial, "labels whose table names the medial wall": wall,
-                      "the templates fsaverage and fsLR": {"fsaverage", "fsLR"} <= {each.space for each in templates}}
+            needed = {
+                "a pial surface beside it": pial,
+                "labels whose table names the medial wall": wall,
+                "the templates fsaverage and fsLR": {"fsaverage", "fsLR"}
+                <= {each.space for each in templates},
+            }
             if missing := [words for words, given in needed.items() if not given]:
                 raise FileError(f"{source}: fMRIPrep's set needs {' and '.join(missing)}")
-        folder = out.replace("{folder}", os.path.dirname(source) or ".").replace("{subject}", which.subject)
+        folder = out.replace("{folder}", os.path.dirname(source) or ".").replace(
+            "{subject}", which.subject
+        )
         if os.path.exists(folder) and not os.path.isdir(folder):
             raise FileError(f"{folder} is a file; give a folder for the results")
-        job = HemisphereJob(source, "", which, pial, templates, atlases, folder,
-                            tuple(Names(convention, which, reflect) for convention in dict.fromkeys(names)), wall)
+        job = HemisphereJob(
+            source,
+            "",
+            which,
+            pial,
+            templates,
+            atlases,
+            folder,
+            tuple(Names(convention, which, reflect) for convention in dict.fromkeys(names)),
+            wall,
+        )
         jobs.append(replace(job, target=job.targets[0]))
     check_places(jobs, "use {subject}, and each hemisphere, template and atlas once")
     return jobs
@@ -171,24 +206,36 @@ def _fit(path: str, templates: tuple[TemplateFiles, ...]) -> LabelFile:
         raise MeshError(f"{path} holds {len(maps)} maps; give a file with one map of labels")
     (values,) = maps.values()
     if len(bad := np.flatnonzero(values != np.rint(values))):
-        raise MeshError(f"{path} has the label {values[bad[0]]:g} at vertex {bad[0]}; give whole numbers")
+        raise MeshError(
+            f"{path} has the label {values[bad[0]]:g} at vertex {bad[0]}; give whole numbers"
+        )
     fitting = [k for k, template in enumerate(templates) if template.size == len(values)]
     if not fitting:
         there = ", ".join(f"{template.name} has {template.size}" for template in templates)
-        raise MeshError(f"{path} has {len(values)} labels, but {there} vertices; give labels at the vertices of a "
-                        "template that is asked for")
+        raise MeshError(
+            f"{path} has {len(values)} labels, but {there} vertices; give labels at the vertices of a "
+            "template that is asked for"
+        )
     return LabelFile(path, fitting[0])
 
 
 def describe_datasets(jobs: Sequence[HemisphereJob]) -> None:
     """Say of the results' datasets of BIDS that they are derivatives: its readers see no files without that."""
     bids = {"bids", "fmriprep"}
-    roots = {Path(job.folder).resolve() for job in jobs if bids & {names.convention for names in job.names}}
+    roots = {
+        Path(job.folder).resolve()
+        for job in jobs
+        if bids & {names.convention for names in job.names}
+    }
     for root in roots:
         while re.fullmatch(r"anat|(ses|sub)-[A-Za-z0-9]+", root.name):
             root = root.parent
         if root.is_dir() and not (root / "dataset_description.json").exists():
-            text = {"Name": "Registered cortical surfaces", "BIDSVersion": _BIDS_VERSION, "DatasetType": "derivative",
-                    "GeneratedBy": [{"Name": "igl_spheremap", "Version": __version__}]}
+            text = {
+                "Name": "Registered cortical surfaces",
+                "BIDSVersion": _BIDS_VERSION,
+                "DatasetType": "derivative",
+                "GeneratedBy": [{"Name": "igl_spheremap", "Version": __version__}],
+            }
             with replacing(root / "dataset_description.json") as temporary:
                 temporary.write_text(json.dumps(text, indent=2) + "\n", encoding="utf-8")

@@ -47,7 +47,9 @@ def registration_sheet(
     )  # fmt: skip
 
 
-def draw_registration(row: RegistrationRow, path: str, job: HemisphereJob, task: SphereRegistration) -> bool:
+def draw_registration(
+    row: RegistrationRow, path: str, job: HemisphereJob, task: SphereRegistration
+) -> bool:
     """Draw a surface beside each of its templates with the template's borders, unless the picture is newer."""
     if row.status not in MAPPED:
         return False
@@ -61,10 +63,15 @@ def draw_registration(row: RegistrationRow, path: str, job: HemisphereJob, task:
         own, template = reflected(own) if task.reflect else own, task.template(job, k)
         atlas = next((atlas for atlas in job.atlases if atlas.template == k), None)
         depth = depth_potential(template.vertices, template.faces, ell=SULC)
-        regions = (depth > 0).astype(np.int64) if atlas is None else next(iter(
-            read_scalars(task.place(atlas.path)).values())).astype(np.int64)
+        regions = (
+            (depth > 0).astype(np.int64)
+            if atlas is None
+            else next(iter(read_scalars(task.place(atlas.path)).values())).astype(np.int64)
+        )
         pairs = ((own, transfer(template, regions, own, labels=True)), (template, regions))
-        drawn.append(np.concatenate([_picture(surface, labels, side) for surface, labels in pairs], axis=1))
+        drawn.append(
+            np.concatenate([_picture(surface, labels, side) for surface, labels in pairs], axis=1)
+        )
     write_picture(path, np.concatenate(drawn), force=True)
     return True
 

@@ -100,7 +100,9 @@ def register_hemispheres(
     >>> row.status, row.unlike < 0.1
     ('certified', True)
     """
-    jobs = hemisphere_jobs(sources, out, to=to, names=names, labels=labels, reflect=reflect, hemisphere=hemisphere)
+    jobs = hemisphere_jobs(
+        sources, out, to=to, names=names, labels=labels, reflect=reflect, hemisphere=hemisphere
+    )
     if report is not None:
         check_page(report)
     task = SphereRegistration(reflect=reflect, force=force, folder=os.getcwd())

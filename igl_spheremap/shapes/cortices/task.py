@@ -39,7 +39,6 @@ _CORTEX = (Label(0, "???", (0.0, 0.0, 0.0, 0.0)), Label(1, "cortex", (0.9, 0.7, 
 _UNSURE = 0.5
 
 
-
 @dataclass(frozen=True)
 class SphereRegistration(Task[HemisphereJob]):
     """How hemispheres are registered: as they are, or their mirror images to the other side."""
@@ -52,27 +51,38 @@ class SphereRegistration(Task[HemisphereJob]):
     def surface(self, job: HemisphereJob) -> tuple[LoadedMesh, FloatArray, FloatArray]:
         """Read the given surface, positions of the pial one, and of what is registered: the midthickness of both."""
         given = read_mesh(self.place(job.source))
-        if given.metadata.get("structure") in (LEFT, RIGHT) and given.metadata["structure"] != job.hemisphere.structure:
-            raise MeshError(f"{job.source} is taken for {job.hemisphere.structure}, and says itself that it is "
-                            f"{given.metadata['structure']}; correct its name or what it holds")
+        if (
+            given.metadata.get("structure") in (LEFT, RIGHT)
+            and given.metadata["structure"] != job.hemisphere.structure
+        ):
+            raise MeshError(
+                f"{job.source} is taken for {job.hemisphere.structure}, and says itself that it is "
+                f"{given.metadata['structure']}; correct its name or what it holds"
+            )
         if job.pial is None:
             return given, given.v, given.v
         v, f = read_mesh(self.place(job.pial))
         if len(v) != len(given.v) or not np.array_equal(f, given.f):
-            raise MeshError(f"{job.pial} has other vertices or faces than {job.source}; give surfaces of one mesh, or "
-                            "take it out of that folder")
+            raise MeshError(
+                f"{job.pial} has other vertices or faces than {job.source}; give surfaces of one mesh, or "
+                "take it out of that folder"
+            )
         return given, v, (given.v + v) / 2
 
     def template(self, job: HemisphereJob, k: int) -> SphereMap:
         """Read a template of a job with its sphere."""
         files = job.templates[k]
-        v, f, x = replace(files, sphere=self.place(files.sphere), surfaces=tuple(self.places(files.surfaces))).read()
+        v, f, x = replace(
+            files, sphere=self.place(files.sphere), surfaces=tuple(self.places(files.surfaces))
+        ).read()
         try:
             if inside_out(v, f):
                 raise MeshError("inside out: its faces point inwards; reverse them")
             return sphere_map(v, f, x)
         except (MeshError, FoldingsRemain) as error:
-            raise FileError(f"{files.sphere} with {' and '.join(files.surfaces)}: {error}") from None
+            raise FileError(
+                f"{files.sphere} with {' and '.join(files.surfaces)}: {error}"
+            ) from None
 
     def run(self, job: HemisphereJob, check: Callable[[], None]) -> RegistrationRow:
         """Read, map, register to each template, write."""
@@ -86,8 +96,12 @@ class SphereRegistration(Task[HemisphereJob]):
         found = [register(own, template, reflect=self.reflect) for template in templates]
         # they fit the surface as it is
         spheres = [reflected(each.map) if self.reflect else each.map for each in found]
-        taken = [label_margin(templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR)
-                 for atlas, values, _ in atlases]
+        taken = [
+            label_margin(
+                templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR
+            )
+            for atlas, values, _ in atlases
+        ]
         foldings = moved = 0
         for names in job.names:
             writer = Writer(self.place(job.folder), names, given, mark)
@@ -98,29 +112,42 @@ class SphereRegistration(Task[HemisphereJob]):
             writer.features(own, given.v)
             if job.pial:
                 writer.surface(names.of("midthickness"), v, given.f)
-            for files, template, each, sphere in zip(job.templates, templates, found, spheres, strict=True):
+            for files, template, each, sphere in zip(
+                job.templates, templates, found, spheres, strict=True
+            ):
                 ratio = vertex_areas(sphere.sphere, given.f) / vertex_areas(own.sphere, given.f)
-                writer.scalars(names.of("distortion", files.space), "arealdistortion", np.log2(ratio))
+                writer.scalars(
+                    names.of("distortion", files.space), "arealdistortion", np.log2(ratio)
+                )
                 side = job.hemisphere.other if self.reflect else job.hemisphere.structure
                 on_template, faces = resample(each.map, template)
                 resampled = names.of("resampled", files.space, vertices=files.size, kind=job.kind)
                 writer.surface(resampled, on_template, faces, side)
             for (atlas, _, table), (labels, margin) in zip(atlases, taken, strict=True):
-                writer.labels(names.of("labels", atlas_of(atlas.path)), atlas_of(atlas.path), labels, table)
+                writer.labels(
+                    names.of("labels", atlas_of(atlas.path)), atlas_of(atlas.path), labels, table
+                )
                 writer.scalars(names.of("margin", atlas_of(atlas.path)), "margin", margin)
             if names.convention == "fmriprep" and job.wall is not None:
                 wall = job.atlases.index(job.wall)
                 mask = ~np.isin(taken[wall][0], [*wall_of(atlases[wall][2]), -1])
                 writer.labels(names.of("cortex"), "cortex", mask.astype(np.int64), _CORTEX)
-                writer.scalars(names.of("thickness"), "thickness", mask * thickness_of(given.v, pial, given.f))
+                writer.scalars(
+                    names.of("thickness"), "thickness", mask * thickness_of(given.v, pial, given.f)
+                )
                 spaces = [files.space for files in job.templates]
                 writer.sphere(names.of("msmsulc", "fsLR"), spheres[spaces.index("fsLR")].sphere)
                 for kind, _ in job.copied(names):
                     writer.surface(names.of(kind), given.v if kind == "white" else pial, given.f)
             foldings, moved = foldings + writer.foldings, moved + writer.moved
-        return replace(self.empty(job), **_figures(found, [margin for _, margin in taken]), vertices=len(v),
-                       status="folded" if foldings else "certified", foldings=foldings,
-                       notes="; ".join(_notes(job, found, moved)))
+        return replace(
+            self.empty(job),
+            **_figures(found, [margin for _, margin in taken]),
+            vertices=len(v),
+            status="folded" if foldings else "certified",
+            foldings=foldings,
+            notes="; ".join(_notes(job, found, moved)),
+        )
 
     def _atlas(self, atlas: LabelFile) -> tuple[IntArray, tuple[Label, ...] | None]:
         path = self.place(atlas.path)
@@ -132,17 +159,26 @@ class SphereRegistration(Task[HemisphereJob]):
         for names in job.names:
             there = [target for target in job.files(names) if os.path.lexists(self.place(target))]
             sphere = self.place(os.path.join(job.folder, names.of("sphere")))
-            if there and not self.force and not (os.path.isfile(sphere) and read_mark(sphere) == mark):
-                raise FileError(f"{there[0]} exists, and not from this version and surface; it is kept, {REPLACE} "
-                                "replaces it")
+            if (
+                there
+                and not self.force
+                and not (os.path.isfile(sphere) and read_mark(sphere) == mark)
+            ):
+                raise FileError(
+                    f"{there[0]} exists, and not from this version and surface; it is kept, {REPLACE} "
+                    "replaces it"
+                )
 
 
 def _figures(found: Sequence[Registration], margins: Sequence[FloatArray]) -> dict[str, Any]:
     """Return the figures of the worst template and of the worst atlas."""
     ends = [each.stages[-1] for each in found]
-    return {"unlike": max(1 - float(end.correlation.mean()) for end in ends),
-            "mean_area": max(end.strain for end in ends), "p95_area": max(end.strain_95 for end in ends),
-            "unsure": max((float((margin < _UNSURE).mean()) for margin in margins), default=np.nan)}
+    return {
+        "unlike": max(1 - float(end.correlation.mean()) for end in ends),
+        "mean_area": max(end.strain for end in ends),
+        "p95_area": max(end.strain_95 for end in ends),
+        "unsure": max((float((margin < _UNSURE).mean()) for margin in margins), default=np.nan),
+    }
 
 
 def _notes(job: HemisphereJob, found: Sequence[Registration], moved: int) -> Iterator[str]:

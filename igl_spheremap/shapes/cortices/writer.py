@@ -34,19 +34,25 @@ class Writer:
     def sphere(self, name: str, x: FloatArray) -> None:
         """Write a sphere, with the volume's geometry; the coordinate system of the surface is not that of a sphere."""
         volume = {"volume": self._given["volume"]} if "volume" in self._given else {}
-        written = write_sphere(self._path(name), x, self._f, force=True, metadata=self._metadata | volume)
+        written = write_sphere(
+            self._path(name), x, self._f, force=True, metadata=self._metadata | volume
+        )
         self.foldings += written.foldings
         self.moved += written.moved
 
     def surface(self, name: str, v: FloatArray, f: IntArray, structure: str | None = None) -> None:
         """Write a surface in the coordinates of the source."""
-        metadata = dict(self._given) | self._metadata | ({"structure": structure} if structure else {})
+        metadata = (
+            dict(self._given) | self._metadata | ({"structure": structure} if structure else {})
+        )
         write_mesh(self._path(name), v, f, force=True, metadata=metadata)
 
     def features(self, own: SphereMap, v: FloatArray) -> None:
         """Write what FreeSurfer calls sulc and curv, in mm and 1/mm, and the areas of the given surface's vertices."""
         unit = np.sqrt(surface_area(own.vertices, own.faces) / (4 * np.pi))
-        sulc, curv = (-self._turn * depth_potential(own.vertices, own.faces, ell=ell) for ell in (SULC, _CURV))
+        sulc, curv = (
+            -self._turn * depth_potential(own.vertices, own.faces, ell=ell) for ell in (SULC, _CURV)
+        )
         self.scalars(self._names.of("sulc"), "sulc", unit * sulc)
         # the potential is 2 H ell^2
         self.scalars(self._names.of("curv"), "curv", curv / (2 * _CURV**2 * unit))
@@ -56,13 +62,22 @@ class Writer:
         """Write data at the vertices."""
         write_scalars(self._path(name), {quantity: values}, force=True, metadata=self._metadata)
 
-    def labels(self, name: str, atlas: str, values: IntArray, table: tuple[Label, ...] | None) -> None:
+    def labels(
+        self, name: str, atlas: str, values: IntArray, table: tuple[Label, ...] | None
+    ) -> None:
         """Write labels with their table; labels that it lacks are added to it."""
-        table = table or tuple(Label(key, str(key), _colour(key)) for key in np.unique(values).tolist())
+        table = table or tuple(
+            Label(key, str(key), _colour(key)) for key in np.unique(values).tolist()
+        )
         if not name.endswith(".annot") and (values < 0).any():
             table = (*table, Label(-1, "???", (0.0, 0.0, 0.0, 0.0)))
         whole = values.astype(np.float64)
-        write_scalars(self._path(name), {atlas: whole}, force=True, metadata=self._metadata | {"labels": table})
+        write_scalars(
+            self._path(name),
+            {atlas: whole},
+            force=True,
+            metadata=self._metadata | {"labels": table},
+        )
 
     def _path(self, name: str) -> str:
         return os.path.join(self._folder, name)
@@ -70,7 +85,9 @@ class Writer:
 
 def thickness_of(white: FloatArray, pial: FloatArray, f: IntArray) -> FloatArray:
     """Average the distances of each vertex to the other surface, as FreeSurfer does (Fischl and Dale 2000)."""
-    squares = [igl.point_mesh_squared_distance(p, q, f)[0] for p, q in ((white, pial), (pial, white))]
+    squares = [
+        igl.point_mesh_squared_distance(p, q, f)[0] for p, q in ((white, pial), (pial, white))
+    ]
     return np.asarray(np.sqrt(squares).mean(axis=0))
 
 

@@ -52,14 +52,22 @@ def in_common_frame(shapes: Sequence[SphericalHarmonics]) -> list[SphericalHarmo
     """
     aligned = [shape.align().harmonics for shape in shapes]
     for _ in range(_ROUNDS):
-        before, mean = aligned, SphericalHarmonics(np.mean([each.coefficients for each in aligned], axis=0))
+        before, mean = (
+            aligned,
+            SphericalHarmonics(np.mean([each.coefficients for each in aligned], axis=0)),
+        )
         aligned = [shape.align(mean).harmonics for shape in shapes]
-        if all(np.allclose(a.coefficients, b.coefficients) for a, b in zip(aligned, before, strict=True)):
+        if all(
+            np.allclose(a.coefficients, b.coefficients)
+            for a, b in zip(aligned, before, strict=True)
+        ):
             break
     return aligned
 
 
-def coefficient_table(names: Sequence[str], shapes: Sequence[SphericalHarmonics], modes: int = 0) -> CoefficientTable:
+def coefficient_table(
+    names: Sequence[str], shapes: Sequence[SphericalHarmonics], modes: int = 0
+) -> CoefficientTable:
     """The table of surfaces, with this number of its principal modes."""
     rows = np.stack([shape.coefficients for shape in shapes])
     if not modes:
@@ -70,7 +78,9 @@ def coefficient_table(names: Sequence[str], shapes: Sequence[SphericalHarmonics]
     return CoefficientTable(tuple(names), rows, found._replace(modes=found.modes / unit))
 
 
-def write_coefficient_table(path: PathLike, table: CoefficientTable, *, force: bool = False) -> None:
+def write_coefficient_table(
+    path: PathLike, table: CoefficientTable, *, force: bool = False
+) -> None:
     """Write a .tsv or .csv file with a row for each surface: its scores, then x_l0m0 and so on; or an .npz file."""
     if not str(path).lower().endswith(".npz"):
         write_cells(path, _rows(table), force=force)
@@ -82,7 +92,12 @@ def write_coefficient_table(path: PathLike, table: CoefficientTable, *, force: b
 def _rows(table: CoefficientTable) -> Iterator[Sequence[object]]:
     scores = np.empty((len(table.names), 0)) if table.modes is None else table.modes.scores
     degree = math.isqrt(table.coefficients.shape[1]) - 1
-    names = [f"{axis}_l{ell}m{m}" for ell in range(degree + 1) for m in range(-ell, ell + 1) for axis in "xyz"]
+    names = [
+        f"{axis}_l{ell}m{m}"
+        for ell in range(degree + 1)
+        for m in range(-ell, ell + 1)
+        for axis in "xyz"
+    ]
     yield "surface", *(f"mode_{k + 1}" for k in range(scores.shape[1])), *names
     for name, own, rows in zip(table.names, scores.tolist(), table.coefficients, strict=True):
         yield name, *own, *rows.ravel().tolist()

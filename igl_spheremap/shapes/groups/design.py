@@ -56,30 +56,49 @@ def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> Design:
         if twice := [name for name, count in Counter(header).items() if count > 1]:
             raise MeshError(f"the table has two columns {twice[0]!r}; give each a name of its own")
         cells = np.array([row[1:] for row in _rows_of(members, header, rows)])
-        lacking = [[name for name, cell in zip(header[1:], row, strict=True) if is_missing(cell)] for row in cells]
+        lacking = [
+            [name for name, cell in zip(header[1:], row, strict=True) if is_missing(cell)]
+            for row in cells
+        ]
         kept = [k for k, names in enumerate(lacking) if not names]
         if len(kept) < _FEWEST:
-            raise MeshError(f"{len(kept)} of {len(members)} members have a value in each column, and a test needs "
-                            f"{_FEWEST}; take out columns with missing values")
-        left_out = {members[k]: f"no {' and no '.join(names)}" for k, names in enumerate(lacking) if names}
-        columns = {name: _values(column) for name, column in zip(header[1:], cells[kept].T, strict=True)}
+            raise MeshError(
+                f"{len(kept)} of {len(members)} members have a value in each column, and a test needs "
+                f"{_FEWEST}; take out columns with missing values"
+            )
+        left_out = {
+            members[k]: f"no {' and no '.join(names)}" for k, names in enumerate(lacking) if names
+        }
+        columns = {
+            name: _values(column) for name, column in zip(header[1:], cells[kept].T, strict=True)
+        }
         return Design(columns, kept, left_out)
 
 
-def _rows_of(members: Sequence[str], header: Sequence[str], rows: Sequence[list[str]]) -> Iterator[list[str]]:
+def _rows_of(
+    members: Sequence[str], header: Sequence[str], rows: Sequence[list[str]]
+) -> Iterator[list[str]]:
     """The row of each member; a MeshError unless exactly one row without gaps fits it, and fits no other."""
     by_name: dict[str, list[list[str]]] = {}
     for row in rows:
         by_name.setdefault(row[0], []).append(row)
     owners: dict[str, str] = {}
     for member in members:
-        fitting = [row for name in dict.fromkeys((member, Path(member).stem)) for row in by_name.get(name, ())]
+        fitting = [
+            row
+            for name in dict.fromkeys((member, Path(member).stem))
+            for row in by_name.get(name, ())
+        ]
         if len(fitting) > 1:
             raise MeshError(f"the table has {len(fitting)} rows for {member}; leave one of them")
         if not fitting or len(fitting[0]) != len(header):
-            raise MeshError(f"the table has no whole row for {member}; its first column names the members")
+            raise MeshError(
+                f"the table has no whole row for {member}; its first column names the members"
+            )
         if (owner := owners.setdefault(fitting[0][0], member)) != member:
-            raise MeshError(f"the row {fitting[0][0]} fits {owner} and {member}; name their files in the table")
+            raise MeshError(
+                f"the row {fitting[0][0]} fits {owner} and {member}; name their files in the table"
+            )
         yield fitting[0]
 
 
@@ -107,5 +126,17 @@ def write_test(place: str, group: Group, found: PointTest) -> None:
     if len(found.p) != len(group.vertices):
         return
     lengths = np.linalg.norm(found.effect, axis=2).max(axis=0)
-    write_mesh(f"{place}.ply", group.vertices, group.faces, force=True, metadata={"vertex_properties": {
-        "effect": lengths, "error": found.error.max(axis=0), "p": found.p, "explained": found.explained}})
+    write_mesh(
+        f"{place}.ply",
+        group.vertices,
+        group.faces,
+        force=True,
+        metadata={
+            "vertex_properties": {
+                "effect": lengths,
+                "error": found.error.max(axis=0),
+                "p": found.p,
+                "explained": found.explained,
+            }
+        },
+    )

@@ -27,22 +27,35 @@ _KINDS = 0.98
 _FEWEST = 3  # members of a kind
 
 
-def member_doubts(laid: Laid, distance: float, distances: FloatArray, correlations: FloatArray,
-                  alike: bool = False) -> tuple[str, ...]:
+def member_doubts(
+    laid: Laid,
+    distance: float,
+    distances: FloatArray,
+    correlations: FloatArray,
+    alike: bool = False,
+) -> tuple[str, ...]:
     """Sentences on what to doubt of a member, given the figures of all; `alike` if most members fit in two ways."""
     said = []
     if laid.mirrored < _MIRRORED:
-        said.append(f"its mirror image lies at {laid.mirrored:.2f} times its distance from the mean: if it is of the "
-                    "other side of a body, mirror it (x to -x, and its faces reversed)")
+        said.append(
+            f"its mirror image lies at {laid.mirrored:.2f} times its distance from the mean: if it is of the "
+            "other side of a body, mirror it (x to -x, and its faces reversed)"
+        )
     elif laid.rival < _RIVAL and not alike:
-        said.append(f"turned by {laid.angle:.0f} degrees it fits the mean nearly as well: look whether its parts are "
-                    "where those of the others are")
+        said.append(
+            f"turned by {laid.angle:.0f} degrees it fits the mean nearly as well: look whether its parts are "
+            "where those of the others are"
+        )
     if _beyond(np.log(distance), np.log(distances)):
-        said.append(f"it lies {distance / np.median(distances):.1f} times as far from the mean as half of the members: "
-                    "look at its picture, it may lie wrong or be of another kind")
+        said.append(
+            f"it lies {distance / np.median(distances):.1f} times as far from the mean as half of the members: "
+            "look at its picture, it may lie wrong or be of another kind"
+        )
     if _beyond(_unlike(laid.correlation), _unlike(correlations)):
-        said.append(f"its depth correlates with the mean's by {laid.correlation:.2f}, that of half of the members by "
-                    f"{np.median(correlations):.2f} or more: look at its picture")
+        said.append(
+            f"its depth correlates with the mean's by {laid.correlation:.2f}, that of half of the members by "
+            f"{np.median(correlations):.2f} or more: look at its picture"
+        )
     return tuple(said)
 
 
@@ -63,32 +76,47 @@ def _beyond(value: float | FloatArray, values: FloatArray) -> bool:
     return bool(value - np.median(values) > _BEYOND * max(deviation, _USUAL))
 
 
-def group_doubts(changes: Sequence[float], settled: bool, axis: FloatArray | None, laid: Sequence[Laid],
-                 scores: FloatArray) -> Iterator[str]:
+def group_doubts(
+    changes: Sequence[float],
+    settled: bool,
+    axis: FloatArray | None,
+    laid: Sequence[Laid],
+    scores: FloatArray,
+) -> Iterator[str]:
     """Sentences on what to doubt of the mean; its last move counts only if it has not settled."""
     if changes[-1] > _MOVED and not settled:
-        yield (f"the mean still moved by {100 * changes[-1]:.2g} percent of its radius in round {len(changes)}, the "
-               "last: points still slide; look at the farthest members, or take a finer icosphere")
+        yield (
+            f"the mean still moved by {100 * changes[-1]:.2g} percent of its radius in round {len(changes)}, the "
+            "last: points still slide; look at the farthest members, or take a finer icosphere"
+        )
     if axis is not None:
         x, y, z = axis / np.linalg.norm(axis)
-        yield (f"turned about the axis ({x:.2f}, {y:.2f}, {z:.2f}) by any angle, the mean moves less than half of the "
-               "members differ from it: the bodies are round; each is turned to the least distance from "
-               "the mean, and modes along such turns are chance")
+        yield (
+            f"turned about the axis ({x:.2f}, {y:.2f}, {z:.2f}) by any angle, the mean moves less than half of the "
+            "members differ from it: the bodies are round; each is turned to the least distance from "
+            "the mean, and modes along such turns are chance"
+        )
     elif symmetric(laid):
         angle = np.median([each.angle for each in laid if each.rival < _RIVAL])
-        yield (f"most members fit the mean nearly as well when they are turned, by {angle:.0f} degrees for instance: "
-               "the bodies are symmetric, and modes along such turns are chance")
+        yield (
+            f"most members fit the mean nearly as well when they are turned, by {angle:.0f} degrees for instance: "
+            "the bodies are symmetric, and modes along such turns are chance"
+        )
     if (sizes := two_kinds(scores[:, 0])) is not None:
-        yield (f"the first mode parts the members into {sizes[0]} and {sizes[1]} with nothing between: they may be two "
-               "kinds, each with a mean of its own")
+        yield (
+            f"the first mode parts the members into {sizes[0]} and {sizes[1]} with nothing between: they may be two "
+            "kinds, each with a mean of its own"
+        )
 
 
 def drift_doubts(laid: Laid, axis: FloatArray | None) -> Iterator[str]:
     """A sentence on what to doubt of a series' drift, by how its last frame is registered to the first one."""
     if axis is not None or laid.rival < _RIVAL:
         turn = "about its axis" if axis is not None else f"by {laid.angle:.0f} degrees"
-        yield (f"the last frame fits the first one nearly as well when it is turned {turn}: shape does not tell how "
-               "points moved along the surface, and drift counts that turn, too")
+        yield (
+            f"the last frame fits the first one nearly as well when it is turned {turn}: shape does not tell how "
+            "points moved along the surface, and drift counts that turn, too"
+        )
 
 
 def two_kinds(scores: FloatArray) -> tuple[int, int] | None:

@@ -28,8 +28,10 @@ class FeatureFiles:
         columns = [_column(path) for path in self.paths]
         for path, column in zip(self.paths, columns, strict=True):
             if len(column) != len(columns[0]):
-                raise MeshError(f"{path} has {len(column)} values and {self.paths[0]} has {len(columns[0])}; give "
-                                "data of one mesh")
+                raise MeshError(
+                    f"{path} has {len(column)} values and {self.paths[0]} has {len(columns[0])}; give "
+                    "data of one mesh"
+                )
         return np.stack(columns, axis=1).astype(dtype or np.float64)
 
 
@@ -39,17 +41,27 @@ def check_features(features: Sequence[ArrayLike] | None, names: Sequence[str]) -
         return
     features = check_list(features, "features")
     if len(features) != len(names):
-        raise ValueError(f"features are of {len(features)} surfaces, sources are {len(names)}; give one for each")
+        raise ValueError(
+            f"features are of {len(features)} surfaces, sources are {len(names)}; give one for each"
+        )
     widths = []
     for name, each in zip(names, features, strict=True):
-        shape = (0, len(each.paths)) if isinstance(each, FeatureFiles) else plain_array(each, "features").shape
+        shape = (
+            (0, len(each.paths))
+            if isinstance(each, FeatureFiles)
+            else plain_array(each, "features").shape
+        )
         if len(shape) not in (1, 2):
-            raise MeshError(f"features of surface {name} have shape {shape}; give data over its vertices, (n,) or "
-                            "(n, k)")
+            raise MeshError(
+                f"features of surface {name} have shape {shape}; give data over its vertices, (n,) or "
+                "(n, k)"
+            )
         widths.append(shape[1] if shape[1:] else 1)
         if widths[-1] != widths[0]:
-            raise MeshError(f"features of surface {name} have {widths[-1]} columns, those of {names[0]} have "
-                            f"{widths[0]}; give the same ones of each")
+            raise MeshError(
+                f"features of surface {name} have {widths[-1]} columns, those of {names[0]} have "
+                f"{widths[0]}; give the same ones of each"
+            )
 
 
 def file_of(path: str) -> str:
@@ -64,5 +76,7 @@ def file_of(path: str) -> str:
 def _column(path: str) -> FloatArray:
     maps = read_named(path)
     if len(maps) != 1:
-        raise MeshError(f"{path} holds {len(maps)} maps ({', '.join(list(maps)[:5])}); take one of them by FILE:NAME")
+        raise MeshError(
+            f"{path} holds {len(maps)} maps ({', '.join(list(maps)[:5])}); take one of them by FILE:NAME"
+        )
     return next(iter(maps.values()))

@@ -25,7 +25,9 @@ from .group import Group, Member
 
 #: The archive in a group's folder.
 ARCHIVE = "group.npz"
-_ARRAYS = tuple(field.name for field in fields(Group) if field.type == "FloatArray" or field.name == "faces")
+_ARRAYS = tuple(
+    field.name for field in fields(Group) if field.type == "FloatArray" or field.name == "faces"
+)
 #: What is known of each member.
 FIGURES = ("correlation", "size", "distance")
 
@@ -67,31 +69,56 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     """
     place = make_folder(Path(folder) / "members").parent
     arrays = {name: getattr(group, name) for name in _ARRAYS}
-    arrays |= {f"member_{name}": np.array([getattr(member, name) for member in group.members]) for name in FIGURES}
-    known = {"names": [member.name for member in group.members], "left_out": dict(group.left_out),
-             "changes": group.changes, "rigid": group.rigid, "balance": group.balance,
-             "feature_names": group.feature_names, "notes": group.notes,
-             "doubts": [member.doubts for member in group.members]}
+    arrays |= {
+        f"member_{name}": np.array([getattr(member, name) for member in group.members])
+        for name in FIGURES
+    }
+    known = {
+        "names": [member.name for member in group.members],
+        "left_out": dict(group.left_out),
+        "changes": group.changes,
+        "rigid": group.rigid,
+        "balance": group.balance,
+        "feature_names": group.feature_names,
+        "notes": group.notes,
+        "doubts": [member.doubts for member in group.members],
+    }
     npz.save_arrays(place / ARCHIVE, arrays | {"json": json.dumps(known)}, force)
     over = {"area": group.areas, "spread": group.spread}
     names = group.feature_names or [f"feature_{k + 1}" for k in range(group.feature_mean.shape[1])]
     over |= dict(zip(names, group.feature_mean.T, strict=True))
     over |= dict(zip([f"{name}_sd" for name in names], group.feature_sd.T, strict=True))
-    moves = {f"mode_{k + 1}": mode * np.sqrt(variance)
-             for k, (mode, variance) in enumerate(zip(group.modes, group.variances, strict=True))}
+    moves = {
+        f"mode_{k + 1}": mode * np.sqrt(variance)
+        for k, (mode, variance) in enumerate(zip(group.modes, group.variances, strict=True))
+    }
     write_mean(place, group.vertices, group.faces, over, moves, force=force)
     write_cells(place / "members.tsv", member_rows(group), force=force)
-    for member, name in zip(group.members, file_names([member.name for member in group.members]), strict=True):
+    for member, name in zip(
+        group.members, file_names([member.name for member in group.members]), strict=True
+    ):
         if member.map is not None:
             write_map(place / "members" / f"{name}.npz", member.map, force=force)
 
 
-def write_mean(place: Path, v: FloatArray, f: IntArray, over: Mapping[str, FloatArray],
-               moves: Mapping[str, FloatArray] | None = None, *, force: bool) -> None:
+def write_mean(
+    place: Path,
+    v: FloatArray,
+    f: IntArray,
+    over: Mapping[str, FloatArray],
+    moves: Mapping[str, FloatArray] | None = None,
+    *,
+    force: bool,
+) -> None:
     """Write a mean surface with data over its vertices, and fields that VTK alone takes, in the formats of others."""
     for ending in (".ply", ".vtk"):
-        write_mesh(place / f"mean{ending}", v, f, force=force,
-                   metadata={"vertex_properties": over, "point_data": {**over, **(moves or {})}})
+        write_mesh(
+            place / f"mean{ending}",
+            v,
+            f,
+            force=force,
+            metadata={"vertex_properties": over, "point_data": {**over, **(moves or {})}},
+        )
     if find_spec("nibabel"):
         write_mesh(place / "mean.surf.gii", v, f, force=force)
         write_scalars(place / "mean.shape.gii", over, surface=(v, f), force=force)
@@ -122,19 +149,40 @@ def read_group(folder: str | os.PathLike[str]) -> Group:
     with reading(path):
         arrays = npz.read_arrays(path)
         if not {*_ARRAYS, "json", *(f"member_{name}" for name in FIGURES)} <= arrays.keys():
-            raise MeshError("the archive holds no group; give one that `igl-spheremap template` wrote")
+            raise MeshError(
+                "the archive holds no group; give one that `igl-spheremap template` wrote"
+            )
         known = json.loads(str(arrays["json"]))
         doubts = map(tuple, known["doubts"])
-        figures = zip(known["names"], *(arrays[f"member_{name}"].tolist() for name in FIGURES), doubts, strict=True)
+        figures = zip(
+            known["names"],
+            *(arrays[f"member_{name}"].tolist() for name in FIGURES),
+            doubts,
+            strict=True,
+        )
         members = tuple(Member(str(name), None, *others) for name, *others in figures)
-        return Group(**{name: arrays[name] for name in _ARRAYS}, members=members, left_out=known["left_out"],
-                     changes=tuple(known["changes"]), rigid=known["rigid"], balance=known["balance"],
-                     feature_names=tuple(known["feature_names"]), notes=tuple(known["notes"]))
+        return Group(
+            **{name: arrays[name] for name in _ARRAYS},
+            members=members,
+            left_out=known["left_out"],
+            changes=tuple(known["changes"]),
+            rigid=known["rigid"],
+            balance=known["balance"],
+            feature_names=tuple(known["feature_names"]),
+            notes=tuple(known["notes"]),
+        )
 
 
 def member_rows(group: Group) -> Iterator[Sequence[object]]:
     """The table of members, and of what was left out."""
-    yield "member", "status", "reason", "doubts", *FIGURES, *(f"mode_{k + 1}" for k in range(len(group.modes)))
+    yield (
+        "member",
+        "status",
+        "reason",
+        "doubts",
+        *FIGURES,
+        *(f"mode_{k + 1}" for k in range(len(group.modes))),
+    )
     for member, scores in zip(group.members, group.scores, strict=True):
         yield member_row(member, scores)
     for name, reason in group.left_out.items():

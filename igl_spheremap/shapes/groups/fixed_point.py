@@ -80,8 +80,16 @@ class FixedPoint(NamedTuple):
     turns: list[FloatArray]
 
 
-def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x: FloatArray, f: IntArray, *,
-                balance: float, rigid: bool) -> FixedPoint:
+def fixed_point(
+    register: Register,
+    members: Sequence[int],
+    first: FloatArray,
+    x: FloatArray,
+    f: IntArray,
+    *,
+    balance: float,
+    rigid: bool,
+) -> FixedPoint:
     """Register members to a first template (n, 3), on the mesh x, f of the sphere, and to their mean until it stays.
 
     The mean keeps the rotation of the first template's sphere. Once it stays, or if it will not for some rounds, turns
@@ -106,7 +114,11 @@ def fixed_point(register: Register, members: Sequence[int], first: FloatArray, x
             axis, restarts = turns.restarts(aligned.mean, aligned.shapes)
             quiet = restarts == nothing
         if quiet and (settled or step - began >= _ROUNDS):
-            about = [np.eye(3)] * len(members) if axis is None else turns.about(axis, aligned.mean, aligned.shapes)
+            about = (
+                [np.eye(3)] * len(members)
+                if axis is None
+                else turns.about(axis, aligned.mean, aligned.shapes)
+            )
             return FixedPoint(members, aligned.mean, tuple(changes), settled, axis, about)
         before = aligned.mean
         target = balanced_spherical_map(before, f, balance=balance)

@@ -55,8 +55,10 @@ class Member:
     doubts: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return (f"Member({self.name!r}, correlation {self.correlation:.3f}, {self.distance:.3g} from the mean"
-                f"{', doubtful' * bool(self.doubts)})")
+        return (
+            f"Member({self.name!r}, correlation {self.correlation:.3f}, {self.distance:.3g} from the mean"
+            f"{', doubtful' * bool(self.doubts)})"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,25 +125,46 @@ class Group(Shown):
 
     def __repr__(self) -> str:
         out = f", {len(self.left_out)} left out" if self.left_out else ""
-        return (f"Group({len(self.members)} members{out}, {len(self.vertices)} vertices, {len(self.modes)} modes with "
-                f"{self.compactness[-1]:.0%} of the variance)")
+        return (
+            f"Group({len(self.members)} members{out}, {len(self.vertices)} vertices, {len(self.modes)} modes with "
+            f"{self.compactness[-1]:.0%} of the variance)"
+        )
 
     def _drawing(self) -> Drawing:
         ramp = sizes("", round_up(float(np.percentile(self.spread, 95))))
         colours = ramp.colours(self.spread[self.faces].mean(axis=1))
         ends = 2 * np.sqrt(self.variances[:1])
-        bodies = (self.shape(-ends), self.vertices, self.shape(ends)) if len(ends) else (self.vertices,)
+        bodies = (
+            (self.shape(-ends), self.vertices, self.shape(ends)) if len(ends) else (self.vertices,)
+        )
         between = ", between the first mode at two standard deviations below and above" * len(ends)
-        caption = (f"The mean surface{between}. Members spread least where it is yellow, {ramp.ends[1]} or more where "
-                   "it is blue.")
-        return Drawing(caption, bodies, [pose(self.vertices)] * len(bodies), self.faces, colours,
-                       np.empty(0, dtype=np.int64))
+        caption = (
+            f"The mean surface{between}. Members spread least where it is yellow, {ramp.ends[1]} or more where "
+            "it is blue."
+        )
+        return Drawing(
+            caption,
+            bodies,
+            [pose(self.vertices)] * len(bodies),
+            self.faces,
+            colours,
+            np.empty(0, dtype=np.int64),
+        )
 
     def _figures(self) -> str:
         """The members, the farthest from the mean first."""
-        return table([(member.name, f"{member.distance:.4g}", f"{member.size:.3f}", f"{member.correlation:.3f}")
-                      for member in sorted(self.members, key=lambda member: -member.distance)],
-                     ("member", "distance from the mean", "size", "correlation"))
+        return table(
+            [
+                (
+                    member.name,
+                    f"{member.distance:.4g}",
+                    f"{member.size:.3f}",
+                    f"{member.correlation:.3f}",
+                )
+                for member in sorted(self.members, key=lambda member: -member.distance)
+            ],
+            ("member", "distance from the mean", "size", "correlation"),
+        )
 
     @property
     def map(self) -> SphereMap:
@@ -200,7 +223,9 @@ class Group(Shown):
         """
         given = real_array(scores, "scores").astype(np.float64).reshape(-1)
         if len(given) > len(self.modes):
-            raise ValueError(f"{len(given)} scores for {len(self.modes)} modes; give at most one for each")
+            raise ValueError(
+                f"{len(given)} scores for {len(self.modes)} modes; give at most one for each"
+            )
         return self.vertices + np.tensordot(given, self.modes[: len(given)], 1)
 
     @gate
@@ -233,9 +258,13 @@ class Group(Shown):
         away = shape - self.vertices
         scores = np.einsum("n,nd,knd->k", self._weights, away, self.modes)
         distance = float(np.sqrt(self._weights @ (away**2).sum(axis=1)))
-        distances, correlations = np.array([[each.distance, each.correlation] for each in self.members]).T
+        distances, correlations = np.array(
+            [[each.distance, each.correlation] for each in self.members]
+        ).T
         said = member_doubts(found, distance, distances, correlations)
-        return PlacedMember(Member("", onto, found.correlation, size, distance, said), shape, scores)
+        return PlacedMember(
+            Member("", onto, found.correlation, size, distance, said), shape, scores
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -84,16 +84,25 @@ class MapMember(MemberTask):
         n = len(result.sphere)
         values = np.empty((n, 0))
         if job.features:
-            values = check_values(FeatureFiles(tuple(self.places(job.features))), n, f"features of {job.source}")
+            values = check_values(
+                FeatureFiles(tuple(self.places(job.features))), n, f"features of {job.source}"
+            )
         check()
         coarse = at_points(result, *sphere_mesh(self.icosphere))
         powers = np.sqrt(power(spherical_harmonics(coarse, degree=_DEGREE).coefficients)[1:])
         content = (result.vertices, result.faces, result.sphere, values)
-        digest = sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in content)).digest()
+        digest = sha256(
+            b"".join(np.ascontiguousarray(array).tobytes() for array in content)
+        ).digest()
         npz.save_arrays(self.place(job.target), npz.arrays_of(result) | {"values": values})
-        npz.save_arrays(self.place(job.more[0]), {
-            "points": coarse.vertices, "powers": powers / np.linalg.norm(powers),
-            "digest": np.frombuffer(digest, dtype=np.uint8)})
+        npz.save_arrays(
+            self.place(job.more[0]),
+            {
+                "points": coarse.vertices,
+                "powers": powers / np.linalg.norm(powers),
+                "digest": np.frombuffer(digest, dtype=np.uint8),
+            },
+        )
         return replace(self.empty(job), vertices=n)
 
 
@@ -106,7 +115,9 @@ class RegisterMember(MemberTask):
         before = next((read_arrays(self.place(path))["sphere"] for path in job.beside[1:]), None)
         check()
         registered = laid(coarse, target, before, job.restarts)
-        points, f = resample(certified(coarse.mesh, registered.sphere), (coarse.sphere, coarse.faces))
+        points, f = resample(
+            certified(coarse.mesh, registered.sphere), (coarse.sphere, coarse.faces)
+        )
         arrays = registered._asdict() | {"points": points, "areas": vertex_areas(points, f)}
         npz.save_arrays(self.place(job.target), arrays)
         return replace(self.empty(job), vertices=len(points))
@@ -124,7 +135,12 @@ class PlaceMember(MemberTask):
         onto = carried(npz.map_of(arrays), coarse, y @ np.array(job.turn))
         there = coarse.sphere, coarse.faces
         write_map(self.place(job.target), onto, force=True)
-        npz.save_arrays(self.place(job.more[0]), {
-            "points": resample(onto, there).v, "areas": own_areas(onto, *there),
-            "features": transfer(onto, arrays["values"], there)})
+        npz.save_arrays(
+            self.place(job.more[0]),
+            {
+                "points": resample(onto, there).v,
+                "areas": own_areas(onto, *there),
+                "features": transfer(onto, arrays["values"], there),
+            },
+        )
         return replace(self.empty(job), vertices=len(onto.sphere))

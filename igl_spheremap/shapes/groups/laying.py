@@ -49,22 +49,30 @@ class Laid(NamedTuple):
     mirrored: float = np.inf
 
 
-def laid(source: SphereMap, target: SphereMap, before: FloatArray | None = None,
-         restarts: Restarts = NO_RESTARTS) -> Laid:
+def laid(
+    source: SphereMap,
+    target: SphereMap,
+    before: FloatArray | None = None,
+    restarts: Restarts = NO_RESTARTS,
+) -> Laid:
     """Register from where the registration before ended, perhaps turned, or from the rotation that leads to least."""
     problem = Laying(source, target)
     if before is None:
         y = problem.laid(_best_start(problem))
         return Laid(y, problem.correlation(y))
     starts = [before, *(_turned(source, before, turn) for turn in restarts.turns)]
-    outlooks = np.array([problem.outlook(start) for start in starts]) if restarts.turns else np.ones(1)
+    outlooks = (
+        np.array([problem.outlook(start) for start in starts]) if restarts.turns else np.ones(1)
+    )
     best, *others = np.argsort(outlooks).tolist()
     y = problem.laid(starts[best]) if best else problem.continued(before)
     found = Laid(y, problem.correlation(y), best > 0)
     if others:
         turns = np.array([np.eye(3), *restarts.turns])
-        found = found._replace(rival=outlooks[others[0]] / outlooks[best],
-                               angle=rotation_angle(turns[others[0]] @ turns[best].T))
+        found = found._replace(
+            rival=outlooks[others[0]] / outlooks[best],
+            angle=rotation_angle(turns[others[0]] @ turns[best].T),
+        )
     if restarts.mirror:
         image = Laying(reflected(source), target)
         nearest = image.laid(image.turned(image.turns()[0].rotation))

@@ -53,7 +53,9 @@ def _principal(away: FloatArray, weights: FloatArray, count: int) -> tuple[Float
     rows = (away * np.sqrt(weights / weights.sum())[:, None]).reshape(len(away), -1)
     members, columns = rows.shape
     products = rows @ rows.T if members <= columns else rows.T @ rows
-    values, vectors = eigh(products, subset_by_index=(max(len(products) - count, 0), len(products) - 1))
+    values, vectors = eigh(
+        products, subset_by_index=(max(len(products) - count, 0), len(products) - 1)
+    )
     values, vectors = values[::-1], vectors[:, ::-1]
     found = min(count, members - 1, int(np.count_nonzero(values > _RANK * values[0])))
     values, vectors = values[:found], vectors[:, :found]

@@ -69,8 +69,10 @@ class PointTest:
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return (f"PointTest({(self.p <= LEVEL).mean():.0%} of {len(self.p)} points, smallest p {self.p.min():.2g}, at "
-                f"most {self.explained.max():.0%} explained)")
+        return (
+            f"PointTest({(self.p <= LEVEL).mean():.0%} of {len(self.p)} points, smallest p {self.p.min():.2g}, at "
+            f"most {self.explained.max():.0%} explained)"
+        )
 
 
 @gate
@@ -142,31 +144,52 @@ def permutation_test(
     count = len(group.members)
     tested, levels = _columns(variable, count)
     tested, unit_x = own_unit(tested)
-    Z = np.empty((count, 0)) if covariates is None else _spanned(_numbers(covariates, count, "covariates"))
+    Z = (
+        np.empty((count, 0))
+        if covariates is None
+        else _spanned(_numbers(covariates, count, "covariates"))
+    )
     Qz = np.concatenate((np.full((count, 1), count**-0.5), Z), axis=1)
-    values, unit = own_unit(np.asarray(real_array(group.shapes if data is None else data, "data"), dtype=np.float64))
+    values, unit = own_unit(
+        np.asarray(real_array(group.shapes if data is None else data, "data"), dtype=np.float64)
+    )
     if values.ndim not in (2, 3) or len(values) != count or not np.isfinite(values).all():
-        raise MeshError(f"data of shape {values.shape} for {count} members; give finite numbers, (members, n) or "
-                        "(members, n, d)")
+        raise MeshError(
+            f"data of shape {values.shape} for {count} members; give finite numbers, (members, n) or "
+            "(members, n, d)"
+        )
     Qx, R = _varying(tested, Qz)
     freedom = count - Qz.shape[1] - Qx.shape[1]
     if freedom - augment * Z.shape[1] < 1:
-        raise MeshError(f"{count} members are too few for {Qx.shape[1]} columns of the variable and {Z.shape[1]} of "
-                        f"covariates{f' with {_AUGMENT}' * augment}; give fewer covariates")
+        raise MeshError(
+            f"{count} members are too few for {Qx.shape[1]} columns of the variable and {Z.shape[1]} of "
+            f"covariates{f' with {_AUGMENT}' * augment}; give fewer covariates"
+        )
     residuals = _Residuals.of(values.reshape(count, values.shape[1], -1), Qz, freedom / Qx.shape[1])
     F = residuals.statistics(Qx[None], Qz[None])[0]
     rng = np.random.default_rng(check_whole(seed, "seed"))
-    maxima, beyond, same = _permuted(residuals, Qx, Qz, np.stack([rng.permutation(count) for _ in range(permutations)]),
-                                     augment)
+    maxima, beyond, same = _permuted(
+        residuals, Qx, Qz, np.stack([rng.permutation(count) for _ in range(permutations)]), augment
+    )
     explained = F / (F + residuals.ratio)
-    effect = np.ldexp(np.linalg.solve(R, Qx.T @ residuals.rest), unit - unit_x).reshape(len(R), *residuals.shape)
+    effect = np.ldexp(np.linalg.solve(R, Qx.T @ residuals.rest), unit - unit_x).reshape(
+        len(R), *residuals.shape
+    )
     noise = np.sqrt((1 - explained) * residuals.squares / (freedom * residuals.shape[1]))
     error = np.ldexp(np.sqrt(np.diag(np.linalg.inv(R.T @ R)))[:, None] * noise, unit - unit_x)
     rank = int(np.ceil((1 - LEVEL) * (permutations + 1))) - 1
     threshold = np.nan if augment else float(np.sort(maxima)[rank])
-    return PointTest(F, (1 + beyond) / (1 + permutations), effect, error, error * t.ppf(1 - LEVEL / 2, freedom),
-                     explained, threshold, levels, (*_coarse(count, same, permutations),
-                                                    *(() if augment else _crowded(count, Z.shape[1]))))
+    return PointTest(
+        F,
+        (1 + beyond) / (1 + permutations),
+        effect,
+        error,
+        error * t.ppf(1 - LEVEL / 2, freedom),
+        explained,
+        threshold,
+        levels,
+        (*_coarse(count, same, permutations), *(() if augment else _crowded(count, Z.shape[1]))),
+    )
 
 
 class _Residuals(NamedTuple):
@@ -186,15 +209,20 @@ class _Residuals(NamedTuple):
 
     def statistics(self, x: FloatArray, z: FloatArray) -> FloatArray:
         """F (k, n) of orthonormal columns (k, members, q) beside others (k, members, z)."""
-        parts = np.einsum("kmc,mi->kci", np.concatenate((x, z), axis=2), self.rest, optimize=True) ** 2
+        parts = (
+            np.einsum("kmc,mi->kci", np.concatenate((x, z), axis=2), self.rest, optimize=True) ** 2
+        )
         parts = parts.reshape(*parts.shape[:2], *self.shape).sum(axis=3)
         model = parts[:, : x.shape[2]].sum(axis=1)
         left = self.squares - parts.sum(axis=1)
-        return np.asarray(self.ratio * model / np.maximum(left, np.finfo(float).eps * self.squares.max()))
+        return np.asarray(
+            self.ratio * model / np.maximum(left, np.finfo(float).eps * self.squares.max())
+        )
 
 
-def _permuted(residuals: _Residuals, Qx: FloatArray, Qz: FloatArray, orders: IntArray,
-              augment: bool) -> tuple[FloatArray, IntArray, int]:
+def _permuted(
+    residuals: _Residuals, Qx: FloatArray, Qz: FloatArray, orders: IntArray, augment: bool
+) -> tuple[FloatArray, IntArray, int]:
     """The largest F of each order, in how many it is at least that of each point, and how many change no F."""
     F = residuals.statistics(Qx[None], Qz[None])
     maxima, beyond, same = np.empty(len(orders)), np.zeros(F.shape[1], dtype=int), 0
@@ -215,15 +243,21 @@ def _varying(tested: FloatArray, Qz: FloatArray) -> tuple[FloatArray, FloatArray
     """Orthonormal columns of what varies beside others, and its coordinates in them; a MeshError if there is none."""
     free = tested - Qz @ (Qz.T @ tested)
     if _spanned(tested).shape[1] < tested.shape[1] or (
-            np.linalg.svd(free, compute_uv=False).min() <= _RANK * np.linalg.norm(tested - tested.mean(axis=0))):
-        raise MeshError("the variable is constant, or follows from the covariates; give one that varies beside them")
+        np.linalg.svd(free, compute_uv=False).min()
+        <= _RANK * np.linalg.norm(tested - tested.mean(axis=0))
+    ):
+        raise MeshError(
+            "the variable is constant, or follows from the covariates; give one that varies beside them"
+        )
     Qx, R = np.linalg.qr(free)
     return Qx, R
 
 
 def _augmented(Qz: FloatArray, orders: IntArray) -> FloatArray:
     """Orthonormal columns (k, members, 2 z - 1) that span covariates as they are and permuted, both with a constant."""
-    both = np.concatenate((np.broadcast_to(Qz, (len(orders), *Qz.shape)), Qz[orders][:, :, 1:]), axis=2)
+    both = np.concatenate(
+        (np.broadcast_to(Qz, (len(orders), *Qz.shape)), Qz[orders][:, :, 1:]), axis=2
+    )
     U, sizes, _ = np.linalg.svd(both, full_matrices=False)
     return np.asarray(U * (sizes > _RANK)[:, None])
 
@@ -238,16 +272,20 @@ def _beside(z: FloatArray, x: FloatArray) -> FloatArray:
 def _coarse(count: int, same: int, permutations: int) -> Iterator[str]:
     """Whether so many permutations leave F as it is that no p is small."""
     if (least := (1 + same) / (1 + permutations)) > LEVEL:
-        yield (f"{count} members are too few to find anything at {LEVEL}: {same} of {permutations} permutations change "
-               f"nothing, so no p is below {least:.2g}, however large the difference; give more members")
+        yield (
+            f"{count} members are too few to find anything at {LEVEL}: {same} of {permutations} permutations change "
+            f"nothing, so no p is below {least:.2g}, however large the difference; give more members"
+        )
 
 
 def _crowded(count: int, covariates: int) -> Iterator[str]:
     """Whether members are few for that many independent covariates."""
     if count < _ENOUGH * covariates:
-        yield (f"{count} members are few for {covariates} independent covariates: where data and covariates are "
-               "skewed, chance finds something more often than in 5 of 100 experiments, "
-               f"{_AUGMENT} keeps to them")
+        yield (
+            f"{count} members are few for {covariates} independent covariates: where data and covariates are "
+            "skewed, chance finds something more often than in 5 of 100 experiments, "
+            f"{_AUGMENT} keeps to them"
+        )
 
 
 def _spanned(columns: FloatArray) -> FloatArray:
@@ -276,14 +314,24 @@ def _columns(variable: ArrayLike, count: int) -> tuple[FloatArray, tuple[str, ..
         return _numbers(given, count, "the variable"), ()
     names = given.astype(str).reshape(-1)
     if len(names) != count:
-        raise MeshError(f"the variable has {len(names)} values for {count} members; give one for each")
-    missing = [k for k, name in enumerate(names.tolist()) if is_missing(name) or given.reshape(-1)[k] is None]
+        raise MeshError(
+            f"the variable has {len(names)} values for {count} members; give one for each"
+        )
+    missing = [
+        k
+        for k, name in enumerate(names.tolist())
+        if is_missing(name) or given.reshape(-1)[k] is None
+    ]
     if missing:
-        raise MeshError(f"the variable has no value for {len(missing)} of the members, the first is number "
-                        f"{missing[0]}; leave them out of the group")
+        raise MeshError(
+            f"the variable has no value for {len(missing)} of the members, the first is number "
+            f"{missing[0]}; leave them out of the group"
+        )
     levels = tuple(np.unique(names).tolist())
     if len(levels) < 2:
-        raise MeshError(f"the variable is {levels[0]!r} for all members; give one that differs between them")
+        raise MeshError(
+            f"the variable is {levels[0]!r} for all members; give one that differs between them"
+        )
     return indicators(names), levels
 
 
@@ -296,10 +344,14 @@ def _numbers(values: ArrayLike, count: int, name: str) -> FloatArray:
     """Rows (count, k) of finite numbers."""
     rows = plain_array(values, name)
     if rows.dtype.kind not in "iufb":
-        raise MeshError(f"{name} have dtype {rows.dtype}; give numbers, of names a column of zeros and ones for each "
-                        "but the first")
+        raise MeshError(
+            f"{name} have dtype {rows.dtype}; give numbers, of names a column of zeros and ones for each "
+            "but the first"
+        )
     rows = rows.astype(np.float64)
     rows = rows.reshape(len(rows), -1) if rows.ndim else rows.reshape(1, 1)
     if len(rows) != count or not np.isfinite(rows).all():
-        raise MeshError(f"{name} have {len(rows)} rows for {count} members; give a finite number for each")
+        raise MeshError(
+            f"{name} have {len(rows)} rows for {count} members; give a finite number for each"
+        )
     return rows

@@ -31,13 +31,18 @@ _LARGEST = 2.0**160
 
 def names_of(sources: Sequence[Source]) -> list[str]:
     """The sources' files, or their numbers."""
-    return [os.fspath(source) if isinstance(source, str | os.PathLike) else str(k) for k, source in enumerate(sources)]
+    return [
+        os.fspath(source) if isinstance(source, str | os.PathLike) else str(k)
+        for k, source in enumerate(sources)
+    ]
 
 
 def mapped(source: Source, balance: float) -> SphereMap:
     """The map of a file or a mesh; a map is taken as it is."""
     given = read_mesh(source) if isinstance(source, str | os.PathLike) else source
-    result = given if isinstance(given, SphereMap) else balanced_spherical_map(given, balance=balance)
+    result = (
+        given if isinstance(given, SphereMap) else balanced_spherical_map(given, balance=balance)
+    )
     check_member(result)
     return result
 
@@ -49,8 +54,10 @@ def check_member(result: SphereMap) -> None:
     """
     largest, least = np.abs(result.vertices).max(), np.ptp(result.vertices, axis=0).max()
     if largest > _LARGEST or least < 1 / _LARGEST:
-        raise MeshError(f"its coordinates reach {largest:.3g}, its extent is {least:.3g}; choose units in which both "
-                        f"lie between {1 / _LARGEST:.0e} and {_LARGEST:.0e}, so that areas and volumes are numbers")
+        raise MeshError(
+            f"its coordinates reach {largest:.3g}, its extent is {least:.3g}; choose units in which both "
+            f"lie between {1 / _LARGEST:.0e} and {_LARGEST:.0e}, so that areas and volumes are numbers"
+        )
     if inside_out(result.vertices, result.faces):
         raise MeshError("inside out: its faces point inwards; reverse them", Remedy("repair_mesh"))
 

@@ -34,7 +34,9 @@ class Alignment(NamedTuple):
     distances: FloatArray
 
 
-def generalised_procrustes(shapes: FloatArray, weights: FloatArray, rigid: bool = False) -> Alignment:
+def generalised_procrustes(
+    shapes: FloatArray, weights: FloatArray, rigid: bool = False
+) -> Alignment:
     """Align shapes (k, n, 3) with each other: no one of them is the reference.
 
     The mean lies where the shapes lie on average, and is turned as they are: rotations have the identity as their mean.
@@ -55,17 +57,23 @@ def generalised_procrustes(shapes: FloatArray, weights: FloatArray, rigid: bool 
         before, mean = mean, (own @ rotations).mean(axis=0)
         if np.abs(mean - before).max() < _TOLERANCE * radii.max():
             break
-    pose, centre = best_rotation(np.eye(3), rotations.sum(axis=0).T, np.ones(3)), centres.mean(axis=0)
+    pose, centre = (
+        best_rotation(np.eye(3), rotations.sum(axis=0).T, np.ones(3)),
+        centres.mean(axis=0),
+    )
     laid, mean = own @ (rotations @ pose) + centre, mean @ pose + centre
     return Alignment(laid, mean, sizes, np.sqrt(((laid - mean) ** 2).sum(axis=2) @ weights))
 
 
-def placed(shape: FloatArray, mean: FloatArray, weights: FloatArray, size: float | None = None) -> tuple[
-        FloatArray, float]:
+def placed(
+    shape: FloatArray, mean: FloatArray, weights: FloatArray, size: float | None = None
+) -> tuple[FloatArray, float]:
     """One shape laid on a mean that is held fixed, and the size that it was divided by, which may be given."""
     weights = weights / weights.sum()
     centre, goal = weighted_sum(weights, shape), weighted_sum(weights, mean)
     own, theirs = shape - centre, mean - goal
-    radius, other = (np.sqrt(np.trace(weighted_moment(weights, each, each))) for each in (own, theirs))
+    radius, other = (
+        np.sqrt(np.trace(weighted_moment(weights, each, each))) for each in (own, theirs)
+    )
     size = float(radius / other) if size is None else size
     return own @ best_rotation(own, theirs, weights) / size + goal, size

@@ -67,17 +67,29 @@ class Series(Shown):
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return (f"Series({len(self.vertices)} frames, {self.vertices.shape[1]} vertices, drift "
-                f"{np.sqrt((self.drift**2).mean()):.3g})")
+        return (
+            f"Series({len(self.vertices)} frames, {self.vertices.shape[1]} vertices, drift "
+            f"{np.sqrt((self.drift**2).mean()):.3g})"
+        )
 
     def _drawing(self) -> Drawing:
-        return place_drawing((self.vertices[0], self.vertices[-1]), self.faces,
-                             "The first frame and the last one. The same colour is the same point of the body.")
+        return place_drawing(
+            (self.vertices[0], self.vertices[-1]),
+            self.faces,
+            "The first frame and the last one. The same colour is the same point of the body.",
+        )
 
     def _figures(self) -> str:
         """Area and volume of the frames."""
-        return table([(str(k), f"{area:.5g}", f"{volume:.5g}") for k, (area, volume) in enumerate(
-            zip(self.surface_areas, self.volumes, strict=True))], ("frame", "area", "volume"))
+        return table(
+            [
+                (str(k), f"{area:.5g}", f"{volume:.5g}")
+                for k, (area, volume) in enumerate(
+                    zip(self.surface_areas, self.volumes, strict=True)
+                )
+            ],
+            ("frame", "area", "volume"),
+        )
 
     @property
     def aligned(self) -> FloatArray:
@@ -152,25 +164,42 @@ def series(
     with workplace(out, "maps", target, engine, least=len(sources)) as place:
         frames = place.mapped(sources, features, balance)
         paths = [place.of(frame, "points") for frame in frames]
-        coarse = [certified(check_mesh(points, mesh[1]), mesh[0]) for points in stacked(paths, "points")[0]]
+        coarse = [
+            certified(check_mesh(points, mesh[1]), mesh[0])
+            for points in stacked(paths, "points")[0]
+        ]
         last = replace(frames[-1])  # to the first frame directly
-        place.registered("pairs", [*frames[1:], last], [*paths[:-1], paths[0]],
-                         [NO_RESTARTS] * len(frames))
-        axis, restarts = Turns(mesh[0]).restarts(coarse[0].vertices, stacked([last.sphere], "points")[0])
+        place.registered(
+            "pairs", [*frames[1:], last], [*paths[:-1], paths[0]], [NO_RESTARTS] * len(frames)
+        )
+        axis, restarts = Turns(mesh[0]).restarts(
+            coarse[0].vertices, stacked([last.sphere], "points")[0]
+        )
         place.registered("tried", [last], paths[:1], restarts)
         frames[0].sphere = place.place("work", "chain", "0.npz")
         save_arrays(frames[0].sphere, {"sphere": mesh[0]})
         # to the first sphere, through that of the one before
         for k, (before, frame) in enumerate(pairwise(frames)):
-            onto = carried(certified(coarse[k + 1].mesh, _sphere(frame)), coarse[k], _sphere(before))
+            onto = carried(
+                certified(coarse[k + 1].mesh, _sphere(frame)), coarse[k], _sphere(before)
+            )
             frame.sphere = place.place("work", "chain", f"{k + 1}.npz")
             save_arrays(frame.sphere, {"sphere": onto.sphere})
         place.placed(frames, [np.eye(3)] * len(frames))
-        points, areas, data = stacked([place.of(frame, "placed") for frame in frames], "points", "areas", "features")
+        points, areas, data = stacked(
+            [place.of(frame, "placed") for frame in frames], "points", "areas", "features"
+        )
         onto = carried(npz.map_of(read_arrays(place.of(last, "map"))), coarse[-1], _sphere(last))
-        return Series(points, mesh[1], mesh[0], areas, data, tuple(read_map(place.result(frame)) for frame in frames),
-                      np.linalg.norm(points[-1] - resample(onto, mesh).v, axis=1),
-                      tuple(drift_doubts(place.laid(last), axis)))
+        return Series(
+            points,
+            mesh[1],
+            mesh[0],
+            areas,
+            data,
+            tuple(read_map(place.result(frame)) for frame in frames),
+            np.linalg.norm(points[-1] - resample(onto, mesh).v, axis=1),
+            tuple(drift_doubts(place.laid(last), axis)),
+        )
 
 
 def _sphere(frame: Entry) -> FloatArray:

@@ -106,7 +106,9 @@ def template(
     with workplace(out, "members", target, engine, least=_FEWEST) as place:
         members = _Members(place, mesh)
         first = members.mapped(sources, features, balance)
-        fixed = fixed_point(members.registered, members.numbers, first, *mesh, balance=balance, rigid=rigid)
+        fixed = fixed_point(
+            members.registered, members.numbers, first, *mesh, balance=balance, rigid=rigid
+        )
         return members.group(fixed, modes, balance=balance, rigid=rigid, keep=out is None)
 
 
@@ -126,7 +128,9 @@ class _Members:
         """Their numbers among the sources."""
         return list(self._known)
 
-    def mapped(self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float) -> FloatArray:
+    def mapped(
+        self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float
+    ) -> FloatArray:
         """Map all, and return the points of the one whose shape is nearest to the mean.
 
         Shapes are compared by the powers of their harmonics, which neither pose nor mirroring changes.
@@ -139,25 +143,39 @@ class _Members:
         medoid = int(np.argmin(np.linalg.norm(powers - powers.mean(axis=0), axis=1)))
         return np.asarray(found[order[medoid].number]["points"])
 
-    def registered(self, numbers: Sequence[int], target: SphereMap, restarts: Sequence[Restarts]) -> Registered:
+    def registered(
+        self, numbers: Sequence[int], target: SphereMap, restarts: Sequence[Restarts]
+    ) -> Registered:
         """Members registered to a template, from where they were in the round before."""
         self._round += 1
         folder = f"rounds/{self._round}"
         template = self._place.place("work", folder, "template.npz")
         save_arrays(template, {"points": target.vertices, "sphere": target.sphere})
-        found = self._place.registered(folder, [self._known[k] for k in numbers], [template] * len(numbers),
-                                       restarts)
-        points, areas, turned = stacked([member.sphere for member in found], "points", "areas", "turned")
-        return Registered([member.number for member in found], points, (areas / len(found)).sum(axis=0),
-                          int(turned.sum()))
+        found = self._place.registered(
+            folder, [self._known[k] for k in numbers], [template] * len(numbers), restarts
+        )
+        points, areas, turned = stacked(
+            [member.sphere for member in found], "points", "areas", "turned"
+        )
+        return Registered(
+            [member.number for member in found],
+            points,
+            (areas / len(found)).sum(axis=0),
+            int(turned.sum()),
+        )
 
-    def group(self, fixed: FixedPoint, modes: int, *, balance: float, rigid: bool, keep: bool) -> Group:
+    def group(
+        self, fixed: FixedPoint, modes: int, *, balance: float, rigid: bool, keep: bool
+    ) -> Group:
         """The group: each registration is carried to the member's own mesh, and sampled there; it may keep the maps."""
         mesh = check_mesh(fixed.mean, self._f)
         turn = best_rotation(self._x, orientation_target(mesh), mesh.A)
-        members = self._place.placed([self._known[k] for k in fixed.members], [R.T @ turn for R in fixed.turns])
-        points, own, features = stacked([self._place.of(member, "placed") for member in members],
-                                        "points", "areas", "features")
+        members = self._place.placed(
+            [self._known[k] for k in fixed.members], [R.T @ turn for R in fixed.turns]
+        )
+        points, own, features = stacked(
+            [self._place.of(member, "placed") for member in members], "points", "areas", "features"
+        )
         areas = (own / len(members)).sum(axis=0)
         aligned = generalised_procrustes(points, areas, rigid)
         away = aligned.shapes - aligned.mean
@@ -165,11 +183,22 @@ class _Members:
         (correlations,) = stacked([member.sphere for member in members], "correlation")
         laid = [self._place.laid(member) for member in members]
         alike = symmetric(laid)
-        rows = [Member(member.name, read_map(self._place.result(member)) if keep else None, correlation, size, distance,
-                       member_doubts(each, distance, aligned.distances, correlations, alike))
-                for member, each, correlation, size, distance in zip(
-                    members, laid, *(array.tolist() for array in (correlations, aligned.sizes, aligned.distances)),
-                    strict=True)]
+        rows = [
+            Member(
+                member.name,
+                read_map(self._place.result(member)) if keep else None,
+                correlation,
+                size,
+                distance,
+                member_doubts(each, distance, aligned.distances, correlations, alike),
+            )
+            for member, each, correlation, size, distance in zip(
+                members,
+                laid,
+                *(array.tolist() for array in (correlations, aligned.sizes, aligned.distances)),
+                strict=True,
+            )
+        ]
         axis = None
         if fixed.axis is not None:
             heights = self._x @ fixed.axis

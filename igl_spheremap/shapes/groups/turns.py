@@ -62,7 +62,9 @@ class Turns:
         band = min(_BAND, int(np.sqrt(len(x) / 2)))  # two points for each function
         self._project = np.linalg.pinv(sum(terms(np.eye(band**2), x)))
 
-    def restarts(self, mean: FloatArray, shapes: Iterable[FloatArray]) -> tuple[FloatArray | None, list[Restarts]]:
+    def restarts(
+        self, mean: FloatArray, shapes: Iterable[FloatArray]
+    ) -> tuple[FloatArray | None, list[Restarts]]:
         """The restarts by which each shape may come nearer to a mean.
 
         Also the axis about which any turn moves the mean by less than the median distance of the shapes from it, if
@@ -72,7 +74,9 @@ class Turns:
         axis = _free_axis(f, float(np.median([_off(f, g) for g in others])))
         return axis, [_rivals(f, g, axis) for g in others]
 
-    def about(self, axis: FloatArray, mean: FloatArray, shapes: Iterable[FloatArray]) -> list[FloatArray]:
+    def about(
+        self, axis: FloatArray, mean: FloatArray, shapes: Iterable[FloatArray]
+    ) -> list[FloatArray]:
         """Turns of shapes about an axis to the least distance from their mean, which begins as the given one."""
         f, *others = map(self._coefficients, (mean, *shapes))
         for _ in range(_ROUNDS):
@@ -92,7 +96,9 @@ def _rivals(f: FloatArray, g: FloatArray, axis: FloatArray | None = None) -> Res
 
     Turns about an axis count as one: a shape that may turn about it as it likes is its own mirror image, too.
     """
-    parity = np.concatenate([np.full(2 * ell + 1, (-1.0) ** (ell + 1)) for ell in range(degree_of(f) + 1)])
+    parity = np.concatenate(
+        [np.full(2 * ell + 1, (-1.0) ** (ell + 1)) for ell in range(degree_of(f) + 1)]
+    )
     mirrored = axis is None and len(_near(f, parity[:, None] * g, _off(f, g), axis)) > 0
     near = [R for R in _near(f, g, _TRY * _off(f, g), axis) if _differ(R, np.eye(3), axis)]
     return Restarts(tuple(map(rows, near)), mirrored)
@@ -101,12 +107,17 @@ def _rivals(f: FloatArray, g: FloatArray, axis: FloatArray | None = None) -> Res
 def _near(f: FloatArray, g: FloatArray, least: float, axis: FloatArray | None) -> list[FloatArray]:
     """Turns of g that leave it nearer to f than `least`: the best ones in the surroundings of the nearest of a grid."""
     distances, found = _on_grid(f, g), list[FloatArray]()
-    for R in _rotations(degree_of(f) + 1)[np.argsort(distances)[: np.count_nonzero(distances < _ROUGHLY * least)]]:
+    for R in _rotations(degree_of(f) + 1)[
+        np.argsort(distances)[: np.count_nonzero(distances < _ROUGHLY * least)]
+    ]:
         if len(found) <= _TRIED and all(_differ(R, other, axis) for other in found):
             found.append(R)
     refined = [_refined(f, g, R) for R in found]
-    return [R for k, R in enumerate(refined)
-            if _off(f, rotate(g, R)) < least and all(_differ(R, other, axis) for other in refined[:k])]
+    return [
+        R
+        for k, R in enumerate(refined)
+        if _off(f, rotate(g, R)) < least and all(_differ(R, other, axis) for other in refined[:k])
+    ]
 
 
 def _differ(R: FloatArray, other: FloatArray, axis: FloatArray | None) -> bool:
@@ -127,7 +138,9 @@ def _refined(f: FloatArray, g: FloatArray, R: FloatArray) -> FloatArray:
 
 def _moves(f: FloatArray) -> FloatArray:
     """How a shape moves as its sphere turns about each axis, (3, (L + 1)^2, 3)."""
-    return np.stack([rotate(f, _turn(_SMALL * e)) - rotate(f, _turn(-_SMALL * e)) for e in np.eye(3)]) / (2 * _SMALL)
+    return np.stack(
+        [rotate(f, _turn(_SMALL * e)) - rotate(f, _turn(-_SMALL * e)) for e in np.eye(3)]
+    ) / (2 * _SMALL)
 
 
 def _spins(f: FloatArray) -> FloatArray:
@@ -140,7 +153,9 @@ def _free_axis(f: FloatArray, least: float) -> FloatArray | None:
     spun = np.linalg.qr(_spins(f).reshape(3, -1).T)[0]
     moved = _moves(f).reshape(3, -1).T
     axis = np.linalg.svd(moved - spun @ (spun.T @ moved), full_matrices=False)[2][2]
-    return axis if max(_off(f, rotate(f, _turn(angle * axis))) for angle in _ABOUT) < least else None
+    return (
+        axis if max(_off(f, rotate(f, _turn(angle * axis))) for angle in _ABOUT) < least else None
+    )
 
 
 def _nearest_about(axis: FloatArray, f: FloatArray, g: FloatArray) -> FloatArray:

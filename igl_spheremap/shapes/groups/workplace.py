@@ -50,12 +50,17 @@ class Entry:
 
 
 @contextmanager
-def workplace(out: str | os.PathLike[str] | None, results: str, target: str, engine: Engine, least: int) -> (
-        Iterator[Workplace]):
+def workplace(
+    out: str | os.PathLike[str] | None, results: str, target: str, engine: Engine, least: int
+) -> Iterator[Workplace]:
     """A workplace in a folder, temporary without `out`, on an icosphere, where at least so many members are needed."""
     with ExitStack() as stack:
         folder = stack.enter_context(TemporaryDirectory()) if out is None else os.fspath(out)
-        run = partial(run_many, manifest=os.path.join(folder, MANIFEST), engine=stack.enter_context(started(engine)))
+        run = partial(
+            run_many,
+            manifest=os.path.join(folder, MANIFEST),
+            engine=stack.enter_context(started(engine)),
+        )
         yield Workplace(Path(folder), results, target, least, run)
 
 
@@ -65,9 +70,15 @@ class Workplace:
     Members' maps in the common frame lie in the folder `results`, all else in ``work``.
     """
 
-    def __init__(self, folder: Path, results: str, target: str, least: int, run: Callable[..., list[JobRow]]) -> None:
+    def __init__(
+        self, folder: Path, results: str, target: str, least: int, run: Callable[..., list[JobRow]]
+    ) -> None:
         self._folder, self._results, self._least, self._run = folder, results, least, run
-        self._settings: dict[str, Any] = {"icosphere": target, "force": False, "folder": os.getcwd()}
+        self._settings: dict[str, Any] = {
+            "icosphere": target,
+            "force": False,
+            "folder": os.getcwd(),
+        }
         self.left_out: dict[str, MeshError] = {}
 
     def place(self, *parts: str) -> str:
@@ -84,13 +95,19 @@ class Workplace:
         """The member's map in the common frame."""
         return self.place(self._results, f"{member.short}.npz")
 
-    def mapped(self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float) -> list[Entry]:
+    def mapped(
+        self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float
+    ) -> list[Entry]:
         """Map the sources; those that could be, in their order."""
         names, jobs = names_of(sources), dict[Entry, MemberJob]()
-        for k, (name, short, source) in enumerate(zip(names, file_names(names), sources, strict=True)):
+        for k, (name, short, source) in enumerate(
+            zip(names, file_names(names), sources, strict=True)
+        ):
             member = Entry(k, name, short)
             try:
-                jobs[member] = self._map_job(member, source, None if features is None else features[k])
+                jobs[member] = self._map_job(
+                    member, source, None if features is None else features[k]
+                )
             except MeshError as error:
                 self.left_out[name] = error
         self._enough(len(jobs), len(names))
@@ -105,8 +122,11 @@ class Workplace:
                 save_arrays(path, npz.arrays_of(source))
             else:
                 mesh = check_mesh(*vertices_and_faces(source), caps=getattr(source, "caps", None))
-                save_arrays(path, {"vertices": mesh.v, "faces": mesh.f}
-                            | ({} if mesh.caps is None else {"caps": mesh.caps}))
+                save_arrays(
+                    path,
+                    {"vertices": mesh.v, "faces": mesh.f}
+                    | ({} if mesh.caps is None else {"caps": mesh.caps}),
+                )
         columns: tuple[str, ...] = ()
         if isinstance(features, FeatureFiles):
             columns = features.paths
@@ -117,15 +137,33 @@ class Workplace:
             with replacing(given, force=True) as partial_file:
                 np.save(partial_file, rows)
             columns = tuple(f"{given}:{k}" for k in range(rows.shape[1]))
-        return MemberJob(path, self.of(member, "map"), more=(self.of(member, "points"),), features=columns,
-                         is_map=is_map)
+        return MemberJob(
+            path,
+            self.of(member, "map"),
+            more=(self.of(member, "points"),),
+            features=columns,
+            is_map=is_map,
+        )
 
-    def registered(self, folder: str, members: Sequence[Entry], templates: Sequence[str],
-                   restarts: Sequence[Restarts]) -> list[Entry]:
+    def registered(
+        self,
+        folder: str,
+        members: Sequence[Entry],
+        templates: Sequence[str],
+        restarts: Sequence[Restarts],
+    ) -> list[Entry]:
         """Register each member to the points in a file, from where it was before, and try its restarts."""
-        jobs = {member: MemberJob(self.of(member, "points"), self.place("work", folder, f"{k}.npz"), restarts=each,
-                                  beside=(template, *filter(None, (member.sphere,))))
-                for k, (member, template, each) in enumerate(zip(members, templates, restarts, strict=True))}
+        jobs = {
+            member: MemberJob(
+                self.of(member, "points"),
+                self.place("work", folder, f"{k}.npz"),
+                restarts=each,
+                beside=(template, *filter(None, (member.sphere,))),
+            )
+            for k, (member, template, each) in enumerate(
+                zip(members, templates, restarts, strict=True)
+            )
+        }
         found = self._each("registrations", jobs, RegisterMember, "it could not be registered: ")
         for member in found:
             member.sphere = jobs[member].target
@@ -134,9 +172,16 @@ class Workplace:
 
     def placed(self, members: Sequence[Entry], turns: Sequence[FloatArray]) -> list[Entry]:
         """Carry the last registrations, turned, to the members' own meshes."""
-        jobs = {member: MemberJob(self.of(member, "map"), self.result(member), more=(self.of(member, "placed"),),
-                                  beside=(self.of(member, "points"), member.sphere), turn=rows(turn))
-                for member, turn in zip(members, turns, strict=True)}
+        jobs = {
+            member: MemberJob(
+                self.of(member, "map"),
+                self.result(member),
+                more=(self.of(member, "placed"),),
+                beside=(self.of(member, "points"), member.sphere),
+                turn=rows(turn),
+            )
+            for member, turn in zip(members, turns, strict=True)
+        }
         return self._each("members", jobs, PlaceMember)
 
     def laid(self, member: Entry) -> Laid:
@@ -144,18 +189,29 @@ class Workplace:
         arrays = read_arrays(member.search or member.sphere)
         return Laid(arrays["sphere"], *(arrays[name].item() for name in Laid._fields[1:]))
 
-    def _each(self, name: str, jobs: Mapping[Entry, MemberJob], kind: Callable[..., MemberTask], failing: str = "",
-              **options: Any) -> list[Entry]:
+    def _each(
+        self,
+        name: str,
+        jobs: Mapping[Entry, MemberJob],
+        kind: Callable[..., MemberTask],
+        failing: str = "",
+        **options: Any,
+    ) -> list[Entry]:
         """The members whose jobs of this kind of task succeeded; a MeshError with the first reason if too few did."""
         done, found = count(1), []
         log_share(name, 0, len(jobs))
-        rows = self._run(list(jobs.values()), kind(**self._settings, **options),
-                         listener=lambda _: log_share(name, next(done), len(jobs)))
+        rows = self._run(
+            list(jobs.values()),
+            kind(**self._settings, **options),
+            listener=lambda _: log_share(name, next(done), len(jobs)),
+        )
         for member, row in zip(jobs, rows, strict=True):
             if row.status in MAPPED:
                 found.append(member)
             else:
-                self.left_out[member.name] = MeshError(failing + without_name(row.notes, row.source))
+                self.left_out[member.name] = MeshError(
+                    failing + without_name(row.notes, row.source)
+                )
         self._enough(len(found), len(jobs))
         return found
 
@@ -163,7 +219,9 @@ class Workplace:
         """Raise a MeshError with the first reason if too few of the members are left."""
         if left < min(self._least, members):
             name, error = next(iter(self.left_out.items()))
-            raise MeshError(f"{left} of {members} surfaces are left, {self._least} are needed; surface {name}: {error}")
+            raise MeshError(
+                f"{left} of {members} surfaces are left, {self._least} are needed; surface {name}: {error}"
+            )
 
 
 def stacked(paths: Sequence[str], *names: str) -> list[NDArray[Any]]:

@@ -27,8 +27,14 @@ def in_basis(c: FloatArray, basis: Basis) -> FloatArray:
         for ell in range(degree + 1):
             # The mean square of a basis function is 1, and longitudes are counted from -x.
             scale = (-1.0) ** np.arange(ell + 1) / math.sqrt(4 * math.pi)
-            cosines, sines = c[ell * ell + ell : (ell + 1) ** 2].T, c[ell * ell : ell * ell + ell][::-1].T
-            found[:, 0, ell, : ell + 1], found[:, 1, ell, 1 : ell + 1] = cosines * scale, sines * scale[1:]
+            cosines, sines = (
+                c[ell * ell + ell : (ell + 1) ** 2].T,
+                c[ell * ell : ell * ell + ell][::-1].T,
+            )
+            found[:, 0, ell, : ell + 1], found[:, 1, ell, 1 : ell + 1] = (
+                cosines * scale,
+                sines * scale[1:],
+            )
         return found
     return c.T.ravel() if basis == "ktch" else c
 
@@ -38,6 +44,11 @@ def pdm_rows(degree: int) -> tuple[IntArray, FloatArray]:
 
     There m = 0, then cosine and sine of m = 1, 2, ...; its basis has the phase (-1)^m and no sqrt(2).
     """
-    ell, m = np.array([(ell, m) for ell in range(degree + 1)
-                       for m in sorted(range(-ell, ell + 1), key=lambda m: (abs(m), -m))]).T
+    ell, m = np.array(
+        [
+            (ell, m)
+            for ell in range(degree + 1)
+            for m in sorted(range(-ell, ell + 1), key=lambda m: (abs(m), -m))
+        ]
+    ).T
     return ell * ell + ell + m, np.where(m == 0, 1.0, (-1.0) ** m * math.sqrt(2))

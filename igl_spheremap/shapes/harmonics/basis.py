@@ -126,7 +126,9 @@ def analysis(values: FloatArray, z: FloatArray, w: FloatArray, degree: int) -> F
     """
     n, k = values.shape[1:]
     # m, z, k
-    F = np.fft.rfft(values, axis=1)[:, : degree + 1].transpose(1, 0, 2) * (2 * np.pi / n * w[:, None])
+    F = np.fft.rfft(values, axis=1)[:, : degree + 1].transpose(1, 0, 2) * (
+        2 * np.pi / n * w[:, None]
+    )
     F[1:] *= np.sqrt(2)
     waves = np.concatenate((F.real, -F.imag), axis=2)
     c = np.empty(((degree + 1) ** 2, k))
@@ -138,7 +140,9 @@ def analysis(values: FloatArray, z: FloatArray, w: FloatArray, degree: int) -> F
     return c
 
 
-def expand(locator: SphereLocator, values: FloatArray, degree: int, oversampling: float) -> FloatArray:
+def expand(
+    locator: SphereLocator, values: FloatArray, degree: int, oversampling: float
+) -> FloatArray:
     """Coefficients ((L + 1)^2, k) of the piecewise linear function with these values (n, k) at the vertices.
 
     Sums over vertices, or least squares, are off by orders of magnitude more where vertices crowd: see docs/shapes.md.

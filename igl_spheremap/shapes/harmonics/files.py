@@ -21,7 +21,9 @@ _NUMBER = re.compile(r"[^\s{},]+")
 
 
 @gate
-def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: bool = False) -> None:
+def write_coefficients(
+    path: PathLike, harmonics: SphericalHarmonics, *, force: bool = False
+) -> None:
     """Write coefficients of spherical harmonics.
 
     Parameters
@@ -56,10 +58,14 @@ def write_coefficients(path: PathLike, harmonics: SphericalHarmonics, *, force: 
     kind = _kind(path)
     c = harmonics.coefficients
     if kind == ".coef" and c.shape[1] != 3:
-        raise MeshError(f"a .coef file holds the three columns of positions, not {c.shape[1]}; write .npz")
+        raise MeshError(
+            f"a .coef file holds the three columns of positions, not {c.shape[1]}; write .npz"
+        )
     with replacing(path, force) as partial:
         if kind == ".coef":
-            rows = ",\n".join("{{{!r}, {!r}, {!r}}}".format(*row) for row in in_basis(c, "spharm-pdm").tolist())
+            rows = ",\n".join(
+                "{{{!r}, {!r}, {!r}}}".format(*row) for row in in_basis(c, "spharm-pdm").tolist()
+            )
             partial.write_text(f"{{ {len(c)},{rows}}}")
         else:
             source = {} if harmonics.source is None else vars(harmonics.source)
@@ -93,10 +99,16 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
             return SphericalHarmonics(_parse(path.read_text(encoding="ascii")))
         arrays = npz.read_arrays(path)
         if "coefficients" not in arrays:
-            raise MeshError("the archive holds no coefficients; give a file that was written by "
-                            f"{Remedy('write_coefficients', given='path, harmonics')}")
+            raise MeshError(
+                "the archive holds no coefficients; give a file that was written by "
+                f"{Remedy('write_coefficients', given='path, harmonics')}"
+            )
         c = check_values(arrays["coefficients"], len(arrays["coefficients"]), "coefficients")
-        source = Expanded(*(arrays[name] for name in ("x", "values", "areas"))) if "x" in arrays else None
+        source = (
+            Expanded(*(arrays[name] for name in ("x", "values", "areas")))
+            if "x" in arrays
+            else None
+        )
         return SphericalHarmonics(c, source)
 
 
@@ -113,7 +125,9 @@ def _parse(text: str) -> FloatArray:
     n = int(count)
     rows = np.array(numbers, dtype=np.float64)
     if len(rows) != 3 * n or math.isqrt(n) ** 2 != n:
-        raise ValueError(f"{len(rows)} numbers, but {n} rows of three are expected, a square number of rows")
+        raise ValueError(
+            f"{len(rows)} numbers, but {n} rows of three are expected, a square number of rows"
+        )
     order, factors = pdm_rows(math.isqrt(n) - 1)
     c = np.empty((n, 3))
     c[order] = rows.reshape(n, 3) / factors[:, None]

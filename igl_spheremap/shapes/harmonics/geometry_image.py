@@ -52,13 +52,24 @@ def mesh_from_grid(grid: ArrayLike) -> tuple[FloatArray, IntArray]:
     _, first, vertex = np.unique(_lattice(k), axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)  # vertices in the order of the image
     corner = np.arange(k * k).reshape(k, k)
-    northwest, northeast, southwest, southeast = corner[:-1, :-1], corner[:-1, 1:], corner[1:, :-1], corner[1:, 1:]
+    northwest, northeast, southwest, southeast = (
+        corner[:-1, :-1],
+        corner[:-1, 1:],
+        corner[1:, :-1],
+        corner[1:, 1:],
+    )
     row, column = np.indices((k - 1, k - 1))
     falls = _falls(row, column, k)[..., None]
-    left = np.where(falls, np.stack((northwest, southwest, southeast), axis=-1),
-                    np.stack((northwest, southwest, northeast), axis=-1))
-    right = np.where(falls, np.stack((northwest, southeast, northeast), axis=-1),
-                     np.stack((northeast, southwest, southeast), axis=-1))
+    left = np.where(
+        falls,
+        np.stack((northwest, southwest, southeast), axis=-1),
+        np.stack((northwest, southwest, northeast), axis=-1),
+    )
+    right = np.where(
+        falls,
+        np.stack((northwest, southeast, northeast), axis=-1),
+        np.stack((northeast, southwest, southeast), axis=-1),
+    )
     f = np.concatenate((left.reshape(-1, 3), right.reshape(-1, 3)))
     return rows[first[order]], np.argsort(order)[vertex.ravel()[f]]
 
@@ -76,7 +87,9 @@ def octahedral_cells(k: int, x: FloatArray) -> tuple[IntArray, FloatArray]:
     """The three grid points around each row of `x`, by their places in the flattened grid, and linear weights."""
     m = check_square(k, k) // 2
     x = x / np.abs(x).sum(axis=1, keepdims=True)
-    flat = np.where(x[:, 2:] < 0, np.where(x[:, :2] < 0, -1, 1) * (1 - np.abs(x[:, 1::-1])), x[:, :2])
+    flat = np.where(
+        x[:, 2:] < 0, np.where(x[:, :2] < 0, -1, 1) * (1 - np.abs(x[:, 1::-1])), x[:, :2]
+    )
     at = (flat * [1, -1] + 1) * m  # column and row
     column, row = np.clip(np.floor(at).astype(np.int64), 0, 2 * m - 1).T
     east, south = at[:, 0] - column, at[:, 1] - row
@@ -84,21 +97,28 @@ def octahedral_cells(k: int, x: FloatArray) -> tuple[IntArray, FloatArray]:
     diagonal = _falls(row, column, k)
     northwest, northeast, southwest, southeast = here, here + 1, here + k, here + k + 1
     upper = east + south <= 1
-    corners = np.where(diagonal[:, None],
-                       np.column_stack((northwest, np.where(east >= south, northeast, southwest), southeast)),
-                       np.column_stack((northeast, np.where(upper, northwest, southeast), southwest)))
+    corners = np.where(
+        diagonal[:, None],
+        np.column_stack((northwest, np.where(east >= south, northeast, southwest), southeast)),
+        np.column_stack((northeast, np.where(upper, northwest, southeast), southwest)),
+    )
     low, high = np.minimum(east, south), np.maximum(east, south)
     rest = np.abs(1 - east - south)
-    weights = np.where(diagonal[:, None], np.column_stack((1 - high, high - low, low)), np.column_stack(
-        (np.where(upper, east, 1 - south), rest, np.where(upper, south, 1 - east))))
+    weights = np.where(
+        diagonal[:, None],
+        np.column_stack((1 - high, high - low, low)),
+        np.column_stack((np.where(upper, east, 1 - south), rest, np.where(upper, south, 1 - east))),
+    )
     return corners, weights
 
 
 def check_square(rows: int, columns: int) -> int:
     """The side of an octahedral grid; a MeshError unless it is square, odd and at least 3."""
     if rows != columns or rows < 3 or rows % 2 == 0:
-        raise MeshError(f"the grid has {rows} rows and {columns} columns; an octahedral one has an odd number of "
-                        "rows, at least 3, and as many columns")
+        raise MeshError(
+            f"the grid has {rows} rows and {columns} columns; an octahedral one has an odd number of "
+            "rows, at least 3, and as many columns"
+        )
     return rows
 
 

@@ -76,7 +76,9 @@ def to_grid(
     (32, 64, 3)
     """
     square = kind == "octahedral"
-    rows = check_whole(180 + square if rows is None else rows, "rows", 2 if kind == "equiangular" else 1)
+    rows = check_whole(
+        180 + square if rows is None else rows, "rows", 2 if kind == "equiangular" else 1
+    )
     columns = check_whole((2 - square) * rows if columns is None else columns, "columns", 1)
     check_map(source)
     if square:
@@ -90,7 +92,11 @@ def to_grid(
 
 @gate
 def from_grid(
-    grid: ArrayLike, target: SphereMap | ArrayLike, *, kind: Kind = "equirectangular", labels: bool = False
+    grid: ArrayLike,
+    target: SphereMap | ArrayLike,
+    *,
+    kind: Kind = "equirectangular",
+    labels: bool = False,
 ) -> NDArray[Any]:
     """Read values off a grid, at the vertices of a map or at points of the sphere.
 
@@ -128,8 +134,14 @@ def from_grid(
     """
     values = plain_array(grid, "values of the grid")
     if values.ndim < 2 or values.size == 0 or (kind != "octahedral" and values.shape[1] % 2):
-        raise MeshError(f"the grid has shape {values.shape}; give rows and an even number of columns")
-    points = target.sphere if isinstance(target, SphereMap) else unit_rows(check_rows(target, name="points"))
+        raise MeshError(
+            f"the grid has shape {values.shape}; give rows and an even number of columns"
+        )
+    points = (
+        target.sphere
+        if isinstance(target, SphereMap)
+        else unit_rows(check_rows(target, name="points"))
+    )
     if kind == "octahedral":
         corners, weights = octahedral_cells(check_square(*values.shape[:2]), points)
     else:
@@ -165,5 +177,7 @@ def _cells(kind: str, rows: int, columns: int, x: FloatArray) -> tuple[IntArray,
     row, column = i[:, None] + [-1, -1, 0, 0], j[:, None] + [0, 1, 0, 1]
     beyond = (row < 0) | (row >= rows)  # beyond a pole lies the opposite longitude
     column = (column + beyond * (columns // 2)) % columns
-    weights = np.stack(((1 - down) * (1 - east), (1 - down) * east, down * (1 - east), down * east), axis=1)
+    weights = np.stack(
+        ((1 - down) * (1 - east), (1 - down) * east, down * (1 - east), down * east), axis=1
+    )
     return np.clip(row, 0, rows - 1) * columns + column, weights

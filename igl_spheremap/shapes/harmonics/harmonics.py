@@ -87,24 +87,41 @@ class SphericalHarmonics(Shown):
 
     def __repr__(self) -> str:
         known = "" if self.source is None else f", of {len(self.source.x)} vertices"
-        return f"SphericalHarmonics(degree {self.degree}, {self.coefficients.shape[1]} columns{known})"
+        return (
+            f"SphericalHarmonics(degree {self.degree}, {self.coefficients.shape[1]} columns{known})"
+        )
 
     def _drawing(self) -> Drawing:
         x, f = sphere_mesh("ico:4")
         if self.coefficients.shape[1] == 3:
             degrees = sorted({min(self.degree, 1), math.isqrt(self.degree), self.degree})
             bodies = [synthesis(self.coefficients[: (ell + 1) ** 2], x) for ell in degrees]
-            return place_drawing(bodies[::-1], f, f"The sums up to degree {', '.join(map(str, degrees[::-1]))}. The "
-                                                  "same colour is the same point of the sphere.")
+            return place_drawing(
+                bodies[::-1],
+                f,
+                f"The sums up to degree {', '.join(map(str, degrees[::-1]))}. The "
+                "same colour is the same point of the sphere.",
+            )
         values = self.evaluate(x)[:, 0]
         ramp = sequential("", float(values.min()), float(values.max()))
         low, high = ramp.ends
-        return Drawing(f"The first column over the sphere, from {low} where it is dark to {high}.", (x,), (np.eye(3),),
-                       f, ramp.colours(values[f].mean(axis=1)), np.empty(0, dtype=np.int64))
+        return Drawing(
+            f"The first column over the sphere, from {low} where it is dark to {high}.",
+            (x,),
+            (np.eye(3),),
+            f,
+            ramp.colours(values[f].mean(axis=1)),
+            np.empty(0, dtype=np.int64),
+        )
 
     def _figures(self) -> str:
-        return table([("degree", f"{self.degree}"), ("columns", f"{self.coefficients.shape[1]}"),
-                      *(("note", note) for note in self.notes)])
+        return table(
+            [
+                ("degree", f"{self.degree}"),
+                ("columns", f"{self.coefficients.shape[1]}"),
+                *(("note", note) for note in self.notes),
+            ]
+        )
 
     @property
     def degree(self) -> int:
@@ -151,7 +168,9 @@ class SphericalHarmonics(Shown):
         return synthesis(self.coefficients, unit_rows(check_rows(points, name="points")))
 
     @gate
-    def surface(self, target: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5") -> tuple[FloatArray, IntArray]:
+    def surface(
+        self, target: str | SphereMap | tuple[ArrayLike, ArrayLike] = "ico:5"
+    ) -> tuple[FloatArray, IntArray]:
         """The surface that the coefficients describe, on a mesh of the sphere.
 
         Parameters
@@ -191,7 +210,9 @@ class SphericalHarmonics(Shown):
             If the source is not known.
         """
         if (source := self.source) is None:
-            raise MeshError("coefficients from a .coef file have no source to compare with; expand the surface anew")
+            raise MeshError(
+                "coefficients from a .coef file have no source to compare with; expand the surface anew"
+            )
         total = np.zeros(self.degree + 1)
         values, unit = own_unit(source.values)
         coefficients = np.ldexp(self.coefficients, -unit)
@@ -235,7 +256,9 @@ class SphericalHarmonics(Shown):
         """
         R = check_rows(R, 3, "the rotation's rows")
         if not (np.abs(R @ R.T - np.eye(3)).max() < HALF_DIGITS and np.linalg.det(R) > 0):
-            raise MeshError("the rotation is not orthogonal with determinant 1; give a (3, 3) rotation matrix")
+            raise MeshError(
+                "the rotation is not orthogonal with determinant 1; give a (3, 3) rotation matrix"
+            )
         source = None if self.source is None else replace(self.source, x=self.source.x @ R.T)
         return SphericalHarmonics(rotate(self.coefficients, R), source, self.notes)
 
@@ -271,17 +294,26 @@ class SphericalHarmonics(Shown):
             if each.degree < 1:
                 raise MeshError("degree 0 is a point and has no axes; expand to degree 1 or more")
         if template is None and self.source is None:
-            raise MeshError("coefficients from a .coef file have no source whose moments distinguish front from back; "
-                            "give a template")
+            raise MeshError(
+                "coefficients from a .coef file have no source whose moments distinguish front from back; "
+                "give a template"
+            )
         axes, frames = first_order_frames(self.coefficients)
         choices = [self._in_frame(*frame) for frame in frames]
-        skews = [np.full(3, np.nan) if c.source is None else skewness(c.source.values, c.source.areas) for c in choices]
+        skews = [
+            np.full(3, np.nan) if c.source is None else skewness(c.source.values, c.source.areas)
+            for c in choices
+        ]
         if template is None:
             best = int(np.argmax(np.sum(skews, axis=1)))
         else:
             n = min(len(self.coefficients), len(template.coefficients))
             like, unit = own_unit(template.coefficients[1:n])
-            best = int(np.argmin([np.linalg.norm(np.ldexp(c.coefficients[1:n], -unit) - like) for c in choices]))
+            best = int(
+                np.argmin(
+                    [np.linalg.norm(np.ldexp(c.coefficients[1:n], -unit) - like) for c in choices]
+                )
+            )
         return AlignedHarmonics(choices[best], axes, skews[best], *frames[best])
 
     def _in_frame(self, surface: FloatArray, sphere: FloatArray) -> SphericalHarmonics:
@@ -290,14 +322,18 @@ class SphericalHarmonics(Shown):
         centre = self.coefficients[0] * np.sqrt(0.25 / np.pi)
         coefficients = turned.coefficients @ surface.T
         coefficients[0] = 0
-        source = turned.source and replace(turned.source, values=(turned.source.values - centre) @ surface.T)
+        source = turned.source and replace(
+            turned.source, values=(turned.source.values - centre) @ surface.T
+        )
         return SphericalHarmonics(coefficients, source, self.notes)
 
     def _require_positions(self) -> None:
         """Raise a MeshError if the coefficients are those of data."""
         if self.coefficients.shape[1] != 3:
-            raise MeshError(f"the coefficients have {self.coefficients.shape[1]} columns where a surface has three; "
-                            "expand its positions, not data over it")
+            raise MeshError(
+                f"the coefficients have {self.coefficients.shape[1]} columns where a surface has three; "
+                "expand its positions, not data over it"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -390,27 +426,39 @@ def spherical_harmonics(
     data = check_values(source.vertices if values is None else values, len(source.vertices))
     coefficients = expand(locator_of(source), data, int(degree), oversampling)
     areas = vertex_areas(source.mesh.unit, source.faces)
-    return SphericalHarmonics(coefficients, Expanded(source.sphere, data, areas), _notes(source, int(degree)))
+    return SphericalHarmonics(
+        coefficients, Expanded(source.sphere, data, areas), _notes(source, int(degree))
+    )
 
 
 def _notes(source: SphereMap, degree: int) -> tuple[str, ...]:
     """Notes on degrees that the vertices don't resolve, and on parts to which the map gives too little room."""
     n, notes = len(source.vertices), []
     if (degree + 1) ** 2 > n:
-        notes.append(f"degree {degree} has {(degree + 1) ** 2} coefficients, but the mesh {n} vertices, which carry "
-                     f"degree {math.isqrt(n) - 1}: higher degrees describe flat faces")
+        notes.append(
+            f"degree {degree} has {(degree + 1) ** 2} coefficients, but the mesh {n} vertices, which carry "
+            f"degree {math.isqrt(n) - 1}: higher degrees describe flat faces"
+        )
     areas = face_areas(source.mesh.unit, source.faces[source.mesh.surface])
     # nan: a face of area 0
     crowding = float(np.nansum(areas * np.exp(-source.log_area_ratios())) / areas.sum())
     if degree and crowding > _CROWDED:
-        notes.append("the map leaves parts of the surface so little room that an area-preserving one needs less than "
-                     f"half of degree {degree}: expand one of balance 1")
+        notes.append(
+            "the map leaves parts of the surface so little room that an area-preserving one needs less than "
+            f"half of degree {degree}: expand one of balance 1"
+        )
     return tuple(notes)
 
 
 @takes_mesh
-def coefficients_from_mesh(v: ArrayLike, f: ArrayLike, degree: int, *, basis: Basis = "orthonormal",
-                           balance: float = AREA_PRESERVING) -> FloatArray:
+def coefficients_from_mesh(
+    v: ArrayLike,
+    f: ArrayLike,
+    degree: int,
+    *,
+    basis: Basis = "orthonormal",
+    balance: float = AREA_PRESERVING,
+) -> FloatArray:
     """Map a closed surface to the sphere, certify the map, and expand the surface in spherical harmonics.
 
     Bodies need not be star-shaped. The notes of `spherical_harmonics` are Python warnings here.

@@ -80,7 +80,9 @@ def angular_momentum(rows: ComplexArray, steps: FloatArray) -> ComplexArray:
     raised, lowered = np.zeros_like(rows), np.zeros_like(rows)
     raised[..., 1:, :] = steps[..., None] * rows[..., :-1, :]
     lowered[..., :-1, :] = steps[..., None] * rows[..., 1:, :]
-    return np.stack((lowered + raised, 1j * (lowered - raised), np.arange(-ell, ell + 1)[:, None] * rows))
+    return np.stack(
+        (lowered + raised, 1j * (lowered - raised), np.arange(-ell, ell + 1)[:, None] * rows)
+    )
 
 
 def rotate_complex(rows: ComplexArray, R: FloatArray, U: FloatArray) -> ComplexArray:
@@ -96,7 +98,9 @@ def rotate_complex(rows: ComplexArray, R: FloatArray, U: FloatArray) -> ComplexA
 
 def rotate(c: FloatArray, R: FloatArray) -> FloatArray:
     """Coefficients ((L + 1)^2, k) of x -> f(R^-1 x)."""
-    turned = (rotate_complex(to_complex(c[rows_of(ell)]), R, spin(ell)) for ell in range(degree_of(c) + 1))
+    turned = (
+        rotate_complex(to_complex(c[rows_of(ell)]), R, spin(ell)) for ell in range(degree_of(c) + 1)
+    )
     return np.concatenate([from_complex(rows) for rows in turned])
 
 
@@ -112,7 +116,9 @@ def euler_angles(R: FloatArray) -> tuple[float, float, float]:
     return alpha, beta, np.arctan2(*sin_cos)
 
 
-def best_rotations(target: FloatArray, source: FloatArray, band: int, most: int = 4) -> list[RotationCandidate]:
+def best_rotations(
+    target: FloatArray, source: FloatArray, band: int, most: int = 4
+) -> list[RotationCandidate]:
     """Local maxima of the correlation of two functions' coefficients ((L + 1)^2, k), degrees 1 ... band - 1, by value.
 
     The correlation is that of all columns together. An ellipsoid fits itself in four ways: as many maxima are refined.
@@ -200,7 +206,12 @@ def _refine(f: ComplexArray, g: ComplexArray, R: FloatArray) -> RotationCandidat
         curvature = np.maximum(np.abs(curvature), _FLATTEST * np.abs(curvature).max())
         step = axes @ ((axes.T @ gradient) / curvature)
         length = float(np.linalg.norm(step))
-        R = Rotation.from_rotvec(step * min(1.0, _LONGEST / max(length, float(np.finfo(float).tiny)))).as_matrix() @ R
+        R = (
+            Rotation.from_rotvec(
+                step * min(1.0, _LONGEST / max(length, float(np.finfo(float).tiny)))
+            ).as_matrix()
+            @ R
+        )
         if length < _SHORTEST:
             break
     return RotationCandidate(R, float(np.vdot(f, rotate_complex(g, R, U)).real))

@@ -43,8 +43,11 @@ class ShapeJob(Job):
     @property
     def expansions(self) -> tuple[str, ...]:
         """Surface and coefficients as the body lies, and both in its own frame."""
-        return tuple(self.surface.removesuffix(".vtk") + f"_SPHARM{frame}.{kind}"
-                     for frame in ("", "_ellalign") for kind in ("vtk", "coef"))
+        return tuple(
+            self.surface.removesuffix(".vtk") + f"_SPHARM{frame}.{kind}"
+            for frame in ("", "_ellalign")
+            for kind in ("vtk", "coef")
+        )
 
     @property
     def targets(self) -> tuple[str, ...]:
@@ -68,7 +71,9 @@ class ShapeExpansion(Task[ShapeJob]):
         places = self.places(job.targets[1:])
         there = [place for place in places if Path(place).exists()]
         if there and not (self.force or job.ours):
-            raise FileError(f"{there[0]} exists, and not from this run; it is kept, {REPLACE} replaces it")
+            raise FileError(
+                f"{there[0]} exists, and not from this run; it is kept, {REPLACE} replaces it"
+            )
         template = None
         if job.template is not None:
             template = read_coefficients(self.place(job.template))
@@ -89,7 +94,9 @@ class ShapeExpansion(Task[ShapeJob]):
             write_mesh(self.place(job.surface), v, f, force=True, metadata=loaded.metadata)
         for k, each in enumerate((as_it_lies, in_frame)):
             mesh, coefficients = self.places(job.expansions)[2 * k : 2 * k + 2]
-            write_mesh(mesh, each.evaluate(x), faces, force=True, metadata={"point_data": _angles(x)})
+            write_mesh(
+                mesh, each.evaluate(x), faces, force=True, metadata={"point_data": _angles(x)}
+            )
             write_coefficients(coefficients, each, force=True)
         return replace(row, notes="; ".join(filter(None, (row.notes, *shape.notes))))
 
@@ -106,7 +113,11 @@ def shape_jobs(sources: Sequence[str], out: str, template: str | None = None) ->
     ['shapes/X_pp_para.vtk', 'shapes/Y_para.vtk']
     """
     stems = [own_name(source).stem.removesuffix("_surf") for source in sources]
-    jobs = [ShapeJob(source, (Path(filled(out, source, "out ")) / f"{stem}_para.vtk").as_posix(), template)
-            for source, stem in zip(sources, stems, strict=True)]
+    jobs = [
+        ShapeJob(
+            source, (Path(filled(out, source, "out ")) / f"{stem}_para.vtk").as_posix(), template
+        )
+        for source, stem in zip(sources, stems, strict=True)
+    ]
     check_places(jobs, "use {folder}, and each input once")
     return jobs

@@ -22,7 +22,9 @@ f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"""
 
 
 def mesh(v, f):
-    return "".join(f"v {x} {y} {z}\n" for x, y, z in v) + "".join(f"f {i} {j} {k}\n" for i, j, k in f + 1)
+    return "".join(f"v {x} {y} {z}\n" for x, y, z in v) + "".join(
+        f"f {i} {j} {k}\n" for i, j, k in f + 1
+    )
 
 
 def torus(n, k):
@@ -36,26 +38,43 @@ def torus(n, k):
 
 def soup(v, f):
     """Corners of their own, which differ in their last digits."""
-    return mesh(v[f].reshape(-1, 3) * (1 + 1e-12 * np.arange(f.size)[:, None]), np.arange(f.size).reshape(-1, 3))
+    return mesh(
+        v[f].reshape(-1, 3) * (1 + 1e-12 * np.arange(f.size)[:, None]),
+        np.arange(f.size).reshape(-1, 3),
+    )
 
 
-@pytest.mark.parametrize(("text", "call", "flags"), [
-    (mesh(V, np.vstack((F, [[3, 3, 4]]))), "repair_mesh(v, f)", ["--repair"]),
-    (mesh(np.vstack((V, [[0, 0, 9]])), F), "repair_mesh(v, f)", ["--repair"]),
-    (mesh(V, np.vstack((F, F[:1]))), "repair_mesh(v, f)", ["--repair"]),
-    (mesh(V, np.vstack((F[:1, ::-1], F[1:]))), "repair_mesh(v, f)", ["--repair"]),
-    (mesh(np.vstack((V, V + 3)), np.vstack((F, F + len(V)))), "repair_mesh(v, f, keep_largest=True)",
-     ["--repair", "--keep-largest"]),
-    (mesh(V, F[1:]), "repair_mesh(v, f, holes='fill')", ["--repair", "--fill-holes"]),
-    (mesh(np.vstack((V, V + 3)), np.vstack((F[1:], F + len(V)))), "repair_mesh(v, f, keep_largest=True)",
-     ["--repair", "--keep-largest"]),
-    (mesh(np.vstack((V, V + 3)), np.vstack((F[1:], F[2:] + len(V)))),
-     "repair_mesh(v, f, keep_largest=True, holes='fill')", ["--repair", "--keep-largest", "--fill-holes"]),
-    (mesh(*torus(12, 6)), "repair_mesh(v, f, handles='cut')", ["--repair", "--cut-handles"]),
-    (soup(V, F), "repair_mesh(v, f, weld=1e-06)", ["--repair", "--weld", "1e-06"]),
-    (CUBE, "read_mesh(path, triangulate=True)", ["--repair"]),
-])
-def test_what_repairs_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, call, flags, tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("text", "call", "flags"),
+    [
+        (mesh(V, np.vstack((F, [[3, 3, 4]]))), "repair_mesh(v, f)", ["--repair"]),
+        (mesh(np.vstack((V, [[0, 0, 9]])), F), "repair_mesh(v, f)", ["--repair"]),
+        (mesh(V, np.vstack((F, F[:1]))), "repair_mesh(v, f)", ["--repair"]),
+        (mesh(V, np.vstack((F[:1, ::-1], F[1:]))), "repair_mesh(v, f)", ["--repair"]),
+        (
+            mesh(np.vstack((V, V + 3)), np.vstack((F, F + len(V)))),
+            "repair_mesh(v, f, keep_largest=True)",
+            ["--repair", "--keep-largest"],
+        ),
+        (mesh(V, F[1:]), "repair_mesh(v, f, holes='fill')", ["--repair", "--fill-holes"]),
+        (
+            mesh(np.vstack((V, V + 3)), np.vstack((F[1:], F + len(V)))),
+            "repair_mesh(v, f, keep_largest=True)",
+            ["--repair", "--keep-largest"],
+        ),
+        (
+            mesh(np.vstack((V, V + 3)), np.vstack((F[1:], F[2:] + len(V)))),
+            "repair_mesh(v, f, keep_largest=True, holes='fill')",
+            ["--repair", "--keep-largest", "--fill-holes"],
+        ),
+        (mesh(*torus(12, 6)), "repair_mesh(v, f, handles='cut')", ["--repair", "--cut-handles"]),
+        (soup(V, F), "repair_mesh(v, f, weld=1e-06)", ["--repair", "--weld", "1e-06"]),
+        (CUBE, "read_mesh(path, triangulate=True)", ["--repair"]),
+    ],
+)
+def test_what_repairs_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(
+    text, call, flags, tmp_path, capsys
+):
     path = tmp_path / "mesh.obj"
     path.write_text(text)
     with pytest.raises(ism.MeshError) as caught:
@@ -72,17 +91,31 @@ def test_what_repairs_a_mesh_is_a_call_in_python_and_a_flag_in_the_shell(text, c
 SHELL = Shell({"--repair": False, "--weld": True, "--cut": True, "--force": False, "--hemi": True})
 
 
-@pytest.mark.parametrize(("remedy", "in_python", "in_the_shell"), [
-    (Remedy("repair_mesh", {"weld": 1e-6}), "repair_mesh(v, f, weld=1e-06)", "--repair --weld 1e-06"),
-    (Remedy("repair_disk", {"cut": 5}), "repair_disk(v, f, cut=5)", "--cut 5"),
-    (Remedy("repair_mesh", {"holes": "fill"}), "repair_mesh(v, f, holes='fill')",
-     "repair_mesh(v, f, holes='fill') in Python"),
-    (Remedy("repair_foldings", given="v, f, x"), "repair_foldings(v, f, x)", "the command repair"),
-    (Remedy("write_map", given="path, result"), "write_map(path, result)", "the command map"),
-    (Remedy(options={"force": True}), "force=True", "--force"),
-    (Remedy(options={"hemisphere": None}), "hemisphere", "--hemi"),
-    (Remedy(options={"gauge": "centred"}), "gauge='centred'", "gauge='centred' in Python"),
-])
+@pytest.mark.parametrize(
+    ("remedy", "in_python", "in_the_shell"),
+    [
+        (
+            Remedy("repair_mesh", {"weld": 1e-6}),
+            "repair_mesh(v, f, weld=1e-06)",
+            "--repair --weld 1e-06",
+        ),
+        (Remedy("repair_disk", {"cut": 5}), "repair_disk(v, f, cut=5)", "--cut 5"),
+        (
+            Remedy("repair_mesh", {"holes": "fill"}),
+            "repair_mesh(v, f, holes='fill')",
+            "repair_mesh(v, f, holes='fill') in Python",
+        ),
+        (
+            Remedy("repair_foldings", given="v, f, x"),
+            "repair_foldings(v, f, x)",
+            "the command repair",
+        ),
+        (Remedy("write_map", given="path, result"), "write_map(path, result)", "the command map"),
+        (Remedy(options={"force": True}), "force=True", "--force"),
+        (Remedy(options={"hemisphere": None}), "hemisphere", "--hemi"),
+        (Remedy(options={"gauge": "centred"}), "gauge='centred'", "gauge='centred' in Python"),
+    ],
+)
 def test_each_front_end_says_a_remedy_in_its_own_words(remedy, in_python, in_the_shell):
     error = ism.MeshError("open; close it", remedy)
     assert str(remedy) == in_python
@@ -95,10 +128,17 @@ def test_each_front_end_says_a_remedy_in_its_own_words(remedy, in_python, in_the
 def test_a_note_of_another_process_is_said_by_the_front_end_that_asked_for_it(tmp_path, capsys):
     """Also where the executor is the caller's, and its threads know nothing of the command line."""
     (tmp_path / "hole.obj").write_text(mesh(V, F[1:]))
-    with ThreadPoolExecutor(1) as threads, said_by(Shell({"--repair": False, "--fill-holes": False})):
-        (row,) = ism.map_many([tmp_path / "hole.obj"], f"{tmp_path}/{{stem}}.ply", engine=ism.Engine(executor=threads))
+    with (
+        ThreadPoolExecutor(1) as threads,
+        said_by(Shell({"--repair": False, "--fill-holes": False})),
+    ):
+        (row,) = ism.map_many(
+            [tmp_path / "hole.obj"], f"{tmp_path}/{{stem}}.ply", engine=ism.Engine(executor=threads)
+        )
     assert "(--repair --fill-holes does)" in row.notes
-    (row,) = ism.map_many([tmp_path / "hole.obj"], f"{tmp_path}/{{stem}}.npz", engine=ism.Engine(processes=1))
+    (row,) = ism.map_many(
+        [tmp_path / "hole.obj"], f"{tmp_path}/{{stem}}.npz", engine=ism.Engine(processes=1)
+    )
     assert "(repair_mesh(v, f, holes='fill') does)" in row.notes
 
 
@@ -108,8 +148,12 @@ BAD = {
     "torn": soup(V, F[1:]), "flipped": mesh(V, np.vstack((F[:1, ::-1], F[1:]))),
     "handle": mesh(*(lambda v, f: (v, f[1:]))(*torus(12, 6))),
 }  # fmt: skip
-MORE = {"transfer": ["--data", "sphere.npy"], "export": ["--show", "octahedral"],
-        "view": ["--screenshot", "a.png"], "play": ["--screenshot", "a.png"]}
+MORE = {
+    "transfer": ["--data", "sphere.npy"],
+    "export": ["--show", "octahedral"],
+    "view": ["--screenshot", "a.png"],
+    "play": ["--screenshot", "a.png"],
+}
 
 
 READERS = [row for row in COMMANDS if any(names == ("source",) for names, _ in row.arguments)]
@@ -127,12 +171,21 @@ def test_an_error_names_only_flags_of_its_command(command, tmp_path, monkeypatch
     for name in BAD:
         if name == "closed" and command.name not in ("disk", "flatten"):
             continue
-        out = {"export": "a.glb", "transfer": "a.npz", "grid": "a.npz", "harmonics": "a.npz"}.get(command.name, "a.obj")
-        rest = {"sphere": "sphere.ply", "target": out, "other": f"{name}.obj", "other_sphere": "sphere.ply"}
+        out = {"export": "a.glb", "transfer": "a.npz", "grid": "a.npz", "harmonics": "a.npz"}.get(
+            command.name, "a.obj"
+        )
+        rest = {
+            "sphere": "sphere.ply",
+            "target": out,
+            "other": f"{name}.obj",
+            "other_sphere": "sphere.ply",
+        }
         words = [command.name, f"{name}.obj", *(rest[place] for place in places), *more]
         status = main([*words, *(["-f"] if "-f" in flags else [])])
         said = capsys.readouterr()
-        assert status == 2 or (status == 0 and (name == "hole" or command.name in ("info", "disk", "flatten")))
+        assert status == 2 or (
+            status == 0 and (name == "hole" or command.name in ("info", "disk", "flatten"))
+        )
         assert set(re.findall(r"--[a-z][a-z-]*", said.err + said.out)) <= flags, said.err
 
 

@@ -22,7 +22,9 @@ from igl_spheremap.io.files import read_mesh, write_mesh
 
 
 @pytest.mark.corpus
-@pytest.mark.parametrize("path", sorted((CORPUS / "invalid").glob("*")) or [None], ids=lambda p: p and p.stem)
+@pytest.mark.parametrize(
+    "path", sorted((CORPUS / "invalid").glob("*")) or [None], ids=lambda p: p and p.stem
+)
 def test_every_invalid_mesh_is_status_2_and_one_line(path, tmp_path, capfd):
     if path is None:
         pytest.skip("no meshes")
@@ -136,6 +138,7 @@ def test_faults_of_stdin_are_reported_under_its_name(monkeypatch, tmp_path, caps
 
 def test_stdin_is_copied_in_pieces(monkeypatch, capsys):
     """A stream without end fills a disk at the worst, and no memory."""
+
     class Endless(io.RawIOBase):
         asked: ClassVar[list[int]] = []
 

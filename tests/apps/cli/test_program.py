@@ -83,26 +83,35 @@ def test_sigterm_ends_a_command_as_ctrl_c_does(tmp_path, monkeypatch, capsys):
     assert signal.getsignal(signal.SIGTERM) is before
 
 
-@pytest.mark.parametrize(("words", "meant"), [
-    (["mpa", "a.obj"], "no command 'mpa'; did you mean map?"),
-    (["bunny.obj"], "no command 'bunny.obj'; did you mean map bunny.obj OUT?"),
-    (["map", SAMPLE, "a.obj", "--fource"], "map takes no --fource; did you mean --force?"),
-    (["info", SAMPLE, "--jsn=-"], "info takes no --jsn=-; did you mean --json?"),
-    (["info", SAMPLE, "more"], "info takes no more (see igl-spheremap info --help)"),
-])
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        (["mpa", "a.obj"], "no command 'mpa'; did you mean map?"),
+        (["bunny.obj"], "no command 'bunny.obj'; did you mean map bunny.obj OUT?"),
+        (["map", SAMPLE, "a.obj", "--fource"], "map takes no --fource; did you mean --force?"),
+        (["info", SAMPLE, "--jsn=-"], "info takes no --jsn=-; did you mean --json?"),
+        (["info", SAMPLE, "more"], "info takes no more (see igl-spheremap info --help)"),
+    ],
+)
 def test_a_wrong_word_is_answered_by_the_one_that_may_be_meant(words, meant, capsys):
     assert main(words) == 64
     assert meant in one_line(capsys)
 
 
-@pytest.mark.parametrize(("words", "said"), [
-    ("harmonics a.ply s.ply c.coef --to ico:3", "--to goes with --surface"),
-    ("disk a.ply b.obj --rim 3", "--rim goes with --fill-holes"),
-    ("map a.ply b.obj --up z", "--up goes with --report"),
-    ("play a.ply --frame 3", "--frame goes with --screenshot"),
-    ("match a.ply b.ply c.ply --colours places", "--colours goes with --show, --screenshot or --video"),
-    ("view a.ply s.ply --balance 1", "s.ply, a map that is there, takes no --balance"),
-])
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("harmonics a.ply s.ply c.coef --to ico:3", "--to goes with --surface"),
+        ("disk a.ply b.obj --rim 3", "--rim goes with --fill-holes"),
+        ("map a.ply b.obj --up z", "--up goes with --report"),
+        ("play a.ply --frame 3", "--frame goes with --screenshot"),
+        (
+            "match a.ply b.ply c.ply --colours places",
+            "--colours goes with --show, --screenshot or --video",
+        ),
+        ("view a.ply s.ply --balance 1", "s.ply, a map that is there, takes no --balance"),
+    ],
+)
 def test_a_flag_that_would_be_ignored_is_refused(words, said, capsys):
     assert main(words.split()) == 64
     assert said in one_line(capsys)
@@ -114,9 +123,13 @@ def test_without_words_the_help_is_printed(capsys):
 
 
 def test_help_lists_each_command_once_under_what_it_is_about(capsys):
-    assert sorted(name for names in GROUPS.values() for name in names) == sorted(row.name for row in COMMANDS)
+    assert sorted(name for names in GROUPS.values() for name in names) == sorted(
+        row.name for row in COMMANDS
+    )
     assert main(["--help"]) == 0
-    listed = re.findall(r"^(?:  (\S.*):|    ([a-z][a-z-]*)  .*)$", capsys.readouterr().out, re.MULTILINE)
+    listed = re.findall(
+        r"^(?:  (\S.*):|    ([a-z][a-z-]*)  .*)$", capsys.readouterr().out, re.MULTILINE
+    )
     expected = [word for title, names in GROUPS.items() for word in (title, *names)]
     assert [title or name for title, name in listed] == expected
 
@@ -188,14 +201,22 @@ MODULES = ["argparse", "numpy", "igl.pyigl_core", "tqdm", "igl_spheremap.apps.cl
 
 @pytest.mark.parametrize("module", MODULES)
 def test_ctrl_c_during_imports_is_one_line(module):
-    done = subprocess.run([sys.executable, "-c", INTERRUPTED, module], capture_output=True, text=True, timeout=60)
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "igl-spheremap: interrupted by you\n")
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, module], capture_output=True, text=True, timeout=60
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (
+        130,
+        "",
+        "igl-spheremap: interrupted by you\n",
+    )
 
 
 def test_what_takes_time_to_import_is_imported_by_main():
     """Before `main` runs nothing catches Ctrl-C."""
     code = "import sys, igl_spheremap.apps.cli; print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
     assert not {"argparse", "numpy", "scipy", "igl", "tqdm"} & set(loaded)
 
 
@@ -207,10 +228,20 @@ def test_the_handler_of_the_caller_comes_back():
 
 
 def test_help_and_wrong_lines_import_nothing_heavy():
-    lines = [["--version"], ["map"], ["map", "a", "b", "--method", "magic"], ["--frobnicate"],
-             ["--help"], *([command.name, "--help"] for command in COMMANDS)]
-    code = f"import sys; from igl_spheremap.apps.cli import main; [main(words) for words in {lines}]"
-    done = subprocess.run([sys.executable, "-c", f"{code}; print(*sys.modules)"], capture_output=True, text=True)
+    lines = [
+        ["--version"],
+        ["map"],
+        ["map", "a", "b", "--method", "magic"],
+        ["--frobnicate"],
+        ["--help"],
+        *([command.name, "--help"] for command in COMMANDS),
+    ]
+    code = (
+        f"import sys; from igl_spheremap.apps.cli import main; [main(words) for words in {lines}]"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", f"{code}; print(*sys.modules)"], capture_output=True, text=True
+    )
     loaded = done.stdout.split()
     assert not {"numpy", "scipy", "igl", "tqdm"} & set(loaded)
     assert "igl_spheremap" in loaded
@@ -286,7 +317,9 @@ def sh(line, folder, **environment):
     """A line in a shell, where $I is the command."""
     program = f"{sys.executable} -m igl_spheremap"
     places = {**os.environ, "I": program, **environment}
-    return subprocess.run(["sh", "-c", line], cwd=folder, env=places, capture_output=True, text=True, timeout=60)
+    return subprocess.run(
+        ["sh", "-c", line], cwd=folder, env=places, capture_output=True, text=True, timeout=60
+    )
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
@@ -307,7 +340,9 @@ def test_numbers_have_points_where_people_write_commas(tmp_path):
     if shutil.which("localedef") is None:
         pytest.skip("no localedef here")
     name = "de_DE.UTF-8"
-    made = subprocess.run(["localedef", "-i", "de_DE", "-f", "UTF-8", str(tmp_path / name)], capture_output=True)
+    made = subprocess.run(
+        ["localedef", "-i", "de_DE", "-f", "UTF-8", str(tmp_path / name)], capture_output=True
+    )
     if made.returncode:
         pytest.skip("no German locale can be made here")
     code = (
@@ -316,7 +351,9 @@ def test_numbers_have_points_where_people_write_commas(tmp_path):
         f"main(['map', '{BALL}', 'comma.obj', '-q']); sys.exit(main(['check', '{BALL}', 'comma.obj', '--json', '-']))"
     )
     places = {**os.environ, "LOCPATH": str(tmp_path), "LC_ALL": name}
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=places, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=places, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["certificate"]["folding_free"]
     assert main(["map", BALL, str(tmp_path / "point.obj"), "-q"]) == 0
@@ -339,17 +376,20 @@ def test_of_two_programs_that_write_one_file_the_first_wins(tmp_path, monkeypatc
 
 
 @pytest.mark.posix
-@pytest.mark.parametrize("words", [
-    ["map", "a.obj", "a.obj"],
-    ["map", "a.obj", "./a.obj"],
-    ["map", "a.obj", "link.obj"],
-    ["repair", "a.obj", "b.obj", "b.obj"],
-    ["repair", "a.obj", "b.obj", "a.obj"],
-    ["resample", "a.obj", "b.obj", "c.obj", "--to", "c.obj"],
-    ["map", "a.obj", "c.obj", "--json", "a.obj"],
-    ["map", "a.obj", "c.obj", "--json", "c.obj"],
-    ["map", "a.svg.obj", "c.obj", "--plot", "c.svg", "--json", "c.svg"],
-])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["map", "a.obj", "a.obj"],
+        ["map", "a.obj", "./a.obj"],
+        ["map", "a.obj", "link.obj"],
+        ["repair", "a.obj", "b.obj", "b.obj"],
+        ["repair", "a.obj", "b.obj", "a.obj"],
+        ["resample", "a.obj", "b.obj", "c.obj", "--to", "c.obj"],
+        ["map", "a.obj", "c.obj", "--json", "a.obj"],
+        ["map", "a.obj", "c.obj", "--json", "c.obj"],
+        ["map", "a.svg.obj", "c.obj", "--plot", "c.svg", "--json", "c.svg"],
+    ],
+)
 def test_no_output_replaces_an_input_or_another_output(words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for name in ("a.obj", "b.obj", "c.obj"):
@@ -361,13 +401,18 @@ def test_no_output_replaces_an_input_or_another_output(words, tmp_path, monkeypa
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
-@pytest.mark.parametrize(("words", "stopped"), [
-    (["map", SAMPLE, "out.obj", "--report", "page"], "commands.map.write_report"),
-    (["repair", SAMPLE, "folded.obj", "out.obj"], "commands.check.repair_foldings"),
-    (["repair", SAMPLE, "folded.obj", "out.obj"], "commands.check.write_map"),
-    (["check", SAMPLE, "folded.obj"], "commands.check.certify_radius"),
-])
-def test_an_interrupt_is_one_line_and_leaves_whole_files_only(words, stopped, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize(
+    ("words", "stopped"),
+    [
+        (["map", SAMPLE, "out.obj", "--report", "page"], "commands.map.write_report"),
+        (["repair", SAMPLE, "folded.obj", "out.obj"], "commands.check.repair_foldings"),
+        (["repair", SAMPLE, "folded.obj", "out.obj"], "commands.check.write_map"),
+        (["check", SAMPLE, "folded.obj"], "commands.check.certify_radius"),
+    ],
+)
+def test_an_interrupt_is_one_line_and_leaves_whole_files_only(
+    words, stopped, tmp_path, monkeypatch, capsys
+):
     if "--report" in words:
         pytest.importorskip("matplotlib")
     monkeypatch.chdir(tmp_path)
@@ -399,7 +444,10 @@ def test_extras_are_asked_for_before_the_work(tmp_path, monkeypatch, capsys):
         (["map", SAMPLE, "out.gii"], "GIFTI needs nibabel"),
         (["map", SAMPLE, "out.obj", "--plot", "a.svg"], "--plot needs matplotlib"),
         (["map", SAMPLE, "out.obj", "--report", "page"], "--report needs matplotlib"),
-        (["reproduce", "table1", "fig9", "--out", str(tmp_path / "out"), "-q"], "a figure needs matplotlib"),
+        (
+            ["reproduce", "table1", "fig9", "--out", str(tmp_path / "out"), "-q"],
+            "a figure needs matplotlib",
+        ),
     ):
         monkeypatch.chdir(tmp_path)
         assert main(words) == 74

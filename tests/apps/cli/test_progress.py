@@ -102,14 +102,24 @@ def test_a_line_ends_where_the_terminal_does(monkeypatch):
 
 def test_measures_are_finite():
     x = np.eye(3)
-    assert measures(Iterate("sobolev", 0, 0, x, 4 * math.pi + 0.01, math.inf)) == "energy 4 pi +1.00e-02"
+    assert (
+        measures(Iterate("sobolev", 0, 0, x, 4 * math.pi + 0.01, math.inf))
+        == "energy 4 pi +1.00e-02"
+    )
     assert measures(Iterate("repair", 0, 0, x, math.nan, 3.0)) == "residual 3.0e+00"
 
 
 def test_a_map_shows_its_stages_on_a_terminal(monkeypatch, tmp_path):
     terminal = as_stderr(Terminal(), monkeypatch)
     assert main(["map", SAMPLE, str(tmp_path / "a.obj")]) == 0
-    stages = ("reading", "mapping", "factorising", "Preconditioned Cayley steps", "certifying", "writing")
+    stages = (
+        "reading",
+        "mapping",
+        "factorising",
+        "Preconditioned Cayley steps",
+        "certifying",
+        "writing",
+    )
     places = [terminal.getvalue().index(stage) for stage in stages]
     assert places == sorted(places)
     assert screen(terminal.getvalue()) == ""
@@ -149,7 +159,10 @@ def test_a_log_has_a_line_a_minute(monkeypatch, log):
         take = progress.count("mapping", 10)
         for seconds, certified, made_before in (
             (1, True, True),  # of an earlier run: it counts as done, not for the rate
-            (59, True, False), (120, False, False), (150, True, False), (300, True, False),
+            (59, True, False),
+            (120, False, False),
+            (150, True, False),
+            (300, True, False),
         ):
             clock[0] = seconds
             take(certified, made_before)
@@ -176,7 +189,11 @@ def test_a_log_of_one_map_has_a_line_a_minute_too(monkeypatch, log):
             clock[0] += 70
     lines = [line.removeprefix("igl-spheremap: ") for line in stream.getvalue().splitlines()]
     assert [line.partition(":")[0].partition(",")[0] for line in lines] == [
-        "mapping bunny.ply", "Algorithm 1", "Algorithm 1", *["mapping bunny.ply"] * 3]
+        "mapping bunny.ply",
+        "Algorithm 1",
+        "Algorithm 1",
+        *["mapping bunny.ply"] * 3,
+    ]
     assert "iteration 29, foldings 0, energy 4 pi +1.00e-02" in lines[1]
     assert lines[-1] == "mapping bunny.ply: 75%, 2 min left"
 

@@ -12,7 +12,12 @@ from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.reproduce import canvas, runs, surfaces, tables
 from igl_spheremap.apps.reproduce.figures import FIGURES
 from igl_spheremap.apps.reproduce.items import ITEMS, reproduce
-from igl_spheremap.apps.reproduce.surfaces import COUNTERPARTS, Counterpart, PaperSurface, load_surface
+from igl_spheremap.apps.reproduce.surfaces import (
+    COUNTERPARTS,
+    Counterpart,
+    PaperSurface,
+    load_surface,
+)
 from igl_spheremap.apps.reproduce.tables import TABLE_1, TABLE_2, TABLE_3, TABLES
 from igl_spheremap.draw.plot import pose, shading
 from igl_spheremap.sphere.rows import unit_rows
@@ -35,7 +40,11 @@ def page(out, name, **options):
 
 
 def cells(text):
-    return [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line[:1] == "|"]
+    return [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in text.splitlines()
+        if line[:1] == "|"
+    ]
 
 
 def test_the_papers_ratios_follow_from_its_seconds():
@@ -43,10 +52,14 @@ def test_the_papers_ratios_follow_from_its_seconds():
     ratios = {row.surface: float(row.ratio) for row in TABLE_2}
     assert {name for name, ratio in ratios.items() if not 70 < ratio < 160} == {"Hippocampus 2"}
     assert all(len(row.iterations) == 3 for row in TABLE_3)
-    assert {row.surface for row in (*TABLE_1, *TABLE_2, *TABLE_3)} == {*COUNTERPARTS} - {"Dino (sample)"}
+    assert {row.surface for row in (*TABLE_1, *TABLE_2, *TABLE_3)} == {*COUNTERPARTS} - {
+        "Dino (sample)"
+    }
 
 
-@pytest.mark.parametrize(("name", "table"), [("table1", TABLE_1), ("table2", TABLE_2), ("table3", TABLE_3)])
+@pytest.mark.parametrize(
+    ("name", "table"), [("table1", TABLE_1), ("table2", TABLE_2), ("table3", TABLE_3)]
+)
 def test_tables_set_each_way_below_the_papers_rows(small, tmp_path, name, table):
     head, rule, *rows = cells(page(tmp_path, name, max_iterations=40))
     assert {len(row) for row in rows} == {len(head)} == {len(rule)}
@@ -56,8 +69,15 @@ def test_tables_set_each_way_below_the_papers_rows(small, tmp_path, name, table)
         assert row[2] == ", ".join(f"{count:,}" for count in paper.iterations)
         assert ("not given" in row) == (paper.seconds is None)
     assert [row[2] for row in rows if row[1] == "the paper: gu-yau"] == [
-        f"{paper.their_iterations:,}" for paper in table if paper.their_iterations]
-    for way in ("lai2014", "as printed", "as programmed", "auto", *(["gu-yau"] if table is not TABLE_1 else [])):
+        f"{paper.their_iterations:,}" for paper in table if paper.their_iterations
+    ]
+    for way in (
+        "lai2014",
+        "as printed",
+        "as programmed",
+        "auto",
+        *(["gu-yau"] if table is not TABLE_1 else []),
+    ):
         assert sum(row[1] == way for row in rows) == len(table)
     titles = [load_surface(paper.surface, None).title for paper in table]
     assert [row[0] for row in rows if row[1] == "lai2014"] == titles
@@ -69,7 +89,12 @@ def test_only_a_rule_that_was_met_is_called_so(small, tmp_path):
         return {row[1]: row[-3] for row in rows}
 
     assert ends("a", max_iterations=20) == {
-        "the paper": "", "lai2014": "cap", "as printed": "cap", "as programmed": "cap", "auto": "rule met"}
+        "the paper": "",
+        "lai2014": "cap",
+        "as printed": "cap",
+        "as programmed": "cap",
+        "auto": "rule met",
+    }
     surface, found = load_surface("Maxplanck", None), ends("b")
     result = runs.run(surface, runs.METHODS["Algorithm 1"]).result
     assert (result.history[-1].residual <= 1e-3) == (found["lai2014"] == "rule met")
@@ -195,7 +220,10 @@ def test_views_are_rotations_and_show_the_long_side():
 
 def test_command_line_names_what_it_does_not_know(tmp_path, capsys):
     assert main(["reproduce", "table9", "--out", str(tmp_path)]) == 64
-    assert main(["reproduce", "table1", "--meshes", str(tmp_path / "none"), "--out", str(tmp_path)]) == 74
+    assert (
+        main(["reproduce", "table1", "--meshes", str(tmp_path / "none"), "--out", str(tmp_path)])
+        == 74
+    )
     assert "is not a folder" in capsys.readouterr().err
 
 
@@ -212,7 +240,10 @@ def test_all_counterparts_are_there_and_say_what_they_are(corpus):
     for name, one in COUNTERPARTS.items():
         surface = load_surface(name, corpus)
         assert surface.source.startswith("sample ") != bool(one.file)
-        assert f"{surface.name}: {surface.relation} ({surface.source}; {len(surface.v):,} vertices)" == surface.title
+        assert (
+            f"{surface.name}: {surface.relation} ({surface.source}; {len(surface.v):,} vertices)"
+            == surface.title
+        )
         if name in sizes:
             assert 0.4 < len(surface.v) / sizes[name] < 1.4
         if one.simplify_to:
@@ -229,4 +260,7 @@ def test_samples_are_about_the_papers_size():
 
 def test_a_map_that_has_collapsed_is_a_dot():
     v, f = ism.samples.sphere(42)
-    assert marked(PaperSurface("Sphere", v, f, "", ""), np.tile([[0.6, 0.0, 0.8]], (len(v), 1)) + 1e-9 * v[::-1])
+    assert marked(
+        PaperSurface("Sphere", v, f, "", ""),
+        np.tile([[0.6, 0.0, 0.8]], (len(v), 1)) + 1e-9 * v[::-1],
+    )

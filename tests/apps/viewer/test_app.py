@@ -22,7 +22,9 @@ def press(shown, label, name):
 
 @needs_drawing
 def test_the_buttons_of_a_result_write_picture_video_and_the_map_that_is_shown(tmp_path):
-    figures = drive(_PRESS + f"""
+    figures = drive(
+        _PRESS
+        + f"""
 from igl_spheremap.apps.viewer.map_view import MapView
 os.chdir({str(tmp_path)!r})
 app.LENGTH = 4
@@ -38,9 +40,14 @@ picture = np.asarray(Image.open('a.png').convert('RGB'))
 video = Image.open('b.gif')
 figures = dict(said=said, kept=kept, again=bool((again == result.sphere).all()),
             drawn=drawn(picture), frames=video.n_frames, panel=drawn(picture[:, :100]))
-""")
+"""
+    )
     assert [words.split(",")[0].split(":")[0] for words in figures["said"]] == [
-        "wrote a.png", "wrote b.gif", "wrote c.npz", "wrote again.obj"]
+        "wrote a.png",
+        "wrote b.gif",
+        "wrote c.npz",
+        "wrote again.obj",
+    ]
     assert all("folding-free" in words for words in figures["said"][2:])
     assert figures["kept"]
     assert figures["again"]
@@ -50,7 +57,9 @@ figures = dict(said=said, kept=kept, again=bool((again == result.sphere).all()),
 
 @needs_drawing
 def test_the_buttons_of_a_run_write_it_as_a_video_and_its_map_once_there_is_one(tmp_path):
-    figures = drive(_PRESS + f"""
+    figures = drive(
+        _PRESS
+        + f"""
 from functools import partial
 from igl_spheremap.apps.viewer.player import Player, in_background
 from igl_spheremap.maps.options import METHODS
@@ -69,7 +78,8 @@ if __name__ == '__main__':
     figures = dict(said=said, frames=Image.open('run.gif').n_frames, none=os.path.exists('none.npz'),
                 kept=bool((ism.read_map('run.npz').sphere == result.sphere).all()))
     shown.close()
-""")
+"""
+    )
     assert figures["said"][0].startswith("wrote run.gif")
     assert "folding-free" in figures["said"][1]
     assert figures["said"][2] == "there is no result yet"

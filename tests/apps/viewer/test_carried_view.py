@@ -19,7 +19,9 @@ ps.set_user_callback(lambda: app.draw_app(view))
 
 
 def test_the_way_leads_from_a_to_b_and_back():
-    figures = drive(_VIEW + """
+    figures = drive(
+        _VIEW
+        + """
 ways = []
 for show, _ in view.film(8):
     show()
@@ -29,7 +31,8 @@ start = float(np.abs(view.grid.parts[0, 1].x - view.ends[0]).max())
 view.show_way(1.0)
 figures = dict(ways=ways, start=start, end=float(np.abs(view.grid.parts[0, 1].x - view.ends[1]).max()),
                captions=[part.caption for part in view.grid.parts.values()], faces=len(onto.overlay().faces))
-""")
+"""
+    )
     assert figures["ways"][0] == 0
     assert max(figures["ways"]) == 1
     assert figures["ways"][1:] == pytest.approx(figures["ways"][:0:-1])
@@ -39,7 +42,9 @@ figures = dict(ways=ways, start=start, end=float(np.abs(view.grid.parts[0, 1].x 
 
 
 def test_every_subject_is_drawn_and_landmarks_are_seen_on_all_three():
-    figures = drive(_VIEW + """
+    figures = drive(
+        _VIEW
+        + """
 shots, dots = [], []
 for frame in range(view.frames()):
     view.go_to(frame)
@@ -47,6 +52,7 @@ for frame in range(view.frames()):
     shots.append(drawn(image))
     dots.append([sorted(body.points) for body in view.grid.bodies.values()])
 figures = dict(shots=shots, dots=dots)
-""")
+"""
+    )
     assert min(figures["shots"]) > 0.1
     assert all(labels == ["landmark 0"] for frame in figures["dots"] for labels in frame)

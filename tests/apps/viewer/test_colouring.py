@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.apps.viewer.colouring import checkerboard, colouring, deepest_tips, mercator_corners, poles_at
+from igl_spheremap.apps.viewer.colouring import (
+    checkerboard,
+    colouring,
+    deepest_tips,
+    mercator_corners,
+    poles_at,
+)
 from igl_spheremap.draw.palette import SURFACE
 from igl_spheremap.mesh.measure import corner_angles
 
@@ -66,5 +72,8 @@ def test_caps_are_grey_and_count_in_no_scale():
         assert not (colours.colours[~caps] == SURFACE).all(axis=1).any()
     squares = colouring(mesh, x, "checkerboard").checks.reshape(-1, 3, 2)
     assert (squares[caps] == 0.5).all()
-    own, all_faces = (colouring(each, x, "area distortion").legends[0].high for each in (mesh, ism.check_mesh(v, f)))
+    own, all_faces = (
+        colouring(each, x, "area distortion").legends[0].high
+        for each in (mesh, ism.check_mesh(v, f))
+    )
     assert own <= all_faces

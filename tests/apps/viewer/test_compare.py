@@ -30,10 +30,15 @@ figures = dict(captions=[part.caption for part in shown.grid.parts.values()], sh
     v, f = ism.samples.make("dino", n_vertices=1500)
     result = ism.spherical_conformal_map(v, f)
     folded = ism.certify(ism.gauss_map(v, f), f).foldings
-    gauss, auto = (np.abs(ism.angle_differences(v, f, x)).mean() for x in (ism.gauss_map(v, f), result.sphere))
+    gauss, auto = (
+        np.abs(ism.angle_differences(v, f, x)).mean() for x in (ism.gauss_map(v, f), result.sphere)
+    )
     assert figures["captions"] == [
-        "Gauss map", "auto", f"{folded:,} folded faces\nangles differ by {gauss:.3g} degrees",
-        f"0 folded faces\nangles differ by {auto:.3g} degrees"]
+        "Gauss map",
+        "auto",
+        f"{folded:,} folded faces\nangles differ by {gauss:.3g} degrees",
+        f"0 folded faces\nangles differ by {auto:.3g} degrees",
+    ]
     assert min(figures["shots"]) > 0.15
     assert "picture" in figures["buttons"]
     assert "map" not in figures["buttons"]  # which of them?
@@ -58,7 +63,7 @@ figures = dict(words=sorted(set(words)))
 """)
     assert any("beyond" in line for *_, line in figures["words"])
     for (y, _, right, line), (below, left, _, other) in pairwise(figures["words"]):
-        assert (right <= left if y == below else below - y > 12), (line, other)
+        assert right <= left if y == below else below - y > 12, (line, other)
 
 
 def test_a_map_with_landmarks_shows_its_foldings_and_how_far_it_is_off():

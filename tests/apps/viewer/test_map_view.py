@@ -63,14 +63,20 @@ def test_ramps_give_their_stops_and_clamp_what_is_beyond():
     for each in (ramp, palette.diverging("u", 1e-3)):
         with np.errstate(all="raise"):
             assert each.colours(np.array([-np.inf, np.inf])) == pytest.approx(each.stops[[0, -1]])
-    level = palette.sequential("size", 0, 1).colours(np.linspace(0, 1, 50)) @ [0.2126, 0.7152, 0.0722]
+    level = palette.sequential("size", 0, 1).colours(np.linspace(0, 1, 50)) @ [
+        0.2126,
+        0.7152,
+        0.0722,
+    ]
     assert (np.diff(level) > 0).all()  # lightness alone tells the order
 
 
 def test_folded_faces_stand_out_from_every_other_colour_for_red_green_blind_eyes():
     # Vienot, Brettel, Mollon 1999, deuteranopia, on linear RGB
     blind = np.array([[0.29275, 0.70725, 0], [0.29275, 0.70725, 0], [-0.02234, 0.02234, 1]])
-    others = np.vstack((palette.SURFACE, palette.sequential("", 0, 1).stops, palette.diverging("", 1).stops))
+    others = np.vstack(
+        (palette.SURFACE, palette.sequential("", 0, 1).stops, palette.diverging("", 1).stops)
+    )
     folded = window.linear(np.array(palette.FOLDED))
     for see in (np.eye(3), blind):
         apart = np.linalg.norm((window.linear(others) - folded) @ see.T, axis=1)
@@ -114,7 +120,9 @@ def test_relief_is_darker_in_hollows_whichever_way_the_faces_turn():
 
 def test_unknown_subjects_and_directions_are_refused():
     mesh = ism.check_mesh(*ism.samples.sphere(42))
-    with pytest.raises(ValueError, match="unknown subject 'factor': choose one of foldings, angle differences"):
+    with pytest.raises(
+        ValueError, match="unknown subject 'factor': choose one of foldings, angle differences"
+    ):
         colouring(mesh, mesh.unit, "factor")
     with pytest.raises(ValueError, match="unknown direction 'up': choose one of auto, x, -x"):
         pose(mesh.unit, "up")
@@ -158,7 +166,9 @@ figures = dict(drawn=drawn(image), vermilion=vermilion(image), shape=image.shape
 
 
 @pytest.mark.parametrize("name", ["nowhere/a.png", "a.svg", "a", "folder.png"])
-def test_a_picture_that_cannot_be_written_is_refused_before_anything_is_drawn(name, tmp_path, monkeypatch):
+def test_a_picture_that_cannot_be_written_is_refused_before_anything_is_drawn(
+    name, tmp_path, monkeypatch
+):
     def drawn(*arguments, **options):
         raise AssertionError("a window was opened")
 
@@ -171,7 +181,9 @@ def test_a_picture_that_cannot_be_written_is_refused_before_anything_is_drawn(na
     assert [path.name for path in tmp_path.iterdir()] == ["folder.png"]
 
 
-def test_a_video_that_cannot_be_written_is_refused_before_anything_is_drawn(tmp_path, monkeypatch, capsys):
+def test_a_video_that_cannot_be_written_is_refused_before_anything_is_drawn(
+    tmp_path, monkeypatch, capsys
+):
     monkeypatch.setattr(window, "open_window", None)
     (tmp_path / "file").write_text("")
     for name in ("nowhere/a.gif", "file"):
@@ -235,7 +247,9 @@ def rebalance(balance):
 
 @needs_drawing
 def test_the_balance_slider_goes_on_to_certified_maps_and_shows_what_their_areas_do():
-    figures = drive(_viewed("spheroid", 500, "area distortion") + """
+    figures = drive(
+        _viewed("spheroid", 500, "area distortion")
+        + """
 spread, facts, drawn_ = [], [], []
 for balance in (0.5, 1.0, 0.0):
     rebalance(balance)
@@ -243,17 +257,23 @@ for balance in (0.5, 1.0, 0.0):
     spread.append(float(np.abs(ism.log_area_ratios(v, f, view.result.sphere)).mean()))
     facts.append('\\n'.join(view.lines))
 figures = dict(spread=spread, facts=facts, drawn=min(drawn_), back=bool((view.result.sphere == result.sphere).all()))
-""")
+"""
+    )
     half, equal, conformal = figures["spread"]
     assert equal < 0.02 < 0.4 * conformal < half < 0.7 * conformal
     assert figures["back"]
-    assert all("covered once (exact)" in text and "areas: |log(image / source)" in text for text in figures["facts"])
+    assert all(
+        "covered once (exact)" in text and "areas: |log(image / source)" in text
+        for text in figures["facts"]
+    )
     assert figures["drawn"] > 0.15
 
 
 @needs_drawing
 def test_another_balance_keeps_scale_and_poles_and_takes_the_lens_that_fits():
-    figures = drive(_viewed("dumbbell", 800, "area distortion") + """
+    figures = drive(
+        _viewed("dumbbell", 800, "area distortion")
+        + """
 tip = int(np.argmin(result.conformal_factor()))
 view.pick(tip)
 view.look()
@@ -273,7 +293,8 @@ left, top = (round(float(n)) for n in view.grid.pixels(view.grid.frame((0, 1)), 
 around = image[top - 14 : top + 14, left - 14 : left + 14]
 ring = float(((around[..., 0] > 180) & (around[..., 1] < 90) & (around[..., 2] > 100)).mean())
 figures = dict(seen=seen, ring=ring)
-""")
+"""
+    )
     (high, poles, power, _), (same, still, weaker, front) = figures["seen"]
     assert (high, poles) == (same, still)
     assert weaker < power / 3
@@ -283,7 +304,9 @@ figures = dict(seen=seen, ring=ring)
 
 @needs_drawing
 def test_a_vertex_is_picked_on_either_side_and_the_lens_keeps_squares_around_it():
-    figures = drive(_viewed("spheroid", 1000, "checkerboard") + """
+    figures = drive(
+        _viewed("spheroid", 1000, "checkerboard")
+        + """
 window.grab()
 view.grid.rotate(1.0, 0.5)
 picked = []
@@ -299,7 +322,8 @@ seen = view.grid.bodies[0, 1].x
 mean = [float(np.abs(ism.angle_differences(v, f, x)).mean()) for x in (result.sphere, seen)]
 view.pick_at([5.0, 5.0])
 figures = dict(mean=mean, free=ism.certify(seen, f).folding_free, picked=picked, lines=lines, none=view.picked)
-""")
+"""
+    )
     before, after = figures["mean"]
     assert after < 2 * before + 0.2
     assert figures["free"]

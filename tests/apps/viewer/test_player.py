@@ -56,7 +56,10 @@ def test_a_run_in_another_process_is_the_run_here(dino_run):
     # all iterates but those that repeat the map before, at the start of a minimisation
     different = [recording.frames[0]]
     for frame in recording.frames[1:]:
-        if frame.iterate.iteration or np.abs(frame.iterate.x - different[-1].iterate.x).max() >= 1e-9:
+        if (
+            frame.iterate.iteration
+            or np.abs(frame.iterate.x - different[-1].iterate.x).max() >= 1e-9
+        ):
             different.append(frame)
     frames = dino_run.frames[:-1]
     assert [frame.index for frame in frames] == list(range(len(different)))
@@ -138,7 +141,9 @@ while run.mesh is None:
 print(run.process.pid, flush=True)
 time.sleep(60)
 """
-    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as window:
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True
+    ) as window:
         process = int(window.stdout.readline())
         window.kill()
 
@@ -154,7 +159,12 @@ time.sleep(60)
 
 
 def test_no_colour_but_that_of_folded_faces_is_red():
-    ramps = [palette.sequential("", 0, 1), palette.pale("", 0, 1), palette.sizes("", 1), palette.diverging("", 1)]
+    ramps = [
+        palette.sequential("", 0, 1),
+        palette.pale("", 0, 1),
+        palette.sizes("", 1),
+        palette.diverging("", 1),
+    ]
     colours = np.vstack([ramp.colours(np.linspace(-1, 1, 400)) for ramp in ramps])
     others = [palette.SURFACE, palette.EDGES, palette.INK, palette.BACKGROUND, *palette.CHECKS]
     for light in np.linspace(0.6, 1, 30):
@@ -205,7 +215,12 @@ figures = dict(columns=columns, curve=int(red[-150:].sum()), back=shown.grid.row
 """)
     captions, seen, powers = zip(*figures["columns"], strict=True)
     assert [caption.partition(",")[0].partition(" 1")[0] for caption in captions] == [
-        "Gauss map", "Algorithm", "Star map", "Algorithm", "Result: certified folding-free\n0 folded faces"]
+        "Gauss map",
+        "Algorithm",
+        "Star map",
+        "Algorithm",
+        "Result: certified folding-free\n0 folded faces",
+    ]
     folded = [not caption.endswith("\n0 folded faces") for caption in captions]
     assert folded == [True, True, False, False, False]
     assert [[count > 50 for count in pair] for pair in seen] == [[fold, fold] for fold in folded]

@@ -42,7 +42,9 @@ def test_an_mp4_holds_each_picture_as_long_as_asked(tmp_path):
     facts = next(frames)
     width, height = facts["size"]
     assert (width, height, facts["fps"]) == (202, 120, 20.0)  # the codec takes even sizes only
-    shown = [_red(np.frombuffer(frame, dtype=np.uint8).reshape(height, width, 3)) for frame in frames]
+    shown = [
+        _red(np.frombuffer(frame, dtype=np.uint8).reshape(height, width, 3)) for frame in frames
+    ]
     places = np.repeat(np.arange(len(_HELD)), _HELD)
     assert len(shown) == len(places)
     for k, red in zip(places, shown, strict=True):

@@ -86,12 +86,38 @@ figures['files'] = sorted(os.listdir())
     after = run.change(start, 1)
     before = run.change(after, -1)
     again = run.change(before + 1, 1) or before + 1
-    assert figures["visited"] == [after, before, before + 1, again, again - 1, 0, run.iterations[-1]]
-    assert {"mesh", "samples", "method", "parameters", "##iteration", "previous", "stops",
-            "lens", "picture", "map", "folded faces", "fit", "whole sphere"} <= set(figures["used"])
+    assert figures["visited"] == [
+        after,
+        before,
+        before + 1,
+        again,
+        again - 1,
+        0,
+        run.iterations[-1],
+    ]
+    assert {
+        "mesh",
+        "samples",
+        "method",
+        "parameters",
+        "##iteration",
+        "previous",
+        "stops",
+        "lens",
+        "picture",
+        "map",
+        "folded faces",
+        "fit",
+        "whole sphere",
+    } <= set(figures["used"])
     assert figures["refused"]
     assert figures["methods"] == figures["methods_there"]
-    assert figures["files"] == ["sample_dumbbell_n_vertices_3000_run.png", "saved.gif", "saved.npz", "saved.png"]
+    assert figures["files"] == [
+        "sample_dumbbell_n_vertices_3000_run.png",
+        "saved.gif",
+        "saved.npz",
+        "saved.png",
+    ]
 
 
 @pytest.mark.parametrize("method", METHODS)

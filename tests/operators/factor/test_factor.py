@@ -71,7 +71,9 @@ def lower_triangle(P, **options):
 
 @pytest.mark.parametrize("limbs", [False, True])
 @pytest.mark.parametrize("dissect_from", [0, 10**9])
-def test_all_orders_of_a_backend_solve_a_matrix_and_others_of_its_pattern(backend, dissect_from, limbs, monkeypatch):
+def test_all_orders_of_a_backend_solve_a_matrix_and_others_of_its_pattern(
+    backend, dissect_from, limbs, monkeypatch
+):
     for name in ("_CHOLMOD_DISSECTS_FROM", "_SUPERLU_DISSECTS_FROM"):
         monkeypatch.setattr(factor_module, name, dissect_from)
     P = problem(4, 1e-3)
@@ -81,7 +83,9 @@ def test_all_orders_of_a_backend_solve_a_matrix_and_others_of_its_pattern(backen
     x = analysis.factorise(values).solve(b)
     np.testing.assert_allclose(P @ x, b, atol=1e-10)
     for factor in (4, 2, 0.5):
-        np.testing.assert_allclose(factor * analysis.factorise(factor * values).solve(b), x, atol=1e-9)
+        np.testing.assert_allclose(
+            factor * analysis.factorise(factor * values).solve(b), x, atol=1e-9
+        )
 
 
 def test_the_order_of_another_matrix_is_used_again(backend):
@@ -112,12 +116,16 @@ def test_a_factor_raises_once_another_matrix_was_factorised_in_its_place(backend
 def test_entries_of_either_triangle_with_several_rows_a_vertex(backend):
     graph = problem(2).tocsr()
     rng = np.random.default_rng(3)
-    dense = np.kron(graph.toarray() != 0, np.ones((2, 2))) * rng.normal(size=(2 * graph.shape[0],) * 2)
+    dense = np.kron(graph.toarray() != 0, np.ones((2, 2))) * rng.normal(
+        size=(2 * graph.shape[0],) * 2
+    )
     dense = dense + dense.T + 50 * np.eye(len(dense))
     rows, columns = np.nonzero(np.tril(dense))
     turned = rng.random(len(rows)) < 0.5
     rows, columns = np.where(turned, columns, rows), np.where(turned, rows, columns)
-    factor = analyse(Entries(graph, rows, columns, unknowns=2), backend).factorise(dense[rows, columns])
+    factor = analyse(Entries(graph, rows, columns, unknowns=2), backend).factorise(
+        dense[rows, columns]
+    )
     b = right_hand_sides(len(dense))
     np.testing.assert_allclose(factor.solve(b), np.linalg.solve(dense, b), atol=1e-10)
 
@@ -137,7 +145,9 @@ def test_threads_share_the_options_of_cvxopt_and_leave_the_callers_own_alone(mon
         try:
             for scale in range(1, 8):
                 analysis = analyse(lower_triangle(P, repeated=bool(k % 2))[0], "cvxopt")
-                seen.append(np.abs(scale * analysis.factorise(scale * values).solve(b) - alone).max())
+                seen.append(
+                    np.abs(scale * analysis.factorise(scale * values).solve(b) - alone).max()
+                )
         except Exception as error:  # a thread's exceptions are lost
             failures.append(error)
 
@@ -155,7 +165,11 @@ def test_threads_share_the_options_of_cvxopt_and_leave_the_callers_own_alone(mon
 
 def test_a_library_that_another_thread_has_just_imported_is_used(monkeypatch):
     """For a moment it is in `sys.modules`, and not yet an attribute of its package."""
-    cvxopt = pytest.importorskip("cvxopt.cholmod") and pytest.importorskip("cvxopt.amd") and sys.modules["cvxopt"]
+    cvxopt = (
+        pytest.importorskip("cvxopt.cholmod")
+        and pytest.importorskip("cvxopt.amd")
+        and sys.modules["cvxopt"]
+    )
     for name in ("amd", "cholmod"):
         monkeypatch.delattr(cvxopt, name)
     P = problem(2, 1e-3)
@@ -201,7 +215,9 @@ def test_unknown_backend():
 
 def test_missing_backend(monkeypatch):
     monkeypatch.setattr(factorize_module, "_loads", lambda module: module != "cvxopt.cholmod")
-    with pytest.raises(ValueError, match=r"needs cvxopt\.cholmod, which is not .*, or choose 'scipy'"):
+    with pytest.raises(
+        ValueError, match=r"needs cvxopt\.cholmod, which is not .*, or choose 'scipy'"
+    ):
         factorize(problem(1), "cvxopt")
 
 
@@ -217,15 +233,29 @@ def test_wrong_shape_of_right_hand_side():
 
 
 @pytest.mark.posix
-@pytest.mark.parametrize(("megabytes", "status", "words"), [
-    (240, 70, "the system lets this process take 2"), (400, 0, ", scipy: ")])
-def test_a_limit_of_memory_leads_to_a_smaller_solver_or_a_sentence(megabytes, status, words, tmp_path):
+@pytest.mark.parametrize(
+    ("megabytes", "status", "words"),
+    [(240, 70, "the system lets this process take 2"), (400, 0, ", scipy: ")],
+)
+def test_a_limit_of_memory_leads_to_a_smaller_solver_or_a_sentence(
+    megabytes, status, words, tmp_path
+):
     """Without one OpenBLAS waits for memory without end at 240 MB, and cvxopt's kills the process at 400."""
-    command = (f"ulimit -t 20; ulimit -v {megabytes * 1024}; "
-               f"exec {sys.executable} -m igl_spheremap map sample:spheroid:n_vertices=500 m.npz")
-    environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
-    done = subprocess.run(["sh", "-c", command], cwd=tmp_path, capture_output=True, text=True, env=environment,
-                          check=False)
+    command = (
+        f"ulimit -t 20; ulimit -v {megabytes * 1024}; "
+        f"exec {sys.executable} -m igl_spheremap map sample:spheroid:n_vertices=500 m.npz"
+    )
+    environment = {
+        name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")
+    }
+    done = subprocess.run(
+        ["sh", "-c", command],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=False,
+    )
     assert done.returncode == status, done
     assert words in done.stdout + done.stderr
     assert len(done.stderr.splitlines()) <= 1

@@ -80,7 +80,9 @@ def test_aggregates_are_connected_and_small():
     labels, count = aggregate(P)
     edges = P.tocoo()
     within = labels[edges.row] == labels[edges.col]
-    pieces = sp.coo_array((edges.data[within] != 0, (edges.row[within], edges.col[within])), shape=P.shape)
+    pieces = sp.coo_array(
+        (edges.data[within] != 0, (edges.row[within], edges.col[within])), shape=P.shape
+    )
     assert sp.csgraph.connected_components(pieces, directed=False)[0] == count
     assert P.shape[0] / 12 < count < P.shape[0] / 4
 
@@ -91,7 +93,9 @@ def test_graph_sphere_keeps_neighbours_together():
     x = graph_sphere(P)
     edges = P.tocoo()
     np.testing.assert_allclose(np.linalg.norm(x, axis=1), 1.0, rtol=1e-12)
-    assert np.median(np.linalg.norm(x[edges.row] - x[edges.col], axis=1)) < 4.0 / np.sqrt(P.shape[0])
+    assert np.median(np.linalg.norm(x[edges.row] - x[edges.col], axis=1)) < 4.0 / np.sqrt(
+        P.shape[0]
+    )
     assert np.abs(x.mean(axis=0)).max() < 0.5
 
 

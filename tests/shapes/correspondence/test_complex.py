@@ -77,8 +77,15 @@ def test_nodes_that_merge_in_turn_all_become_the_last_one():
     on = np.vstack((x, x[0] + 1.2e-15 * inwards, x[0] + 1.5e-15 * inwards))
     owners = np.arange(12)
     owners[8:] = face
-    merged = Coincidences(np.array([complex.faces[i] for i in range(12)]), np.stack((owners, owners)),
-                          np.stack((on, on)), (x[f], x[f]), (np.arange(6), np.array([7, 1, 2, 3, 4, 5])))
+    merged = Coincidences(
+        np.array([complex.faces[i] for i in range(12)]),
+        np.stack((owners, owners)),
+        np.stack((on, on)),
+        (x[f], x[f]),
+        (np.arange(6), np.array([7, 1, 2, 3, 4, 5])),
+    )
     assert merged.merge() == 0
     assert merged.node.tolist() == [0, 1, 2, 3, 4, 5, 0, 0]
-    assert {frozenset(corners) for corners in merged.faces[merged.left].tolist()} == {*map(frozenset, f.tolist())}
+    assert {frozenset(corners) for corners in merged.faces[merged.left].tolist()} == {
+        *map(frozenset, f.tolist())
+    }

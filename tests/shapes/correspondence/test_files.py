@@ -12,8 +12,10 @@ from igl_spheremap.resampling.locate import Location
 
 @pytest.fixture(scope="module")
 def onto():
-    a, b = (ism.balanced_spherical_map(*ism.samples.make(name, n_vertices=300), balance=1)
-            for name in ("pear", "spheroid"))
+    a, b = (
+        ism.balanced_spherical_map(*ism.samples.make(name, n_vertices=300), balance=1)
+        for name in ("pear", "spheroid")
+    )
     found = ism.shapes.match(a, b)
     goals = Location(np.array([3, 40]), np.array([[1.0, 0, 0], [0.25, 0.5, 0.25]]))
     return ism.shapes.SurfaceMap(found.map, b, np.array([7, 90]), goals, ("doubtful",))

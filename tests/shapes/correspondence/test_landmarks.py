@@ -35,14 +35,23 @@ def test_landmarks_in_faces_are_met_bit_for_bit(pair, inside):
     a, b = pair[:2]
     goals = true_goals(pair, inside)
     onto = ism.shapes.match(a, b, landmarks=(inside, goals))
-    assert np.array_equal(onto.map.sphere[onto.landmarks], unit_rows(interpolate(b.sphere, b.faces, goals)))
+    assert np.array_equal(
+        onto.map.sphere[onto.landmarks], unit_rows(interpolate(b.sphere, b.faces, goals))
+    )
     assert onto.map.certificate.folding_free
     assert onto.landmark_errors.max() < 1e-12
-    assert np.allclose(onto.map.vertices[onto.landmarks], places(a, inside), rtol=0, atol=1e-15 * np.ptp(a.vertices))
+    assert np.allclose(
+        onto.map.vertices[onto.landmarks],
+        places(a, inside),
+        rtol=0,
+        atol=1e-15 * np.ptp(a.vertices),
+    )
     assert np.array_equal(onto.map.vertices[: len(a.sphere)], a.vertices)
     assert len(onto.map.sphere) == len(a.sphere) + 6
     assert onto.landmarks[6] == a.faces[500, 2]
-    assert onto.notes == ("faces of the source are divided at landmarks: 6 vertices come after its own",)
+    assert onto.notes == (
+        "faces of the source are divided at landmarks: 6 vertices come after its own",
+    )
 
 
 def test_divided_faces_are_the_same_surface(pair):
@@ -71,8 +80,10 @@ def test_places_at_vertices_are_these_vertices(pair):
     a, b = pair[:2]
     chosen = [5, 50, 150, 270]
     goals = true_goals(pair, ism.Location(*(part[chosen] for part in corners(a))))
-    there, again = (ism.shapes.match(a, b, landmarks=(each, goals)) for each in (
-        chosen, ism.Location(*(part[chosen] for part in corners(a)))))
+    there, again = (
+        ism.shapes.match(a, b, landmarks=(each, goals))
+        for each in (chosen, ism.Location(*(part[chosen] for part in corners(a))))
+    )
     assert np.array_equal(there.map.sphere, again.map.sphere)
     assert np.array_equal(again.landmarks, chosen)
     assert again.notes == ()
@@ -93,7 +104,9 @@ def test_features_are_those_of_the_given_vertices(pair, inside):
     assert onto.map.certificate.folding_free
     assert onto.landmark_errors.max() < 1e-12
     with pytest.raises(ism.MeshError, match=rf"features of the source .*{len(a.sphere)}"):
-        ism.shapes.match(a, b, landmarks=(inside, true_goals(pair, inside)), features=(values[1], values[1]))
+        ism.shapes.match(
+            a, b, landmarks=(inside, true_goals(pair, inside)), features=(values[1], values[1])
+        )
 
 
 def path(result, start, steps):
@@ -144,16 +157,31 @@ def test_a_curve_of_points_in_faces_goes_to_fewer_points(pair):
     assert np.linalg.norm(found[2] - middle) < 0.2 * np.linalg.norm(q - p)
 
 
-@pytest.mark.parametrize(("curves", "words"), [
-    ([([0, 1, 2],)], "no pair for curve 0"),
-    ([([0, 5], [0, 1]), ([0, 9000], [0, 1])], "point 1 of curve 1 of the source is vertex 9000"),
-    ([([4], [4, 5])], "curve 0 of the source has no length"),
-    ([([4, 5], [7, 7])], "curve 0 of the target has no length"),
-    ([([4, 5], [1, 2]), ([8, 4], [9, 10])], "point 0 of curve 0 and point 1 of curve 1 are one point of the source"),
-    ([([4, 5], [1, 2]), ([8, 9], [1, 10])], "point 0 of curve 0 and point 0 of curve 1 are one point of the target"),
-    ([([0.5, 1], [0, 1])], "points of curve 0 of the source are not a list of vertex indices"),
-    ([(ism.Location([10**6, 0], np.eye(3)[:2]), [0, 1])], "point 0 of curve 0 of the source is in face 1000000"),
-])
+@pytest.mark.parametrize(
+    ("curves", "words"),
+    [
+        ([([0, 1, 2],)], "no pair for curve 0"),
+        (
+            [([0, 5], [0, 1]), ([0, 9000], [0, 1])],
+            "point 1 of curve 1 of the source is vertex 9000",
+        ),
+        ([([4], [4, 5])], "curve 0 of the source has no length"),
+        ([([4, 5], [7, 7])], "curve 0 of the target has no length"),
+        (
+            [([4, 5], [1, 2]), ([8, 4], [9, 10])],
+            "point 0 of curve 0 and point 1 of curve 1 are one point of the source",
+        ),
+        (
+            [([4, 5], [1, 2]), ([8, 9], [1, 10])],
+            "point 0 of curve 0 and point 0 of curve 1 are one point of the target",
+        ),
+        ([([0.5, 1], [0, 1])], "points of curve 0 of the source are not a list of vertex indices"),
+        (
+            [(ism.Location([10**6, 0], np.eye(3)[:2]), [0, 1])],
+            "point 0 of curve 0 of the source is in face 1000000",
+        ),
+    ],
+)
 def test_wrong_curves_are_named(pair, curves, words):
     with pytest.raises(ism.MeshError, match=words):
         ism.shapes.match(*pair[:2], curves=curves)

@@ -46,12 +46,17 @@ def test_a_surface_on_itself_is_the_identity(pair):
 def test_forward_and_inverse_are_inverse(pair, found):
     a, b = pair[:2]
     rng = np.random.default_rng(0)
-    for there, back, source in ((found.forward, found.inverse, a), (found.inverse, found.forward, b)):
+    for there, back, source in (
+        (found.forward, found.inverse, a),
+        (found.inverse, found.forward, b),
+    ):
         weights = rng.dirichlet(np.ones(3), 200)
         points = ism.Location(rng.integers(len(source.faces), size=200), weights)
         again = back(there(points))
-        p, q = (np.einsum("ij,ijk->ik", each.weights, source.vertices[source.faces[each.face]])
-                for each in (points, again))
+        p, q = (
+            np.einsum("ij,ijk->ik", each.weights, source.vertices[source.faces[each.face]])
+            for each in (points, again)
+        )
         assert np.abs(p - q).max() < 1e-12 * size(source.vertices)
 
 
@@ -69,7 +74,11 @@ def test_similarities_and_numbering_change_nothing(pair, found):
     def moved(result):
         order = rng.permutation(len(result.sphere))
         ranks.append(np.argsort(order))
-        return ism.sphere_map((3.0 * result.vertices @ R.T + 5.0)[order], ranks[-1][result.faces], result.sphere[order])
+        return ism.sphere_map(
+            (3.0 * result.vertices @ R.T + 5.0)[order],
+            ranks[-1][result.faces],
+            result.sphere[order],
+        )
 
     onto = ism.shapes.match(moved(a), moved(b))
     positions = (onto.positions[ranks[0]] - 5.0) @ R / 3.0
@@ -77,10 +86,19 @@ def test_similarities_and_numbering_change_nothing(pair, found):
 
 
 def test_a_to_b_is_strained_as_b_to_a(pair, found):
-    there, back = found.distortion().figures, ism.shapes.match(pair[1], pair[0]).distortion().figures
+    there, back = (
+        found.distortion().figures,
+        ism.shapes.match(pair[1], pair[0]).distortion().figures,
+    )
     for over, under in (("over_source", "over_target"), ("over_target", "over_source")):
-        for measure, most in (("symmetric_dirichlet", 0.1), ("area_ratio", 0.1), ("angle_ratio", 0.2)):
-            assert there[over][measure]["median"] == pytest.approx(back[under][measure]["median"], rel=most)
+        for measure, most in (
+            ("symmetric_dirichlet", 0.1),
+            ("area_ratio", 0.1),
+            ("angle_ratio", 0.2),
+        ):
+            assert there[over][measure]["median"] == pytest.approx(
+                back[under][measure]["median"], rel=most
+            )
 
 
 def test_faces_of_b_without_area_are_no_obstacle(pair, found):
@@ -191,13 +209,17 @@ def test_the_gradient_of_the_strain_is_its_first_variation(pair):
         for k in range(2):
             move = np.zeros_like(a.map.sphere)
             move[vertex] = h * axes[k, :, vertex]
-            ahead, behind = (strain.by_face(unit_rows(a.map.sphere + sign * move)).sum() for sign in (1, -1))
+            ahead, behind = (
+                strain.by_face(unit_rows(a.map.sphere + sign * move)).sum() for sign in (1, -1)
+            )
             assert np.isclose(gradient[k, vertex], (ahead - behind) / (2 * h), rtol=1e-4, atol=1e-5)
 
 
 def test_bisected_faces_are_a_sphere_of_the_same_area():
     x, f = ism.samples.sphere(162)
-    edges = np.stack([np.linalg.norm(x[f[:, k - 2]] - x[f[:, k - 1]], axis=1) for k in range(3)], axis=1)
+    edges = np.stack(
+        [np.linalg.norm(x[f[:, k - 2]] - x[f[:, k - 1]], axis=1) for k in range(3)], axis=1
+    )
     edges[: len(f) // 2] = 0
     finer, ends, parts = bisected(f, edges, len(x))
     y = np.concatenate((x, x[ends].mean(axis=1)))
@@ -213,23 +235,34 @@ def test_landmarks_that_cannot_be_met_are_named():
     """A face of a coarse mesh that is turned over."""
     a = mapped("pear", 100)
     face = a.faces[0]
-    with pytest.raises(ism.MapError, match=r"of 3 landmarks can't be met .* give soft=True") as refused:
+    with pytest.raises(
+        ism.MapError, match=r"of 3 landmarks can't be met .* give soft=True"
+    ) as refused:
         ism.shapes.match(a, a, landmarks=(face, face[::-1]))
     assert refused.value.result.certificate.folding_free
 
 
-@pytest.mark.parametrize(("landmarks", "words"), [
-    (([0, 1, 2],), "no pair for landmarks"),
-    (([0, 1], [0]), "2 landmarks of the source have 1 points of the target"),
-    (([0, 5000], [0, 1]), "landmark 1 of the source is vertex 5000"),
-    (([0, -1], [0, 1]), "landmark 1 of the source is vertex -1"),
-    (([0, 7, 7], [0, 1, 2]), "landmark 1 and landmark 2 are one point of the source"),
-    (([0, 7, 8], [4, 1, 4]), "landmark 0 and landmark 2 are one point of the target"),
-    (([0.5, 1], [0, 1]), "landmarks of the source are not a list of vertex indices"),
-    (([], []), "landmarks of the source are not a list"),
-    (([0], ism.Location(np.array([0]), np.array([[0.9, 0.9, -0.8]]))), "weights of point 0 of the target"),
-    (([0], ism.Location(np.array([10**6]), np.array([[1.0, 0, 0]]))), "point 0 of the target is in face 1000000"),
-])
+@pytest.mark.parametrize(
+    ("landmarks", "words"),
+    [
+        (([0, 1, 2],), "no pair for landmarks"),
+        (([0, 1], [0]), "2 landmarks of the source have 1 points of the target"),
+        (([0, 5000], [0, 1]), "landmark 1 of the source is vertex 5000"),
+        (([0, -1], [0, 1]), "landmark 1 of the source is vertex -1"),
+        (([0, 7, 7], [0, 1, 2]), "landmark 1 and landmark 2 are one point of the source"),
+        (([0, 7, 8], [4, 1, 4]), "landmark 0 and landmark 2 are one point of the target"),
+        (([0.5, 1], [0, 1]), "landmarks of the source are not a list of vertex indices"),
+        (([], []), "landmarks of the source are not a list"),
+        (
+            ([0], ism.Location(np.array([0]), np.array([[0.9, 0.9, -0.8]]))),
+            "weights of point 0 of the target",
+        ),
+        (
+            ([0], ism.Location(np.array([10**6]), np.array([[1.0, 0, 0]]))),
+            "point 0 of the target is in face 1000000",
+        ),
+    ],
+)
 def test_wrong_landmarks_are_named(pair, landmarks, words):
     with pytest.raises(ism.MeshError, match=words):
         ism.shapes.match(*pair[:2], landmarks=landmarks)
@@ -254,7 +287,9 @@ def test_refusals(pair):
     with pytest.raises(ism.MeshError, match="is a sphere"):
         ism.shapes.match(ball, b)
     with pytest.raises(ism.MeshError, match="is a sphere"):
-        ism.shapes.register(a, ism.sphere_map(b.sphere, b.faces, b.sphere), features=(a.vertices, b.vertices))
+        ism.shapes.register(
+            a, ism.sphere_map(b.sphere, b.faces, b.sphere), features=(a.vertices, b.vertices)
+        )
 
 
 def test_a_surface_that_is_inside_out_is_named(pair):
@@ -262,7 +297,9 @@ def test_a_surface_that_is_inside_out_is_named(pair):
     a, b = pair[:2]
     out = ism.sphere_map(a.vertices * [-1, 1, 1], a.faces, a.sphere)
     for call in (ism.shapes.match, ism.shapes.register):
-        with pytest.raises(ism.MeshError, match="the source is inside out: its faces point inwards") as refused:
+        with pytest.raises(
+            ism.MeshError, match="the source is inside out: its faces point inwards"
+        ) as refused:
             call(out, b)
         assert refused.value.remedy.function == "repair_mesh"
         with pytest.raises(ism.MeshError, match="the target is inside out"):

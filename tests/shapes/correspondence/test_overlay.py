@@ -15,15 +15,20 @@ from igl_spheremap.resampling.transfer import interpolate
 from igl_spheremap.shapes.correspondence.overlay import Overlay, overlay
 
 
-def signed_areas(v: np.ndarray, f: np.ndarray, p: np.ndarray, parts: np.ndarray, owner: np.ndarray) -> tuple[
-        np.ndarray, np.ndarray]:
+def signed_areas(
+    v: np.ndarray, f: np.ndarray, p: np.ndarray, parts: np.ndarray, owner: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Areas of parts in the planes of the faces that own them, and of these faces."""
-    normal, own = (np.cross(q[g[:, 1]] - q[g[:, 0]], q[g[:, 2]] - q[g[:, 0]]) for q, g in ((p, parts), (v, f)))
+    normal, own = (
+        np.cross(q[g[:, 1]] - q[g[:, 0]], q[g[:, 2]] - q[g[:, 0]]) for q, g in ((p, parts), (v, f))
+    )
     twice = np.linalg.norm(own, axis=1)
     return np.einsum("ij,ij->i", normal, own[owner]) / twice[owner] / 2, twice / 2
 
 
-def check_tiles(common: Overlay, a: ism.SphereMap, b: ism.SphereMap, tolerance: float = 1e-12) -> None:
+def check_tiles(
+    common: Overlay, a: ism.SphereMap, b: ism.SphereMap, tolerance: float = 1e-12
+) -> None:
     assert half_edges(common.faces, len(common.on_source)) is not None
     assert len(common.faces) == 2 * len(common.on_source) - 4
     assert np.array_equal(common.on_source[: len(a.vertices)], a.vertices)
@@ -34,8 +39,12 @@ def check_tiles(common: Overlay, a: ism.SphereMap, b: ism.SphereMap, tolerance: 
         assert (areas >= 0).all()
         assert np.count_nonzero(areas == 0) == unresolved <= 1e-4 * len(areas)
         assert np.abs(np.bincount(owner, areas, len(whole)) / whole - 1).max() < tolerance
-    assert np.allclose(interpolate(a.vertices, a.faces, common.source_location), common.on_source, atol=1e-13)
-    assert np.allclose(interpolate(b.vertices, b.faces, common.target_location), common.on_target, atol=1e-13)
+    assert np.allclose(
+        interpolate(a.vertices, a.faces, common.source_location), common.on_source, atol=1e-13
+    )
+    assert np.allclose(
+        interpolate(b.vertices, b.faces, common.target_location), common.on_target, atol=1e-13
+    )
 
 
 def mapped(name: str, n: int) -> ism.SphereMap:
@@ -43,7 +52,9 @@ def mapped(name: str, n: int) -> ism.SphereMap:
 
 
 def turned(a: ism.SphereMap, seed: int) -> ism.SphereMap:
-    return ism.sphere_map(a.vertices, a.faces, a.sphere @ Rotation.random(random_state=seed).as_matrix())
+    return ism.sphere_map(
+        a.vertices, a.faces, a.sphere @ Rotation.random(random_state=seed).as_matrix()
+    )
 
 
 def hull(points: np.ndarray) -> ism.SphereMap:
@@ -79,12 +90,16 @@ def test_a_surface_on_itself_is_itself() -> None:
     common = overlay(a, a)
     check_tiles(common, a, a)
     assert np.array_equal(common.on_source, common.on_target)
-    assert set(map(tuple, np.sort(common.faces, axis=1))) == set(map(tuple, np.sort(a.faces, axis=1)))
+    assert set(map(tuple, np.sort(common.faces, axis=1))) == set(
+        map(tuple, np.sort(a.faces, axis=1))
+    )
 
 
 CUBE = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 AXES = np.vstack((np.eye(3), -np.eye(3)))
-MIDDLES = np.array([p for p in itertools.product((-1.0, 0.0, 1.0), repeat=3) if np.count_nonzero(p) == 2])
+MIDDLES = np.array(
+    [p for p in itertools.product((-1.0, 0.0, 1.0), repeat=3) if np.count_nonzero(p) == 2]
+)
 SOLIDS = {
     "cube": CUBE, "axes": AXES, "middles": MIDDLES, "tetrahedron": CUBE[[0, 3, 5, 6]], "opposite": -CUBE[[0, 3, 5, 6]],
     "cube and axes": np.vstack((CUBE, AXES)), "middles and axes": np.vstack((MIDDLES, AXES)),
@@ -121,7 +136,9 @@ def test_edges_that_coincide_but_for_rounding_are_merged(sizes: tuple[int, int])
 
 
 @pytest.mark.parametrize("sizes", [(42, 252), (92, 42)])
-def test_edges_of_one_great_circle_that_overlap_in_part_cross_at_one_point(sizes: tuple[int, int]) -> None:
+def test_edges_of_one_great_circle_that_overlap_in_part_cross_at_one_point(
+    sizes: tuple[int, int],
+) -> None:
     """Edges of icosahedra cut in three and five parts lie on edges cut in two: their chords are far from parallel."""
     turn = Rotation.random(random_state=1133).as_matrix()
     a, b = (ism.sphere_map(x, f, x @ turn) for x, f in (ism.samples.sphere(n) for n in sizes))
@@ -131,7 +148,9 @@ def test_edges_of_one_great_circle_that_overlap_in_part_cross_at_one_point(sizes
 # a neck is small on the sphere
 @pytest.mark.parametrize(("name", "tolerance"), [("pear", 1e-12), ("dumbbell", 1e-11)])
 @pytest.mark.parametrize("noise", [0.0, 1e-16, 1e-15, 3e-15, 1e-14, 1e-13, 1e-9, 1e-4])
-def test_a_map_that_is_nearly_the_other_one_gives_positive_faces(noise: float, name: str, tolerance: float) -> None:
+def test_a_map_that_is_nearly_the_other_one_gives_positive_faces(
+    noise: float, name: str, tolerance: float
+) -> None:
     """Turned there and back, and shaken: rounding, and far above it."""
     a, turn = mapped(name, 1500), Rotation.random(random_state=4).as_matrix()
     x = a.sphere @ turn @ turn.T + noise * np.random.default_rng(0).normal(size=a.sphere.shape)
@@ -146,7 +165,9 @@ def halved(v: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     sides = np.sort(f[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     ends, number = np.unique(sides, axis=0, return_inverse=True)
     (a, b, c), (p, q, r) = f.T, number.reshape(-1, 3).T + len(v)
-    return ends, np.concatenate([np.column_stack(each) for each in ((a, p, r), (p, b, q), (r, q, c), (p, q, r))])
+    return ends, np.concatenate(
+        [np.column_stack(each) for each in ((a, p, r), (p, b, q), (r, q, c), (p, q, r))]
+    )
 
 
 @pytest.mark.parametrize("seed", [0, 1, 5, 9, 13, 14])
@@ -181,11 +202,15 @@ def test_faces_without_area_on_b_have_none_there_and_keep_theirs_on_a() -> None:
     flat[k] = (flat[i] + flat[j]) / 2
     squeezed = ism.sphere_map(flat, b.faces, b.sphere)
     common = overlay(a, squeezed)
-    areas, whole = signed_areas(a.vertices, a.faces, common.on_source, common.faces, common.source_face)
+    areas, whole = signed_areas(
+        a.vertices, a.faces, common.on_source, common.faces, common.source_face
+    )
     assert (areas > 0).all()
     assert np.allclose(np.bincount(common.source_face, areas), whole, rtol=1e-12)
     corners = common.on_target[common.faces[common.target_face == 0]]
-    assert np.abs(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])).max() < 1e-15
+    assert (
+        np.abs(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])).max() < 1e-15
+    )
 
 
 def test_a_folded_map_is_refused() -> None:
@@ -198,7 +223,9 @@ def test_a_folded_map_is_refused() -> None:
 
 
 @pytest.mark.parametrize("name", ["dumbbell", "pear"])
-def test_limbs_that_float64_does_not_resolve_on_the_other_surface_have_no_negative_faces(name: str) -> None:
+def test_limbs_that_float64_does_not_resolve_on_the_other_surface_have_no_negative_faces(
+    name: str,
+) -> None:
     a, b = mapped("spring", 600), turned(mapped(name, 300), 0)
     common = overlay(a, b)
     assert half_edges(common.faces, len(common.on_source)) is not None

@@ -58,10 +58,16 @@ def test_a_copy_that_is_meshed_anew_turns_back(dino):
 def test_a_planted_moebius_map_comes_back(ball):
     fixed, values = ball
     moving = moved(fixed, moebius(fixed.sphere, [0.1, -0.05, 0.1]) @ R.T)
-    result = ism.shapes.register(moving, fixed, features=(values, values), stages=["rotation", "moebius"])
+    result = ism.shapes.register(
+        moving, fixed, features=(values, values), stages=["rotation", "moebius"]
+    )
     off = np.linalg.norm(result.map.sphere - fixed.sphere, axis=1)
-    assert off.mean() < 0.01 < 0.05 < np.linalg.norm(
-        moving.sphere @ result.rotation.T - fixed.sphere, axis=1).mean()
+    assert (
+        off.mean()
+        < 0.01
+        < 0.05
+        < np.linalg.norm(moving.sphere @ result.rotation.T - fixed.sphere, axis=1).mean()
+    )
     assert result.map.certificate.folding_free
     correlations = np.array([stage.correlation for stage in result.stages])
     assert (np.diff(correlations, axis=0) > 0).all()
@@ -75,7 +81,9 @@ def test_of_rotations_that_correlate_alike_that_of_least_strain_is_taken():
     body, c = ism.sphere_map(v, f, x), np.random.default_rng(0).normal(size=(36, 1))
     there, turned = synthesis(c, x), synthesis(c, x * [-1, -1, 1])
     features = 0.9 * there + 1.1 * turned, 1.1 * there + 0.9 * turned
-    correlated = ism.shapes.register(moved(body, x @ R.T), body, features=features, stages=["rotation"])
+    correlated = ism.shapes.register(
+        moved(body, x @ R.T), body, features=features, stages=["rotation"]
+    )
     assert rotation_angle(correlated.rotation @ R) > 175
     result = ism.shapes.register(moved(body, x @ R.T), body, features=features)
     assert rotation_angle(result.rotation @ R) < 5
@@ -89,7 +97,9 @@ def bodies():
     x, f = ism.samples.sphere(642)
     v = x * np.exp(0.04 * synthesis(np.random.default_rng(0).normal(size=(81, 1)), x))
     bent = v * [1, 1.1, 0.9] + 0.05 * np.sin(3 * v[:, [1, 2, 0]])
-    return ism.balanced_spherical_map(bent, f, balance=0.85), ism.balanced_spherical_map(v, f, balance=0.85)
+    return ism.balanced_spherical_map(bent, f, balance=0.85), ism.balanced_spherical_map(
+        v, f, balance=0.85
+    )
 
 
 def distance(body, p, q):
@@ -99,10 +109,15 @@ def distance(body, p, q):
 
 def test_a_bent_body_lies_on_its_vertices_whichever_way_its_sphere_is_turned(bodies):
     bent, body = bodies
-    results = (ism.shapes.register(moved(bent, bent.sphere @ Q.T), body, stages=stages)
-               for Q, stages in ((R, ["rotation"]), (np.eye(3), USUAL), (R, USUAL)))
+    results = (
+        ism.shapes.register(moved(bent, bent.sphere @ Q.T), body, stages=stages)
+        for Q, stages in ((R, ["rotation"]), (np.eye(3), USUAL), (R, USUAL))
+    )
     start, *ends = (ism.transfer(body, body.vertices, result.map.sphere) for result in results)
-    assert all(distance(body, end, body.vertices) < 0.6 * distance(body, start, body.vertices) for end in ends)
+    assert all(
+        distance(body, end, body.vertices) < 0.6 * distance(body, start, body.vertices)
+        for end in ends
+    )
     assert distance(body, *ends) < 0.002
 
 
@@ -117,7 +132,9 @@ def test_stages_report_what_they_did(ball):
     fixed, values = ball
     seen = []
     turned = moved(fixed, fixed.sphere @ R.T)
-    result = ism.shapes.register(turned, fixed, features=(values, values), stages=ALL, listener=seen.append)
+    result = ism.shapes.register(
+        turned, fixed, features=(values, values), stages=ALL, listener=seen.append
+    )
     assert [stage.name for stage in result.stages] == ["start", "rotation", "moebius", "elastic"]
     assert all(stage.strain < 1e-12 for stage in result.stages[:2])
     assert seen[0].stage == "rotation"
@@ -149,9 +166,16 @@ def test_a_planted_warp_comes_back_through_bijections(ball):
     fixed, values = ball
     warped = moved(fixed, warp(fixed.sphere, 0.06) @ R.T)
     seen = []
-    result = ism.shapes.register(warped, fixed, features=(values, values), stages=ALL, listener=seen.append)
-    rigid = ism.shapes.register(warped, fixed, features=(values, values), stages=["rotation", "moebius"])
-    before, after = (np.degrees(np.linalg.norm(r.map.sphere - fixed.sphere, axis=1)).mean() for r in (rigid, result))
+    result = ism.shapes.register(
+        warped, fixed, features=(values, values), stages=ALL, listener=seen.append
+    )
+    rigid = ism.shapes.register(
+        warped, fixed, features=(values, values), stages=["rotation", "moebius"]
+    )
+    before, after = (
+        np.degrees(np.linalg.norm(r.map.sphere - fixed.sphere, axis=1)).mean()
+        for r in (rigid, result)
+    )
     assert before > 4
     assert after < before / 5
     assert all(ism.certify(iterate.x, fixed.faces).folding_free for iterate in seen)
@@ -162,11 +186,17 @@ def test_a_planted_warp_comes_back_through_bijections(ball):
 def test_stiffer_maps_agree_less_and_strain_the_surfaces_less(ball):
     fixed, values = ball
     off = values + 0.5 * np.random.default_rng(1).normal(size=values.shape)
-    results = [ism.shapes.register(fixed, fixed, features=(off, values), stages=["elastic"], stiffness=s)
-               for s in (0.1, 10.0, 1e6)]
+    results = [
+        ism.shapes.register(fixed, fixed, features=(off, values), stages=["elastic"], stiffness=s)
+        for s in (0.1, 10.0, 1e6)
+    ]
     agree = [result.stages[-1].correlation.mean() for result in results]
-    strain = [np.abs(np.log(face_areas(r.map.sphere, fixed.faces) / face_areas(fixed.sphere, fixed.faces))).mean()
-              for r in results]
+    strain = [
+        np.abs(
+            np.log(face_areas(r.map.sphere, fixed.faces) / face_areas(fixed.sphere, fixed.faces))
+        ).mean()
+        for r in results
+    ]
     assert agree[0] > agree[1] > agree[2]
     assert strain[0] > strain[1] > 1e-3 > strain[2]
 
@@ -181,7 +211,9 @@ def test_a_listener_may_stop(ball):
         if len(seen) == 3:
             raise StopIteration
 
-    result = ism.shapes.register(warped, fixed, features=(values, values), stages=ALL, listener=stop_at_the_third)
+    result = ism.shapes.register(
+        warped, fixed, features=(values, values), stages=ALL, listener=stop_at_the_third
+    )
     assert np.allclose(result.map.sphere, seen[-1], atol=1e-15)
     assert [stage.name for stage in result.stages] == ["start", "rotation", "moebius"]
 
@@ -212,7 +244,9 @@ def test_a_mirror_image_keeps_its_map():
 def test_the_same_input_gives_the_same_bits():
     x, f = ism.samples.sphere(642)
     fixed, values = ism.sphere_map(x * [1, 1.1, 1.2], f, x), np.exp(x[:, :2])
-    first, second = (ism.shapes.register(fixed, fixed, features=(values, values)).map.sphere for _ in range(2))
+    first, second = (
+        ism.shapes.register(fixed, fixed, features=(values, values)).map.sphere for _ in range(2)
+    )
     assert np.array_equal(first, second)
 
 
@@ -228,7 +262,9 @@ def test_unlike_shapes_are_certified_and_doubted():
 
 def test_limbs_of_conformal_maps_keep_their_certificate():
     """And what is lost in them is noted."""
-    target, source = (ism.spherical_conformal_map(*ism.samples.make("dino", n_vertices=n)) for n in (5000, 2500))
+    target, source = (
+        ism.spherical_conformal_map(*ism.samples.make("dino", n_vertices=n)) for n in (5000, 2500)
+    )
     result = ism.shapes.register(source, target)
     assert result.map.certificate.folding_free
     assert "the stage rotation lowered the correlation" in result.notes[-1]
@@ -260,7 +296,9 @@ def test_the_depth_potential_is_highest_on_a_bump():
     x, f = ism.samples.sphere(10 * 4**4 + 2)
     bump = np.exp(-20 * ((x - [0, 0, 1]) ** 2).sum(axis=1))
     for ell in (0.7, 0.1):
-        assert depth_potential(x * (1 + 0.3 * bump[:, None]), f, ell=ell).argmax() in np.flatnonzero(bump > 0.9)
+        assert depth_potential(
+            x * (1 + 0.3 * bump[:, None]), f, ell=ell
+        ).argmax() in np.flatnonzero(bump > 0.9)
 
 
 def test_the_depth_potential_of_a_wavy_sphere():
@@ -289,7 +327,9 @@ def test_refusals(ball):
     with pytest.raises(ism.MeshError, match=r"features of the source have shape \(3,\)"):
         ism.shapes.register(fixed, fixed, features=([1, 2, 3], values))
     with pytest.raises(ism.MeshError, match=r"features of the target are not finite at 1 vertex,"):
-        ism.shapes.register(fixed, fixed, features=(values[:, 0], np.where(np.arange(n) == 7, np.nan, values[:, 0])))
+        ism.shapes.register(
+            fixed, fixed, features=(values[:, 0], np.where(np.arange(n) == 7, np.nan, values[:, 0]))
+        )
     with pytest.raises(ism.MeshError, match="features of the target are constant in column 0"):
         ism.shapes.register(fixed, fixed, features=(values[:, 0], np.full(n, 3.0)))
     with pytest.raises(ValueError, match="2 columns but features of the target 1"):
@@ -302,5 +342,8 @@ def test_refusals(ball):
 def test_features_of_any_size_register_alike(ball, power):
     fixed, values = ball
     turned = moved(fixed, fixed.sphere @ R.T)
-    found = [ism.shapes.register(turned, fixed, features=(np.ldexp(values, k), values)).map.sphere for k in (0, power)]
+    found = [
+        ism.shapes.register(turned, fixed, features=(np.ldexp(values, k), values)).map.sphere
+        for k in (0, power)
+    ]
     assert np.array_equal(*found)

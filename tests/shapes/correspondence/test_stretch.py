@@ -11,7 +11,9 @@ from igl_spheremap.shapes.correspondence.stretch import Distortion
 
 def test_a_similarity_has_none() -> None:
     v, f = ism.samples.make("pear", n_vertices=400)
-    found = Distortion.of(v, 7 * v @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0], f)
+    found = Distortion.of(
+        v, 7 * v @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0], f
+    )
     assert np.allclose(found.symmetric_dirichlet, 4)
     assert np.allclose(found.area_ratio, 1)
     assert np.allclose(found.angle_ratio, 1, atol=1e-6)
@@ -30,9 +32,15 @@ def test_a_stretch_of_the_plane_has_its_singular_values() -> None:
 
 
 def test_the_inverse_has_the_same_distortion() -> None:
-    a, b = (ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=500)) for name in ("pear", "dumbbell"))
+    a, b = (
+        ism.spherical_conformal_map(*ism.samples.make(name, n_vertices=500))
+        for name in ("pear", "dumbbell")
+    )
     nothing = Location(np.empty(0, dtype=np.int64), np.empty((0, 3)))
-    there, back = (ism.shapes.SurfaceMap(*pair, nothing.face, nothing).distortion() for pair in ((a, b), (b, a)))
+    there, back = (
+        ism.shapes.SurfaceMap(*pair, nothing.face, nothing).distortion()
+        for pair in ((a, b), (b, a))
+    )
     for name in ("symmetric_dirichlet", "area_ratio", "angle_ratio"):
         one, other = there.figures["over_source"][name], back.figures["over_target"][name]
         assert np.allclose(list(one.values()), list(other.values()), rtol=1e-6)

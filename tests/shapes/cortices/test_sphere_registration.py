@@ -35,27 +35,40 @@ def made(tmp_path_factory):
     desk = tmp_path_factory.mktemp("cortex")
     to = write_template(desk)
     x, _ = sphere(642)
-    write_scalars(desk / "lh.halves.annot", {"halves": (x[:, 1] > 0) * 1.0}, metadata={"labels": TABLE})
+    write_scalars(
+        desk / "lh.halves.annot", {"halves": (x[:, 1] > 0) * 1.0}, metadata={"labels": TABLE}
+    )
     y, f = turned(500)
     for kind, factor in (("white", 1.0), ("pial", THICK)):
         write_mesh(desk / f"sub-07_ses-1_hemi-L_{kind}.surf.gii", factor * body(y), f)
-    options = {"to": [to], "names": ("bids", "freesurfer", "hcp"), "labels": [f"{desk}/{{hemi}}.halves.annot"]}
+    options = {
+        "to": [to],
+        "names": ("bids", "freesurfer", "hcp"),
+        "labels": [f"{desk}/{{hemi}}.halves.annot"],
+    }
     (row,) = run(desk, **options, report=desk / "page")
     return desk, row, y, f, options
 
 
 def run(desk, sources=("sub-07_ses-1_hemi-L_white.surf.gii",), out="out/{subject}", **options):
     with ThreadPoolExecutor(1) as threads:
-        return register_hemispheres([desk / source for source in sources], str(desk / out), **options,
-                                    engine=ism.Engine(executor=threads, processes=1))
+        return register_hemispheres(
+            [desk / source for source in sources],
+            str(desk / out),
+            **options,
+            engine=ism.Engine(executor=threads, processes=1),
+        )
 
 
 def test_the_registered_sphere_lies_on_the_template(made):
     desk, row, y, _, _ = made
     assert row.status == "certified"
     assert row.unlike < 0.03
-    for name in ("sub-07_ses-1_hemi-L_space-mine_desc-reg_sphere.surf.gii", "lh.mine.sphere.reg",
-                 "sub-07.L.sphere.reg.mine.native.surf.gii"):
+    for name in (
+        "sub-07_ses-1_hemi-L_space-mine_desc-reg_sphere.surf.gii",
+        "lh.mine.sphere.reg",
+        "sub-07.L.sphere.reg.mine.native.surf.gii",
+    ):
         x, g = read_sphere(desk / "out/sub-07" / name)
         check = certify_radius(x, g)
         assert check.folding_free
@@ -69,7 +82,13 @@ def test_labels_are_right_where_they_are_sure(made):
     desk, _, y, _, _ = made
     folder = desk / "out/sub-07"
     labels = next(iter(read_scalars(folder / "lh.halves.annot").values()))
-    margin = next(iter(read_scalars(folder / "sub-07_ses-1_hemi-L_seg-halves_desc-margin_probseg.shape.gii").values()))
+    margin = next(
+        iter(
+            read_scalars(
+                folder / "sub-07_ses-1_hemi-L_seg-halves_desc-margin_probseg.shape.gii"
+            ).values()
+        )
+    )
     truth, border = y[:, 1] > 0, np.abs(y[:, 1])
     right = labels == truth
     assert 0.8 < (margin == 1).mean() < 1
@@ -77,7 +96,10 @@ def test_labels_are_right_where_they_are_sure(made):
     assert right[margin < 1].mean() < right[margin == 1].mean()
     assert border[margin < 1].max() < 0.3
     assert read_labels(folder / "lh.halves.annot") == TABLE
-    for name in ("sub-07_ses-1_hemi-L_seg-halves_dseg.label.gii", "sub-07.L.halves.native.label.gii"):
+    for name in (
+        "sub-07_ses-1_hemi-L_seg-halves_dseg.label.gii",
+        "sub-07.L.halves.native.label.gii",
+    ):
         assert np.array_equal(next(iter(read_scalars(folder / name).values())), labels)
         assert read_labels(folder / name) == TABLE
 
@@ -85,19 +107,26 @@ def test_labels_are_right_where_they_are_sure(made):
 def test_data_are_those_of_the_surfaces(made):
     desk, _, y, f, _ = made
     folder, white = desk / "out/sub-07", body(y)
-    data = {name: next(iter(read_scalars(folder / f"lh.{name}").values())) for name in ("sulc", "curv", "area",
-                                                                                      "mine.distortion")}
+    data = {
+        name: next(iter(read_scalars(folder / f"lh.{name}").values()))
+        for name in ("sulc", "curv", "area", "mine.distortion")
+    }
     middle = ism.read_mesh(folder / "lh.midthickness")
     assert np.allclose(middle.v, white * (1 + THICK) / 2, rtol=1e-6)
     assert np.array_equal(middle.f, f)
     assert np.isclose(data["area"].sum(), surface_area(white, f), rtol=1e-5)
-    own, registered = (vertex_areas(read_sphere(folder / f"lh.{name}").v, f) for name in ("sphere", "mine.sphere.reg"))
+    own, registered = (
+        vertex_areas(read_sphere(folder / f"lh.{name}").v, f)
+        for name in ("sphere", "mine.sphere.reg")
+    )
     assert np.allclose(data["mine.distortion"], np.log2(registered / own), atol=1e-3)
     height = np.linalg.norm(white, axis=1)
     # FreeSurfer's are high in valleys, HCP's on ridges
     assert np.corrcoef(data["curv"], height)[0, 1] < -0.5
     for convention, freesurfer in (("sulc", "sulc"), ("curvature", "curv")):
-        theirs = next(iter(read_scalars(folder / f"sub-07.L.{convention}.native.shape.gii").values()))
+        theirs = next(
+            iter(read_scalars(folder / f"sub-07.L.{convention}.native.shape.gii").values())
+        )
         assert np.allclose(theirs, -data[freesurfer], rtol=1e-5, atol=1e-7)
 
 
@@ -109,15 +138,19 @@ def test_curvature_is_in_units_of_the_surface(tmp_path):
         write_mesh(tmp_path / f"sub-{scale}_hemi-L_pial.surf.gii", scale * body(y), f)
     run(tmp_path, [f"sub-{scale}_hemi-L_pial.surf.gii" for scale in (1, 2)], "out", to=[to])
     for name, factor in (("sulc", 2), ("curv", 0.5), ("area", 4)):
-        one, two = (next(iter(read_scalars(tmp_path / f"out/sub-{scale}_hemi-L_{name}.shape.gii").values()))
-                    for scale in (1, 2))
+        one, two = (
+            next(iter(read_scalars(tmp_path / f"out/sub-{scale}_hemi-L_{name}.shape.gii").values()))
+            for scale in (1, 2)
+        )
         assert np.allclose(two, factor * one, rtol=1e-3, atol=1e-4 * np.abs(two).max())
 
 
 def test_the_resampled_surface_has_the_templates_vertices(made):
     desk = made[0]
     x, f = sphere(642)
-    found = ism.read_mesh(desk / "out/sub-07/sub-07_ses-1_hemi-L_space-mine_den-642_midthickness.surf.gii")
+    found = ism.read_mesh(
+        desk / "out/sub-07/sub-07_ses-1_hemi-L_space-mine_den-642_midthickness.surf.gii"
+    )
     assert np.array_equal(found.f, f)
     assert found.metadata["structure"] == "CortexLeft"
     expected = body(x) * (1 + THICK) / 2
@@ -172,7 +205,9 @@ def test_files_of_others_are_kept(made):
 
 def test_rows_go_through_tables(made, tmp_path):
     for suffix in (".tsv", ".csv"):
-        write_table(tmp_path / f"rows{suffix}", [made[1], replace(made[1], target="b", status="no mesh")])
+        write_table(
+            tmp_path / f"rows{suffix}", [made[1], replace(made[1], target="b", status="no mesh")]
+        )
         first, second = read_table(tmp_path / f"rows{suffix}")
         assert isinstance(first, RegistrationRow)
         assert first == replace(made[1])
@@ -184,7 +219,9 @@ def test_a_mirror_image_lies_on_the_other_side(tmp_path):
     to = write_template(tmp_path, hemi="rh")
     y, f = turned(400)
     write_mesh(tmp_path / "lh.pial.stand-in.surf.gii", body(y), f)
-    (row,) = run(tmp_path, ["lh.pial.stand-in.surf.gii"], "out", to=[to], names=["freesurfer"], reflect=True)
+    (row,) = run(
+        tmp_path, ["lh.pial.stand-in.surf.gii"], "out", to=[to], names=["freesurfer"], reflect=True
+    )
     assert row.status == "certified"
     x, g = read_sphere(tmp_path / "out/lh.mine.mirrored.sphere.reg")
     assert certify_radius(x, g).folding_free
@@ -201,7 +238,9 @@ def test_surfaces_of_other_meshes_are_refused(tmp_path):
         write_mesh(tmp_path / f"lh.{name}", body(y), f)
     y, f = turned(300)
     write_mesh(tmp_path / "lh.open.surf.gii", body(y), f[1:])
-    rows = run(tmp_path, ["lh.white", "lh.open.surf.gii", "lh.none.surf.gii"], "out/{subject}", to=[to])
+    rows = run(
+        tmp_path, ["lh.white", "lh.open.surf.gii", "lh.none.surf.gii"], "out/{subject}", to=[to]
+    )
     assert [row.status for row in rows] == ["no mesh", "no mesh", "file"]
     assert "other vertices or faces" in rows[0].notes
     assert "open surface" in rows[1].notes
@@ -210,7 +249,9 @@ def test_surfaces_of_other_meshes_are_refused(tmp_path):
 def test_readers_of_others_take_the_files(made):
     nilearn = pytest.importorskip("nilearn.surface")
     folder = made[0] / "out/sub-07"
-    mesh = nilearn.load_surf_mesh(folder / "sub-07_ses-1_hemi-L_space-mine_desc-reg_sphere.surf.gii")
+    mesh = nilearn.load_surf_mesh(
+        folder / "sub-07_ses-1_hemi-L_space-mine_desc-reg_sphere.surf.gii"
+    )
     assert np.array_equal(mesh.faces, made[3])
     assert np.allclose(np.linalg.norm(mesh.coordinates, axis=1), 100)
     for name in ("sub-07_ses-1_hemi-L_sulc.shape.gii", "lh.sulc", "lh.halves.annot"):
@@ -223,7 +264,9 @@ def test_nitransforms_resamples_through_the_registered_sphere(made, tmp_path):
     surface = pytest.importorskip("nitransforms.surface")
     desk, _, y, _, _ = made
     reference = tmp_path / "template_sphere.surf.gii"
-    write_mesh(reference, *read_sphere(desk / "lh.sphere"), metadata={"geometric_type": "Spherical"})
+    write_mesh(
+        reference, *read_sphere(desk / "lh.sphere"), metadata={"geometric_type": "Spherical"}
+    )
     moving = desk / "out/sub-07/sub-07_ses-1_hemi-L_space-mine_desc-reg_sphere.surf.gii"
     nibabel = pytest.importorskip("nibabel")
     meshes = [surface.SurfaceMesh(nibabel.load(path)) for path in (reference, moving)]
@@ -245,7 +288,11 @@ def test_neuromaps_takes_data_and_spheres(made):
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
-        ({"to": ["fsaverage9"]}, ValueError, "to fsaverage9: give NAME=SURFACE,SPHERE, or one of fsaverage3"),
+        (
+            {"to": ["fsaverage9"]},
+            ValueError,
+            "to fsaverage9: give NAME=SURFACE,SPHERE, or one of fsaverage3",
+        ),
         ({"to": ["mine=a"]}, ValueError, "give NAME=SURFACE,SPHERE"),
         ({"to": ["mine=a.ply,b.ply"]}, OSError, "b.ply"),
         ({"names": ["spm"]}, ValueError, "unknown names 'spm': choose from bids"),
@@ -265,7 +312,11 @@ def test_wrong_arguments_are_named_before_the_work(options, error, message, tmp_
     write_mesh("white.ply", body(y), f)
     write_scalars("lh.short.annot", {"short": np.array([0.0, 1, 1])}, metadata={"labels": TABLE})
     before = sorted(os.listdir())
-    words = {"sources": ["lh.white"], "out": "out", "to": [to] * (1 + options.pop("twice", False))} | options
+    words = {
+        "sources": ["lh.white"],
+        "out": "out",
+        "to": [to] * (1 + options.pop("twice", False)),
+    } | options
     sources, out = words.pop("sources"), words.pop("out")
     with pytest.raises(error, match=message):
         register_hemispheres(sources, out, **words)
@@ -275,7 +326,9 @@ def test_wrong_arguments_are_named_before_the_work(options, error, message, tmp_
 def test_no_label_is_lost_on_the_way(made):
     """Files that name another side are left out."""
     desk, _, _, _, options = made
-    write_scalars(desk / "rh.halves.annot", {"halves": np.zeros(3)}, metadata={"labels": TABLE}, force=True)
+    write_scalars(
+        desk / "rh.halves.annot", {"halves": np.zeros(3)}, metadata={"labels": TABLE}, force=True
+    )
     labels = [f"{desk}/{hemi}.halves.annot" for hemi in ("lh", "rh")]
     (row,) = run(desk, **options | {"labels": labels})
     assert row.status == "certified"
@@ -304,7 +357,9 @@ def found_by(query, names):
     for name in names:
         *entities, suffix = name.split("_")
         values = dict(entity.split("-", 1) for entity in entities)
-        if suffix == end and all(want in (..., values.get(key)) for key, want in zip(KEYS, wanted, strict=True)):
+        if suffix == end and all(
+            want in (..., values.get(key)) for key, want in zip(KEYS, wanted, strict=True)
+        ):
             found.append(name)
     return found
 
@@ -315,7 +370,10 @@ def prepared(tmp_path_factory):
     desk = tmp_path_factory.mktemp("fmriprep")
     files = write_template(desk).partition("=")[2]
     x, _ = sphere(642)
-    table = (Label(0, "Medial_wall", (1.0, 0.0, 0.0, 1.0)), Label(1, "cortex", (0.0, 0.0, 1.0, 1.0)))
+    table = (
+        Label(0, "Medial_wall", (1.0, 0.0, 0.0, 1.0)),
+        Label(1, "cortex", (0.0, 0.0, 1.0, 1.0)),
+    )
     # -1: no label, as in FreeSurfer's own
     values = np.where(x[:, 1] > -0.6, 1.0, np.where(x[:, 0] > 0, 0.0, -1.0))
     write_scalars(desk / "lh.aparc.annot", {"aparc": values}, metadata={"labels": table})
@@ -331,8 +389,12 @@ def prepared(tmp_path_factory):
 def test_smriprep_finds_each_of_its_files_once(prepared):
     folder = prepared[0] / "out/sub-07/anat"
     names = [path.name for path in folder.iterdir()]
-    assert '"DatasetType": "derivative"' in (prepared[0] / "out/dataset_description.json").read_text()
-    assert {key: len(found_by(query, names)) for key, query in SMRIPREP.items()} == dict.fromkeys(SMRIPREP, 1)
+    assert (
+        '"DatasetType": "derivative"' in (prepared[0] / "out/dataset_description.json").read_text()
+    )
+    assert {key: len(found_by(query, names)) for key, query in SMRIPREP.items()} == dict.fromkeys(
+        SMRIPREP, 1
+    )
     for key in ("sphere", "sphere_reg", "sphere_reg_fsLR", "sphere_reg_msm"):
         assert certify_radius(*read_sphere(folder / found_by(SMRIPREP[key], names)[0])).folding_free
 
@@ -340,9 +402,18 @@ def test_smriprep_finds_each_of_its_files_once(prepared):
 def test_thickness_is_that_between_the_surfaces_and_none_on_the_medial_wall(prepared):
     desk, _, y, _ = prepared
     begin = desk / "out/sub-07/anat/sub-07_ses-1_hemi-L_"
-    mask, thickness, margin = (next(iter(read_scalars(f"{begin}{end}").values())) for end in (
-        "desc-cortex_mask.label.gii", "thickness.shape.gii", "seg-aparc_desc-margin_probseg.shape.gii"))
-    assert [label.name for label in read_labels(f"{begin}desc-cortex_mask.label.gii")] == ["???", "cortex"]
+    mask, thickness, margin = (
+        next(iter(read_scalars(f"{begin}{end}").values()))
+        for end in (
+            "desc-cortex_mask.label.gii",
+            "thickness.shape.gii",
+            "seg-aparc_desc-margin_probseg.shape.gii",
+        )
+    )
+    assert [label.name for label in read_labels(f"{begin}desc-cortex_mask.label.gii")] == [
+        "???",
+        "cortex",
+    ]
     assert (mask == (y[:, 1] > -0.6))[margin == 1].mean() > 0.98
     assert (thickness[mask == 0] == 0).all()
     white, pial = (ism.read_mesh(f"{begin}{kind}.surf.gii") for kind in ("white", "pial"))
@@ -355,7 +426,10 @@ def test_thickness_is_that_between_the_surfaces_and_none_on_the_medial_wall(prep
 def test_what_the_set_of_fmriprep_lacks_is_named(prepared, tmp_path):
     desk, options, y, f = prepared
     write_mesh(tmp_path / "sub-1_hemi-L_white.surf.gii", body(y), f)
-    with pytest.raises(ism.FileError, match="needs a pial surface beside it and labels whose table names the medial"):
+    with pytest.raises(
+        ism.FileError,
+        match="needs a pial surface beside it and labels whose table names the medial",
+    ):
         run(desk, [tmp_path / "sub-1_hemi-L_white.surf.gii"], **options)
 
 
@@ -365,7 +439,9 @@ def test_labels_that_are_no_whole_numbers_are_named(made, tmp_path, wrong):
     values = np.zeros(642)
     values[7] = wrong
     write_scalars(tmp_path / "lh.a.npz", {"a": values})
-    with pytest.raises(ism.MeshError, match=f"has the label {wrong:g} at vertex 7; give whole numbers"):
+    with pytest.raises(
+        ism.MeshError, match=f"has the label {wrong:g} at vertex 7; give whole numbers"
+    ):
         run(desk, to=options["to"], labels=[str(tmp_path / "lh.a.npz")])
 
 
@@ -381,7 +457,9 @@ def test_a_template_that_is_inside_out_is_named(made, tmp_path):
     x, f = sphere(642)
     write_mesh(tmp_path / "lh.pial", body(x) * [-1, 1, 1], f)
     write_mesh(tmp_path / "lh.sphere", 100 * x, f)
-    (row,) = run(made[0], out=str(tmp_path / "out"), to=[f"mine={tmp_path}/lh.pial,{tmp_path}/lh.sphere"])
+    (row,) = run(
+        made[0], out=str(tmp_path / "out"), to=[f"mine={tmp_path}/lh.pial,{tmp_path}/lh.sphere"]
+    )
     assert row.status == "file"
     assert "lh.sphere" in row.notes
     assert "inside out: its faces point inwards" in row.notes

@@ -22,7 +22,9 @@ def here():
 @pytest.fixture(scope="session")
 def group(maps, here):
     """Their group."""
-    return ism.shapes.template(maps, target="ico:2", features=[each.vertices for each in maps], engine=here)
+    return ism.shapes.template(
+        maps, target="ico:2", features=[each.vertices for each in maps], engine=here
+    )
 
 
 @pytest.fixture(scope="session")

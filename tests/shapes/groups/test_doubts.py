@@ -53,15 +53,19 @@ def test_the_first_registration_is_that_which_leads_nearest(arms):
 def twisted(x, by, bulge):
     """A flat body that is wound about its axis, which tells it from its mirror image."""
     p, angle = x * [1.5, 0.7, 0.3], by * x[:, 0]
-    turn = np.stack((np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)), axis=1).reshape(-1, 2, 2)
+    turn = np.stack((np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)), axis=1).reshape(
+        -1, 2, 2
+    )
     p[:, 1:] = np.einsum("nij,nj->ni", turn, p[:, 1:])
     return p * (1 + bulge * np.exp(-4 * ((x - [1, 0, 0]) ** 2).sum(axis=1)))[:, None]
 
 
 def test_a_mirrored_member_is_named_and_no_other(here):
     x, f = spiral(300, np.random.default_rng(0))
-    sources = [ism.balanced_spherical_map(twisted(x, *each), f, balance=1)
-               for each in ((1.2, 0.5), (1.1, 0.6), (1.3, 0.55), (1.15, 0.4), (1.25, 0.6))]
+    sources = [
+        ism.balanced_spherical_map(twisted(x, *each), f, balance=1)
+        for each in ((1.2, 0.5), (1.1, 0.6), (1.3, 0.55), (1.15, 0.4), (1.25, 0.6))
+    ]
     found = ism.shapes.template([*sources[:4], reflected(sources[4])], target="ico:2", engine=here)
     assert "mirror it" in " ".join(found.members[4].doubts)
     assert not any(member.doubts for member in found.members[:4])
@@ -75,7 +79,9 @@ def test_round_bodies_are_said_to_be_round_and_lie_nearest_about_their_axis(here
         x, f = spiral(300, rng)
         side = np.append(rng.normal(size=2), 0)
         bump = 0.05 * np.exp(-3 * ((x - side / np.linalg.norm(side)) ** 2).sum(axis=1))
-        sources.append((x * (1 + 0.4 * x[:, 2] + 0.4 * x[:, 2] ** 2 + bump)[:, None] * [1, 1, length], f))
+        sources.append(
+            (x * (1 + 0.4 * x[:, 2] + 0.4 * x[:, 2] ** 2 + bump)[:, None] * [1, 1, length], f)
+        )
     found = ism.shapes.template(sources, target="ico:2", engine=here)
     assert "the bodies are round" in found.notes[0]
     turns = Turns(found.sphere)
@@ -92,11 +98,15 @@ def test_good_groups_have_no_doubts(group, three, maps):
 
 def test_doubts_survive_in_files(group, tmp_path):
     doubtful = replace(group.members[1], doubts=("it lies wrong: look", "twice"))
-    noted = replace(group, members=(group.members[0], doubtful, *group.members[2:]), notes=("it moved",))
+    noted = replace(
+        group, members=(group.members[0], doubtful, *group.members[2:]), notes=("it moved",)
+    )
     ism.shapes.write_group(tmp_path, noted)
     again = ism.shapes.read_group(tmp_path)
     assert again.notes == noted.notes
-    assert [member.doubts for member in again.members] == [member.doubts for member in noted.members]
+    assert [member.doubts for member in again.members] == [
+        member.doubts for member in noted.members
+    ]
     assert "it lies wrong: look; twice" in (tmp_path / "members.tsv").read_text()
 
 
@@ -104,10 +114,16 @@ NOTHING = Laid(np.empty((0, 3)), 0.95, rival=3.0, angle=90.0, mirrored=1.0)
 DISTANCES, CORRELATIONS = np.array([1.0, 1.1, 0.9, 1.2, 1.0]), np.full(5, 0.95)
 
 
-@pytest.mark.parametrize(("laid", "distance", "words"), [
-    (NOTHING, 1.2, None), (NOTHING, 2.5, "2.5 times as far"), (NOTHING._replace(rival=1.05), 1.0, "by 90 degrees"),
-    (NOTHING._replace(mirrored=0.5), 1.0, "mirror it"), (NOTHING._replace(correlation=0.6), 1.0, "correlates"),
-])
+@pytest.mark.parametrize(
+    ("laid", "distance", "words"),
+    [
+        (NOTHING, 1.2, None),
+        (NOTHING, 2.5, "2.5 times as far"),
+        (NOTHING._replace(rival=1.05), 1.0, "by 90 degrees"),
+        (NOTHING._replace(mirrored=0.5), 1.0, "mirror it"),
+        (NOTHING._replace(correlation=0.6), 1.0, "correlates"),
+    ],
+)
 def test_what_is_doubted_of_a_member(laid, distance, words):
     said = member_doubts(laid, distance, DISTANCES, CORRELATIONS)
     assert len(said) == (words is not None)
@@ -121,9 +137,15 @@ def test_what_is_doubted_of_a_drift():
 
 
 def test_what_is_doubted_of_a_mean():
-    calm, kinds = (np.array([row]).T for row in ([-1, -0.2, 0.4, 0.1, 0.7, -0.5], [1.0, 1.1, 0.9, -1, -1, -1]))
+    calm, kinds = (
+        np.array([row]).T for row in ([-1, -0.2, 0.4, 0.1, 0.7, -0.5], [1.0, 1.1, 0.9, -1, -1, -1])
+    )
     assert not [*group_doubts([0.1, 0.001], True, None, [NOTHING] * 6, calm)]
     assert "moved by 4 percent" in next(group_doubts([0.1, 0.04], False, None, [NOTHING] * 6, calm))
-    assert "symmetric" in next(group_doubts([0.001], True, None, [NOTHING._replace(rival=1.05)] * 6, calm))
-    assert "(0.00, 0.60, 0.80)" in next(group_doubts([0.001], True, np.array([0, 3.0, 4.0]), [NOTHING] * 6, calm))
+    assert "symmetric" in next(
+        group_doubts([0.001], True, None, [NOTHING._replace(rival=1.05)] * 6, calm)
+    )
+    assert "(0.00, 0.60, 0.80)" in next(
+        group_doubts([0.001], True, np.array([0, 3.0, 4.0]), [NOTHING] * 6, calm)
+    )
     assert "into 3 and 3" in next(group_doubts([0.001], True, None, [NOTHING] * 6, kinds))

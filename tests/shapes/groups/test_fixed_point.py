@@ -9,7 +9,9 @@ from igl_spheremap.shapes.groups.fixed_point import Registered, fixed_point
 from igl_spheremap.shapes.groups.procrustes import generalised_procrustes
 
 X, F = sphere_mesh("ico:1")
-SHAPES = np.stack([body(X, *amounts) for amounts in ((-0.1, 0), (0, 0.05), (0.1, 0), (0.05, 0.1), (0, -0.1))])
+SHAPES = np.stack(
+    [body(X, *amounts) for amounts in ((-0.1, 0), (0, 0.05), (0.1, 0), (0.05, 0.1), (0, -0.1))]
+)
 
 
 class Constant:
@@ -64,7 +66,9 @@ def test_a_mean_that_does_not_settle_ends_after_some_rounds():
     rng = np.random.default_rng(0)
 
     def restless(members, target, restarts):
-        return Registered(list(members), SHAPES + 0.1 * rng.normal(size=SHAPES.shape), np.ones(len(X)), 0)
+        return Registered(
+            list(members), SHAPES + 0.1 * rng.normal(size=SHAPES.shape), np.ones(len(X)), 0
+        )
 
     fixed = found(restless)
     assert len(fixed.changes) == 10
@@ -73,7 +77,9 @@ def test_a_mean_that_does_not_settle_ends_after_some_rounds():
 
 def test_a_contraction_leads_to_its_fixed_point():
     def towards(members, target, restarts):
-        return Registered(list(members), SHAPES + 0.25 * (target.vertices - SHAPES[0]), np.ones(len(X)), 0)
+        return Registered(
+            list(members), SHAPES + 0.25 * (target.vertices - SHAPES[0]), np.ones(len(X)), 0
+        )
 
     fixed = found(towards)
     steps = np.array(fixed.changes[1:4])

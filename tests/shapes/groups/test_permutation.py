@@ -46,7 +46,9 @@ def test_chance_finds_something_anywhere_in_one_of_twenty_experiments():
     found = 0
     for draw in range(200):
         labels = np.random.default_rng(draw).permutation(20) < 10
-        found += ism.shapes.permutation_test(NOISE, labels, permutations=99, seed=draw).p.min() <= 0.05
+        found += (
+            ism.shapes.permutation_test(NOISE, labels, permutations=99, seed=draw).p.min() <= 0.05
+        )
     assert 2 <= found <= 20
 
 
@@ -67,20 +69,30 @@ def test_what_a_covariate_explains_is_not_the_variables():
     shapes = NOISE.shapes + 0.5 * age[:, None, None]
     variable = age + RNG.normal(size=20)
     assert ism.shapes.permutation_test(group_of(shapes), variable, permutations=99).p.min() <= 0.05
-    assert ism.shapes.permutation_test(group_of(shapes), variable, covariates=age, permutations=99).p.min() > 0.05
+    assert (
+        ism.shapes.permutation_test(
+            group_of(shapes), variable, covariates=age, permutations=99
+        ).p.min()
+        > 0.05
+    )
 
 
 SITE = np.repeat([0, 1, 2], [6, 7, 7])
-WAYS = {"dummies": (SITE[:, None] == [1, 2]).astype(float), "all dummies": (SITE[:, None] == [0, 1, 2]).astype(float),
-        "a constant": np.column_stack((SITE == 1, SITE == 2, np.full(20, 7.0))),
-        "twice": np.column_stack((SITE == 1, SITE == 1, 1e200 * (SITE == 2)))}
+WAYS = {
+    "dummies": (SITE[:, None] == [1, 2]).astype(float),
+    "all dummies": (SITE[:, None] == [0, 1, 2]).astype(float),
+    "a constant": np.column_stack((SITE == 1, SITE == 2, np.full(20, 7.0))),
+    "twice": np.column_stack((SITE == 1, SITE == 1, 1e200 * (SITE == 2))),
+}
 
 
 @pytest.mark.parametrize("augment", [False, True])
 def test_p_does_not_change_with_how_covariates_are_written(augment):
     x = np.random.default_rng(3).normal(size=20)
-    one, *others = (ism.shapes.permutation_test(NOISE, x, covariates=each, permutations=99, augment=augment)
-                    for each in WAYS.values())
+    one, *others = (
+        ism.shapes.permutation_test(NOISE, x, covariates=each, permutations=99, augment=augment)
+        for each in WAYS.values()
+    )
     for found in others:
         assert np.allclose(found.statistic, one.statistic)
         assert (found.p == one.p).all()
@@ -101,7 +113,9 @@ def test_units_of_data_and_variable_change_no_p():
     x = RNG.normal(size=20)
     one = ism.shapes.permutation_test(NOISE, x, permutations=19)
     for unit in (1e300, 1e-300):
-        found = ism.shapes.permutation_test(NOISE, unit * x, data=unit * NOISE.shapes, permutations=19)
+        found = ism.shapes.permutation_test(
+            NOISE, unit * x, data=unit * NOISE.shapes, permutations=19
+        )
         assert (found.p == one.p).all()
         assert np.allclose(found.effect, one.effect)
         assert np.allclose(found.error, one.error)
@@ -127,17 +141,31 @@ def test_augmented_models_keep_the_promise_for_skewed_data():
 def test_few_members_for_the_covariates_are_said():
     x, z, _ = skewed(0)
     few = group_of(RNG.normal(size=(11, 30, 3)))
-    assert "11 members are few for 2" in ism.shapes.permutation_test(few, x, covariates=z, permutations=19).notes[0]
-    assert not ism.shapes.permutation_test(few, x, covariates=z, permutations=19, augment=True).notes
+    assert (
+        "11 members are few for 2"
+        in ism.shapes.permutation_test(few, x, covariates=z, permutations=19).notes[0]
+    )
+    assert not ism.shapes.permutation_test(
+        few, x, covariates=z, permutations=19, augment=True
+    ).notes
     assert not ism.shapes.permutation_test(few, x, permutations=19).notes
 
 
-@pytest.mark.parametrize(("variable", "least"), [
-    ("aaabbb", 2 * 6 * 6 / 720),  # permutations within and of the groups
-    ("aab", 2 / 6), ([1, 2, 3], 2 / 6), ([1, 2, 4], 1 / 6), ("aaaabbbb", None)])
+@pytest.mark.parametrize(
+    ("variable", "least"),
+    [
+        ("aaabbb", 2 * 6 * 6 / 720),  # permutations within and of the groups
+        ("aab", 2 / 6),
+        ([1, 2, 3], 2 / 6),
+        ([1, 2, 4], 1 / 6),
+        ("aaaabbbb", None),
+    ],
+)
 def test_members_too_few_for_any_finding_are_told_with_the_least_p(variable, least):
     count = len(variable)
-    found = ism.shapes.permutation_test(group_of(NOISE.shapes[:count]), [*variable], permutations=4999)
+    found = ism.shapes.permutation_test(
+        group_of(NOISE.shapes[:count]), [*variable], permutations=4999
+    )
     if least is None:
         assert not found.notes
         return
@@ -151,22 +179,35 @@ def test_augmented_models_find_what_is_planted():
     labels = np.arange(20) < 10
     shapes = NOISE.shapes.copy()
     shapes[labels, :3] += [0, 0, 8]
-    found = ism.shapes.permutation_test(group_of(shapes), labels, covariates=np.arange(20) % 5, permutations=99,
-                                        augment=True)
+    found = ism.shapes.permutation_test(
+        group_of(shapes), labels, covariates=np.arange(20) % 5, permutations=99, augment=True
+    )
     assert (found.p[:3] <= 0.05).all()
     assert (found.p[3:] > 0.05).all()
 
 
-@pytest.mark.parametrize(("variable", "options", "words"), [
-    (np.ones(20), {}, "constant"), (np.arange(20), {"covariates": 2.0 * np.arange(20)}, "follows from"),
-    (np.arange(5), {}, "for 20 members"), (["a", "b"], {}, "2 values for 20 members"),
-    (np.full(20, np.nan), {}, "finite"), (np.arange(20), {"data": np.ones(20)}, "data of shape"),
-    (np.arange(20), {"covariates": RNG.normal(size=(20, 18))}, "too few"),
-    (np.arange(20), {"covariates": RNG.normal(size=(20, 9)), "augment": True}, "with augment=True"),
-    (np.ones((20, 1)) * np.arange(20)[:, None] @ [[1, 2]], {}, "follows from"),
-    (["a"] * 20, {}, "'a' for all"), (["a"] * 10 + ["NA"] * 10, {}, "no value for 10"),
-    (["a"] * 19 + [None], {}, "no value for 1"), (np.arange(20), {"covariates": ["a", "b"] * 10}, "give numbers"),
-])
+@pytest.mark.parametrize(
+    ("variable", "options", "words"),
+    [
+        (np.ones(20), {}, "constant"),
+        (np.arange(20), {"covariates": 2.0 * np.arange(20)}, "follows from"),
+        (np.arange(5), {}, "for 20 members"),
+        (["a", "b"], {}, "2 values for 20 members"),
+        (np.full(20, np.nan), {}, "finite"),
+        (np.arange(20), {"data": np.ones(20)}, "data of shape"),
+        (np.arange(20), {"covariates": RNG.normal(size=(20, 18))}, "too few"),
+        (
+            np.arange(20),
+            {"covariates": RNG.normal(size=(20, 9)), "augment": True},
+            "with augment=True",
+        ),
+        (np.ones((20, 1)) * np.arange(20)[:, None] @ [[1, 2]], {}, "follows from"),
+        (["a"] * 20, {}, "'a' for all"),
+        (["a"] * 10 + ["NA"] * 10, {}, "no value for 10"),
+        (["a"] * 19 + [None], {}, "no value for 1"),
+        (np.arange(20), {"covariates": ["a", "b"] * 10}, "give numbers"),
+    ],
+)
 def test_what_can_not_be_tested_is_said(variable, options, words):
     with pytest.raises(ism.MeshError, match=words):
         ism.shapes.permutation_test(NOISE, variable, **options)

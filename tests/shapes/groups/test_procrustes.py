@@ -11,7 +11,12 @@ WEIGHTS = RNG.uniform(1, 2, 50)
 def moved(scales):
     """The shape turned, moved and scaled."""
     turns = Rotation.random(len(scales), random_state=1).as_matrix()
-    return np.stack([scale * SHAPE @ turn + RNG.normal(size=3) for scale, turn in zip(scales, turns, strict=True)])
+    return np.stack(
+        [
+            scale * SHAPE @ turn + RNG.normal(size=3)
+            for scale, turn in zip(scales, turns, strict=True)
+        ]
+    )
 
 
 def test_similar_shapes_fall_on_each_other():

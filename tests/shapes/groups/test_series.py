@@ -49,21 +49,31 @@ def test_one_frame_makes_no_series():
 
 def test_an_inside_out_member_is_named_and_repaired():
     v, f = ism.samples.make("pear", n_vertices=100)
-    with pytest.raises(ism.MeshError, match=r"surface 1: inside out: .* \(repair_mesh\(v, f\) does\)"):
+    with pytest.raises(
+        ism.MeshError, match=r"surface 1: inside out: .* \(repair_mesh\(v, f\) does\)"
+    ):
         ism.shapes.series([(v, f), (v, f[:, ::-1])], target="ico:2")
     mended = ism.repair_mesh(v, f[:, ::-1])
     assert ism.shapes.series([(v, f), mended], target="ico:2").drift.max() < 1e-9
-    group = ism.shapes.template([(v * [1 + 0.1 * k, 1, 1], f) for k in range(3)] + [(v, f[:, ::-1])], target="ico:2")
+    group = ism.shapes.template(
+        [(v * [1 + 0.1 * k, 1, 1], f) for k in range(3)] + [(v, f[:, ::-1])], target="ico:2"
+    )
     assert list(group.left_out) == ["3"]
     with pytest.raises(ism.MeshError, match="inside out"):
         group.place(ism.balanced_spherical_map(v, f[:, ::-1], balance=1))
 
 
-@pytest.mark.parametrize(("call", "option", "value"), [
-    (ism.shapes.series, "target", 3), (ism.shapes.series, "features", 3.0), (ism.shapes.series, "sources", 3),
-    (ism.shapes.template, "target", 3),
-    (ism.shapes.template, "features", 3.0), (ism.shapes.template, "sources", 3),
-])
+@pytest.mark.parametrize(
+    ("call", "option", "value"),
+    [
+        (ism.shapes.series, "target", 3),
+        (ism.shapes.series, "features", 3.0),
+        (ism.shapes.series, "sources", 3),
+        (ism.shapes.template, "target", 3),
+        (ism.shapes.template, "features", 3.0),
+        (ism.shapes.template, "sources", 3),
+    ],
+)
 def test_an_argument_that_is_none_is_named(call, option, value):
     v, f = ism.samples.make("pear", n_vertices=100)
     with pytest.raises((TypeError, ValueError), match=f"^{option} is {value}"):
@@ -72,7 +82,9 @@ def test_an_argument_that_is_none_is_named(call, option, value):
 
 def test_frames_may_come_one_by_one():
     v, f = ism.samples.make("pear", n_vertices=100)
-    assert len(ism.shapes.series(((v * (1 + k), f) for k in range(2)), target="ico:2").vertices) == 2
+    assert (
+        len(ism.shapes.series(((v * (1 + k), f) for k in range(2)), target="ico:2").vertices) == 2
+    )
 
 
 def test_a_series_goes_on_where_it_ended_and_gives_the_same_bits(bending, here, tmp_path):
@@ -90,4 +102,6 @@ def test_a_series_goes_on_where_it_ended_and_gives_the_same_bits(bending, here, 
 def test_a_frame_that_can_not_be_mapped_is_named(here):
     v, f = ism.samples.sphere(42)
     with pytest.raises(ism.MeshError, match="surface 1: open surface"):
-        ism.shapes.series([(v * [1, 1, 2], f), (v, f[1:]), (v * [1, 1, 2], f)], target="ico:1", engine=here)
+        ism.shapes.series(
+            [(v * [1, 1, 2], f), (v, f[1:]), (v * [1, 1, 2], f)], target="ico:1", engine=here
+        )

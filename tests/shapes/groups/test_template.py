@@ -28,40 +28,56 @@ def test_planted_amounts_are_linear_in_the_scores_and_the_mean_is_the_planted_on
 
 def test_members_are_certified_and_make_the_mean(group, maps):
     assert all(member.map.certificate.folding_free for member in group.members)
-    assert [len(member.map.sphere) for member in group.members] == [len(each.sphere) for each in maps]
+    assert [len(member.map.sphere) for member in group.members] == [
+        len(each.sphere) for each in maps
+    ]
     assert np.allclose(group.shapes.mean(axis=0), group.vertices)
     assert np.allclose(np.tensordot(group.scores, group.modes, 1) + group.vertices, group.shapes)
-    assert np.isclose(group.areas.sum(), np.mean([surface_area(each.vertices, each.faces) for each in maps]))
+    assert np.isclose(
+        group.areas.sum(), np.mean([surface_area(each.vertices, each.faces) for each in maps])
+    )
     assert group.map.certificate.folding_free
     assert group.compactness[-1] == pytest.approx(1)
 
 
 def test_features_are_averaged_at_corresponding_points(group, maps):
-    points = np.stack([ism.resample(member.map, (group.sphere, group.faces)).v for member in group.members])
+    points = np.stack(
+        [ism.resample(member.map, (group.sphere, group.faces)).v for member in group.members]
+    )
     assert np.allclose(group.feature_mean, points.mean(axis=0))
     assert np.allclose(group.feature_sd, points.std(axis=0, ddof=1))
 
 
 def same(one, other, order=slice(None)):
     """Whether two groups are equal bit for bit, with the members of one in another order."""
-    return (all((getattr(one, name) == getattr(other, name)).all()
-                for name in ("vertices", "modes", "variances", "areas", "spread"))
-            and all((getattr(one, name) == getattr(other, name)[order]).all() for name in ("scores", "shapes")))
+    return all(
+        (getattr(one, name) == getattr(other, name)).all()
+        for name in ("vertices", "modes", "variances", "areas", "spread")
+    ) and all(
+        (getattr(one, name) == getattr(other, name)[order]).all() for name in ("scores", "shapes")
+    )
 
 
 def test_processes_and_any_order_of_the_members_give_the_same_bits(maps, three, tmp_path):
-    again = ism.shapes.template([maps[k] for k in (2, 0, 1)], target="ico:2",
-                                engine=ism.Engine(processes=2), out=tmp_path)
+    again = ism.shapes.template(
+        [maps[k] for k in (2, 0, 1)], target="ico:2", engine=ism.Engine(processes=2), out=tmp_path
+    )
     assert same(again, three, [2, 0, 1])
     assert again.members[0].map is None
-    assert (ism.read_map(tmp_path / "members" / "1.npz").sphere == three.members[0].map.sphere).all()
+    assert (
+        ism.read_map(tmp_path / "members" / "1.npz").sphere == three.members[0].map.sphere
+    ).all()
 
 
 def test_what_was_done_is_not_done_again_and_lost_files_come_back(maps, here, tmp_path):
     before = ism.shapes.template(maps[:3], target="ico:1", engine=here, out=tmp_path)
     manifest = tmp_path / "manifest.jsonl"
     lines = manifest.read_bytes().splitlines(keepends=True)
-    written = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file() and path != manifest}
+    written = {
+        path: path.read_bytes()
+        for path in tmp_path.rglob("*")
+        if path.is_file() and path != manifest
+    }
     half = len(lines) // 2
     # as a client leaves it that is killed
     manifest.write_bytes(b"".join(lines[:half]) + lines[half][:20])
@@ -69,7 +85,7 @@ def test_what_was_done_is_not_done_again_and_lost_files_come_back(maps, here, tm
     again = ism.shapes.template(maps[:3], target="ico:1", engine=here, out=tmp_path)
     assert same(again, before)
     assert all(path.read_bytes() == data for path, data in written.items())
-    jobs = [json.loads(line).get("key") for line in manifest.read_bytes().splitlines()[half + 1:]]
+    jobs = [json.loads(line).get("key") for line in manifest.read_bytes().splitlines()[half + 1 :]]
     assert len(list(filter(None, jobs))) == sum(b'"key"' in line for line in lines[half:])
     assert all(member.map is None for member in again.members)
 
@@ -95,7 +111,9 @@ def test_another_column_of_the_same_files_is_read(tmp_path, here):
     files = [str(tmp_path / f"{k}.ply") for k in range(3)]
     for column, mean in (("thickness", 2), ("curv", 5)):
         features = [FeatureFiles((f"{tmp_path}/{k}.npz:{column}",)) for k in range(3)]
-        found = ism.shapes.template(files, features=features, target="ico:1", engine=here, out=tmp_path / "out")
+        found = ism.shapes.template(
+            files, features=features, target="ico:1", engine=here, out=tmp_path / "out"
+        )
         assert np.allclose(found.feature_mean, mean)
 
 
@@ -113,14 +131,19 @@ def test_units_of_length_change_no_digit(maps, three, here):
 @pytest.mark.parametrize("unit", [1e300, 1e-300])
 def test_units_whose_areas_are_no_float64_numbers_are_refused(maps, three, here, unit):
     scaled = [ism.sphere_map(each.vertices * unit, each.faces, each.sphere) for each in maps[:3]]
-    for call in (lambda: ism.shapes.template(scaled, target="ico:1", engine=here), lambda: ism.shapes.series(scaled),
-                 lambda: three.place(scaled[0])):
+    for call in (
+        lambda: ism.shapes.template(scaled, target="ico:1", engine=here),
+        lambda: ism.shapes.series(scaled),
+        lambda: three.place(scaled[0]),
+    ):
         with pytest.raises(ism.MeshError, match="choose units"):
             call()
 
 
 def test_mirrored_bodies_have_a_mirrored_template(three, maps, here):
-    mirrored = ism.shapes.template([reflected(each) for each in maps[:3]], target="ico:2", engine=here)
+    mirrored = ism.shapes.template(
+        [reflected(each) for each in maps[:3]], target="ico:2", engine=here
+    )
     assert three.place(reflected(mirrored.map)).member.distance < 0.02 * radius(three)
     # either sign fits a mode of which few members are
     sizes = np.abs(mirrored.scores), np.abs(three.scores)
@@ -129,7 +152,9 @@ def test_mirrored_bodies_have_a_mirrored_template(three, maps, here):
 
 def test_a_member_that_counts_twice_moves_the_mean_by_no_more_than_its_weight(three, maps, here):
     twice = ism.shapes.template([*maps[:3], maps[1]], target="ico:2", engine=here)
-    assert twice.place(three.map).member.distance < three.members[1].distance / 4 + 0.01 * radius(three)
+    assert twice.place(three.map).member.distance < three.members[1].distance / 4 + 0.01 * radius(
+        three
+    )
     assert np.allclose(twice.scores[1], twice.scores[-1])
 
 
@@ -163,12 +188,21 @@ def test_what_does_not_fit_is_left_out_with_its_reason(maps, here, tmp_path):
         ism.shapes.template([*maps[:2], tmp_path / "none.ply"], target="ico:1", engine=here)
 
 
-@pytest.mark.parametrize(("options", "error", "words"), [
-    ({"modes": 0}, ValueError, "modes"), ({"target": "ico"}, ValueError, "regular sphere"),
-    ({"balance": 2}, ValueError, "balance"), ({"features": [[1.0]]}, ValueError, "features are of 1 surfaces"),
-    ({"features": [[1.0], None, [1.0]]}, ism.MeshError, "surface b.ply have shape"),
-    ({"features": [[1.0], [[1.0, 2.0]], [1.0]]}, ism.MeshError, "surface b.ply have 2 columns, those of a.ply have 1"),
-])
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"modes": 0}, ValueError, "modes"),
+        ({"target": "ico"}, ValueError, "regular sphere"),
+        ({"balance": 2}, ValueError, "balance"),
+        ({"features": [[1.0]]}, ValueError, "features are of 1 surfaces"),
+        ({"features": [[1.0], None, [1.0]]}, ism.MeshError, "surface b.ply have shape"),
+        (
+            {"features": [[1.0], [[1.0, 2.0]], [1.0]]},
+            ism.MeshError,
+            "surface b.ply have 2 columns, those of a.ply have 1",
+        ),
+    ],
+)
 def test_options_are_checked(options, error, words):
     with pytest.raises(error, match=words):
         ism.shapes.template(["a.ply", "b.ply", "c.ply"], **options)

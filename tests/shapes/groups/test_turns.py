@@ -33,7 +33,9 @@ def test_what_lies_right_tries_nothing():
 
 
 def test_a_mirror_image_is_tried():
-    mirrored = ism.resample(ism.sphere_map(body(X) * [-1, 1, 1], F[:, ::-1], X * [-1, 1, 1]), (X, F)).v
+    mirrored = ism.resample(
+        ism.sphere_map(body(X) * [-1, 1, 1], F[:, ::-1], X * [-1, 1, 1]), (X, F)
+    ).v
     assert tried(body(X), mirrored)[1].mirror
 
 
@@ -51,6 +53,8 @@ def test_a_round_body_has_its_axis_and_is_turned_to_the_least_distance():
     assert abs(axis @ [0, 0.6, 0.8]) > 0.99
     (found,) = TURNS.about(axis, mean, [shape])
     assert rotation_angle(found @ turn.T) < 5
-    before, after = (np.linalg.norm(placed(each, mean, np.ones(len(X)))[0] - mean)
-                     for each in (shape, round_body(X @ found @ turn.T, bump=0.1)))
+    before, after = (
+        np.linalg.norm(placed(each, mean, np.ones(len(X)))[0] - mean)
+        for each in (shape, round_body(X @ found @ turn.T, bump=0.1))
+    )
     assert after < 0.8 * before

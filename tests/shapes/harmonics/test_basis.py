@@ -35,7 +35,8 @@ def test_low_degrees_are_the_known_polynomials():
     x, y, z = p.T
     first = np.sqrt(0.75 / np.pi) * np.stack((y, z, x), axis=1)
     second = np.sqrt(3.75 / np.pi) * np.stack(
-        (x * y, y * z, (3 * z**2 - 1) / np.sqrt(12), x * z, (x**2 - y**2) / 2), axis=1)
+        (x * y, y * z, (3 * z**2 - 1) / np.sqrt(12), x * z, (x**2 - y**2) / 2), axis=1
+    )
     known = np.concatenate((np.full((len(p), 1), np.sqrt(0.25 / np.pi)), first, second), axis=1)
     assert np.abs(basis(2, p) - known).max() < 1e-14
 
@@ -51,7 +52,9 @@ def test_addition_theorem():
         assert np.abs((a[:, rows] * b[:, rows]).sum(axis=1) - known).max() < 2e-13
 
 
-@pytest.mark.skipif(not hasattr(scipy.special, "sph_harm_y"), reason="scipy 1.15 brings these functions")
+@pytest.mark.skipif(
+    not hasattr(scipy.special, "sph_harm_y"), reason="scipy 1.15 brings these functions"
+)
 def test_the_basis_is_scipys_without_the_phase():
     degree, x = 12, points(50)
     ours = basis(degree, x)
@@ -100,7 +103,9 @@ def test_points_next_to_a_pole_have_the_values_of_the_pole(height):
     """At subnormal distances a division overflows."""
     c, tiny = np.random.default_rng(0).normal(size=(49, 2)), np.finfo(float).smallest_subnormal
     x = [[a, b, height] for a in (0, tiny, -7 * tiny, 1e-310) for b in (0, tiny, 1e-309, -1e-320)]
-    assert np.allclose(synthesis(c, np.array(x)), synthesis(c, np.array([[0, 0, height]])), rtol=1e-14, atol=1e-14)
+    assert np.allclose(
+        synthesis(c, np.array(x)), synthesis(c, np.array([[0, 0, height]])), rtol=1e-14, atol=1e-14
+    )
 
 
 def test_power_counts_each_degree_once():
@@ -108,10 +113,6 @@ def test_power_counts_each_degree_once():
     assert degree_of(c) == 5
     assert np.isclose(power(c).sum(), (c**2).sum())
     assert np.isclose(power(c)[2], (c[4:9] ** 2).sum())
-
-
-
-
 
 
 @pytest.mark.parametrize("n", [1, 2, 7, 60])

@@ -29,7 +29,9 @@ def test_npz_files_keep_the_source(tmp_path):
     again = ism.shapes.read_coefficients(tmp_path / "a.npz")
     assert np.array_equal(again.coefficients, shape.coefficients)
     assert np.array_equal(again.error(), shape.error())
-    ism.shapes.write_coefficients(tmp_path / "b.npz", ism.shapes.SphericalHarmonics(shape.coefficients))
+    ism.shapes.write_coefficients(
+        tmp_path / "b.npz", ism.shapes.SphericalHarmonics(shape.coefficients)
+    )
     assert ism.shapes.read_coefficients(tmp_path / "b.npz").source is None
 
 
@@ -68,13 +70,16 @@ def test_aics_shparam_reconstructs_the_body():
     assert np.abs(grid - (3 + y[0] * y[2] + 0.5 * y[1] - 0.4 * y[0] ** 3)).max() < 2e-3
 
 
-@pytest.mark.parametrize(("text", "sentence"), [
-    ("", "damaged"),
-    ("{ 2,{1, 2, 3},{4, 5, 6}}", "a square number"),
-    ("{ 4,{1, 2, 3},{4, 5, 6}}", "6 numbers, but 4 rows"),
-    ("{ 1,{1, 2, x}}", "damaged"),
-    ("{ 1,{1, 2, nan}}", "coefficients"),
-])
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "damaged"),
+        ("{ 2,{1, 2, 3},{4, 5, 6}}", "a square number"),
+        ("{ 4,{1, 2, 3},{4, 5, 6}}", "6 numbers, but 4 rows"),
+        ("{ 1,{1, 2, x}}", "damaged"),
+        ("{ 1,{1, 2, nan}}", "coefficients"),
+    ],
+)
 def test_damage_is_named(tmp_path, text, sentence):
     (tmp_path / "a.coef").write_text(text)
     with pytest.raises(ism.MeshError, match=sentence):
@@ -90,7 +95,9 @@ def test_refusals(shape, tmp_path):
     with pytest.raises(ism.FileError, match="can't read"):
         ism.shapes.read_coefficients(tmp_path / "missing.coef")
     with pytest.raises(ism.MeshError, match="three columns"):
-        ism.shapes.write_coefficients(tmp_path / "b.coef", ism.shapes.SphericalHarmonics(shape.coefficients[:, :1]))
+        ism.shapes.write_coefficients(
+            tmp_path / "b.coef", ism.shapes.SphericalHarmonics(shape.coefficients[:, :1])
+        )
     assert not (tmp_path / "b.coef").exists()
     (tmp_path / "c.npz").write_bytes(b"nothing")
     with pytest.raises(ism.MeshError, match="damaged"):

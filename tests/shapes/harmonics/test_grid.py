@@ -21,8 +21,11 @@ def ball():
 
 
 def latitudes(kind, rows):
-    return {"gauss": np.arccos(gauss_rows(rows)[0]), "equiangular": np.pi * np.arange(rows) / (rows - 1),
-            "equirectangular": np.pi * (np.arange(rows) + 0.5) / rows}[kind]
+    return {
+        "gauss": np.arccos(gauss_rows(rows)[0]),
+        "equiangular": np.pi * np.arange(rows) / (rows - 1),
+        "equirectangular": np.pi * (np.arange(rows) + 0.5) / rows,
+    }[kind]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -45,8 +48,12 @@ def test_back_from_the_grid_at_second_order_over_seam_and_poles(kind):
         # only for its points
         fine = ism.shapes.to_grid(ism.sphere_map(x, f, x), x, kind=kind, rows=rows)
         places = unit_rows(fine.reshape(-1, 3)).reshape(fine.shape)
-        errors.append(np.abs(ism.shapes.from_grid(np.exp(places[..., 0] - places[..., 2]), where, kind=kind)
-                             - np.exp(where[:, 0] - where[:, 2])).max())
+        errors.append(
+            np.abs(
+                ism.shapes.from_grid(np.exp(places[..., 0] - places[..., 2]), where, kind=kind)
+                - np.exp(where[:, 0] - where[:, 2])
+            ).max()
+        )
     assert np.log2(errors[0] / errors[2]) > 2 * 1.8
 
 
@@ -58,8 +65,12 @@ def test_grid_points_keep_their_values_and_labels(ball, kind):
     image, parcels = rng.normal(size=(20, 40, 2)), rng.integers(0, 9, (20, 40))
     if kind == "equiangular":  # the first and the last row are a point each
         image[[0, -1]], parcels[[0, -1]] = image[[0, -1], :1], parcels[[0, -1], :1]
-    assert np.allclose(ism.shapes.from_grid(image, places, kind=kind), image.reshape(-1, 2), atol=1e-11)
-    assert np.array_equal(ism.shapes.from_grid(parcels, places, kind=kind, labels=True), parcels.ravel())
+    assert np.allclose(
+        ism.shapes.from_grid(image, places, kind=kind), image.reshape(-1, 2), atol=1e-11
+    )
+    assert np.array_equal(
+        ism.shapes.from_grid(parcels, places, kind=kind, labels=True), parcels.ravel()
+    )
     labels = rng.integers(0, 3, len(ball.sphere))
     assert set(np.unique(ism.shapes.to_grid(ball, labels, kind=kind, labels=True))) == {0, 1, 2}
 
@@ -74,8 +85,9 @@ def points(kind, rows, columns):
     return theta, np.arctan2(middle[:, 1], middle[:, 0]) % (2 * np.pi - 1e-9)
 
 
-@pytest.mark.parametrize(("kind", "theirs", "rows", "columns"),
-                         [("equiangular", "mwss", 9, 16), ("gauss", "gl", 8, 15)])
+@pytest.mark.parametrize(
+    ("kind", "theirs", "rows", "columns"), [("equiangular", "mwss", 9, 16), ("gauss", "gl", 8, 15)]
+)
 def test_grids_of_s2fft(kind, theirs, rows, columns):
     samples = pytest.importorskip("s2fft.sampling.s2_samples", reason="s2fft is not installed")
     theta, phi = points(kind, rows, columns)
@@ -83,9 +95,13 @@ def test_grids_of_s2fft(kind, theirs, rows, columns):
     assert np.abs(phi - samples.phis_equiang(8, theirs)).max() < 1e-7
 
 
-@pytest.mark.parametrize(("kind", "theirs"), [("equiangular", "equiangular"), ("gauss", "legendre-gauss")])
+@pytest.mark.parametrize(
+    ("kind", "theirs"), [("equiangular", "equiangular"), ("gauss", "legendre-gauss")]
+)
 def test_grids_of_torch_harmonics(kind, theirs):
-    quadrature = pytest.importorskip("torch_harmonics.quadrature", reason="torch-harmonics is not installed")
+    quadrature = pytest.importorskip(
+        "torch_harmonics.quadrature", reason="torch-harmonics is not installed"
+    )
     theta, phi = points(kind, 8, 16)
     assert np.abs(theta - quadrature.precompute_latitudes(8, grid=theirs)[0].numpy()).max() < 1e-7
     assert np.abs(phi - quadrature.precompute_longitudes(16).numpy()).max() < 1e-7
@@ -102,7 +118,9 @@ def test_the_picture_is_the_texture_of_its_atlas(ball):
     atlas = ism.texture_atlas(ball.sphere, ball.faces, projection="equirectangular")
     image = ism.shapes.to_grid(ball, ball.sphere, rows=256)
     u, v = (atlas.uv % 1).T
-    read = image[np.minimum(((1 - v) * 256).astype(int), 255), np.minimum((u * 512).astype(int), 511)]
+    read = image[
+        np.minimum(((1 - v) * 256).astype(int), 255), np.minimum((u * 512).astype(int), 511)
+    ]
     inland = np.abs(atlas.carry(ball.sphere)[:, 2]) < 0.99
     assert np.abs(read - atlas.carry(ball.sphere))[inland].max() < 0.02
 

@@ -59,7 +59,10 @@ def test_the_error_is_the_distance_from_the_source(shape):
 def test_finer_grids_converge_to_the_integrals():
     """At about second order: the function is continuous, its slope jumps at edges."""
     result = ism.spherical_conformal_map(*ism.samples.make("dino", n_vertices=1500))
-    exact, *others = (ism.shapes.spherical_harmonics(result, degree=8, oversampling=n).coefficients for n in (40, 8, 2))
+    exact, *others = (
+        ism.shapes.spherical_harmonics(result, degree=8, oversampling=n).coefficients
+        for n in (40, 8, 2)
+    )
     fine, coarse = (np.linalg.norm(c - exact) / np.linalg.norm(exact[1:]) for c in others)
     assert fine < min(1e-3, coarse / 6)
 
@@ -67,7 +70,9 @@ def test_finer_grids_converge_to_the_integrals():
 def test_constants_and_data():
     result = on_sphere(lump, 3)
     constant = ism.shapes.spherical_harmonics(result, np.full(len(result.sphere), 7.0), degree=4)
-    assert np.allclose(constant.coefficients[:, 0], np.eye(25)[0] * 7 * np.sqrt(4 * np.pi), atol=1e-12)
+    assert np.allclose(
+        constant.coefficients[:, 0], np.eye(25)[0] * 7 * np.sqrt(4 * np.pi), atol=1e-12
+    )
     both = ism.shapes.spherical_harmonics(result, result.vertices[:, :2], degree=4)
     three = ism.shapes.spherical_harmonics(result, degree=4)
     assert np.allclose(both.coefficients, three.coefficients[:, :2], atol=1e-14)
@@ -92,8 +97,10 @@ def test_a_rotated_sphere_describes_the_same_surface(shape):
 
 
 def test_alignment_undoes_rotations_and_shifts(shape):
-    moved = ism.shapes.SphericalHarmonics(shape.coefficients @ Q.T, type(shape.source)(
-        shape.source.x, shape.source.values @ Q.T, shape.source.areas)).rotated(R)
+    moved = ism.shapes.SphericalHarmonics(
+        shape.coefficients @ Q.T,
+        type(shape.source)(shape.source.x, shape.source.values @ Q.T, shape.source.areas),
+    ).rotated(R)
     moved.coefficients[0] += [3, 4, 5]
     moved.source.values[:] += np.array([3, 4, 5]) * np.sqrt(0.25 / np.pi)
     a, b = shape.align(), moved.align()
@@ -150,7 +157,9 @@ def theirs(basis, ell, m, x):
     return scipy.special.sph_harm_y(ell, m, theta, phi)  # SphericalHarmonicPolynomial of SPHARM-PDM
 
 
-@pytest.mark.skipif(not hasattr(scipy.special, "sph_harm_y"), reason="scipy 1.15 brings these functions")
+@pytest.mark.skipif(
+    not hasattr(scipy.special, "sph_harm_y"), reason="scipy 1.15 brings these functions"
+)
 @pytest.mark.parametrize("basis", ["spharm-pdm", "ktch", "aics-shparam"])
 def test_coefficients_in_the_order_and_norm_of_programs_describe_the_same_surface(basis):
     v, f = ism.samples.make("pear", n_vertices=400)
@@ -189,9 +198,17 @@ def test_pyshtools_expands_as_aics_shparam_does():
     x, f = ism.samples.sphere(642)
     c = ism.shapes.spherical_harmonics(ism.sphere_map(lump(x), f, x), degree=4)
     theta, phi = np.pi * np.arange(32)[:, None] / 32, 2 * np.pi * np.arange(64) / 64 - np.pi
-    grid = np.stack(np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)), -1)
+    grid = np.stack(
+        np.broadcast_arrays(
+            np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)
+        ),
+        -1,
+    )
     z = c.evaluate(grid.reshape(-1, 3))[:, 2].reshape(32, 64)
-    assert np.abs(expand.SHExpandDH(z, sampling=2, lmax_calc=4) - c.in_basis("aics-shparam")[2]).max() < 1e-10
+    assert (
+        np.abs(expand.SHExpandDH(z, sampling=2, lmax_calc=4) - c.in_basis("aics-shparam")[2]).max()
+        < 1e-10
+    )
 
 
 def test_refusals(shape):
@@ -230,9 +247,19 @@ def test_results_print_in_one_short_line():
     result = ism.sphere_map(v, f, x)
     shape = ism.shapes.spherical_harmonics(result, degree=4)
     registration = ism.shapes.register(result, result, features=(v, v), stages=["rotation"])
-    results = (shape, shape.source, shape.align(), registration, registration.candidates[0], ism.check_mesh(v, f),
-               ism.repair_mesh(v, f), ism.weighted_eigen_projection(v, f, x), ism.texture_atlas(x, f),
-               ism.SphereLocator(x, f).locate(v), ism.resample(result, "ico:1"))
+    results = (
+        shape,
+        shape.source,
+        shape.align(),
+        registration,
+        registration.candidates[0],
+        ism.check_mesh(v, f),
+        ism.repair_mesh(v, f),
+        ism.weighted_eigen_projection(v, f, x),
+        ism.texture_atlas(x, f),
+        ism.SphereLocator(x, f).locate(v),
+        ism.resample(result, "ico:1"),
+    )
     for each in results:
         assert repr(each).startswith(type(each).__name__ + "(")
         assert "\n" not in repr(each)

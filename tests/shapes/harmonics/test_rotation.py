@@ -20,7 +20,15 @@ from igl_spheremap.sphere.rows import unit_rows
 RNG = np.random.default_rng(0)
 X = unit_rows(RNG.normal(size=(60, 3)))
 C = RNG.normal(size=(21**2, 2))
-ANGLES = [(0.3, 1.2, -2.0), (0, 0, 0), (0.3, 0, 0), (0, 0, 0.3), (0.7, np.pi, 0), (1, 1e-13, 2), (1, np.pi - 1e-13, 2)]
+ANGLES = [
+    (0.3, 1.2, -2.0),
+    (0, 0, 0),
+    (0.3, 0, 0),
+    (0, 0, 0.3),
+    (0.7, np.pi, 0),
+    (1, 1e-13, 2),
+    (1, np.pi - 1e-13, 2),
+]
 
 
 @pytest.mark.parametrize("angles", ANGLES)
@@ -43,12 +51,10 @@ def test_the_complex_basis_and_back():
         assert np.isclose(np.linalg.norm(to_complex(rows)), np.linalg.norm(rows))
 
 
-
-
-
-
 def random_rotation(rng):
-    return Rotation.from_euler("ZYZ", [rng.uniform(0, 7), np.arccos(rng.uniform(-1, 1)), rng.uniform(0, 7)]).as_matrix()
+    return Rotation.from_euler(
+        "ZYZ", [rng.uniform(0, 7), np.arccos(rng.uniform(-1, 1)), rng.uniform(0, 7)]
+    ).as_matrix()
 
 
 @pytest.mark.parametrize("band", [4, 16, 32])
@@ -67,7 +73,9 @@ def test_the_correlation_is_the_integral_over_the_sphere():
     fixed, moving = rng.normal(size=(2, 64, 1))
     for R, value in best_rotations(fixed, moving, 8):
         turned = rotate(moving, R)
-        known = (fixed[1:] * turned[1:]).sum() / np.linalg.norm(fixed[1:]) / np.linalg.norm(moving[1:])
+        known = (
+            (fixed[1:] * turned[1:]).sum() / np.linalg.norm(fixed[1:]) / np.linalg.norm(moving[1:])
+        )
         assert np.isclose(value, known)
         for axis in np.eye(3):  # a maximum: no small rotation is better
             for angle in (1e-3, -1e-3):
@@ -91,7 +99,9 @@ def test_constants_and_higher_degrees_do_not_count():
     changed = c.copy()
     changed[0] += 100
     changed[rows_of(6)] = rng.normal(size=(13, 1))
-    assert np.array_equal(best_rotations(c, c, 6)[0].rotation, best_rotations(changed, c, 6)[0].rotation)
+    assert np.array_equal(
+        best_rotations(c, c, 6)[0].rotation, best_rotations(changed, c, 6)[0].rotation
+    )
 
 
 def test_angles_of_rotations():

@@ -20,8 +20,13 @@ from ..exits import Exit, Interrupt, UsageError, usage
 from ..inputs import expand, parts_of
 from ..output import LISTED, check_apart, check_report, paragraph
 
-_STATUS = {"certified": Exit.OK, "no mesh": Exit.NO_MESH, "folded": Exit.UNCERTIFIED, "failed": Exit.FAILED,
-           "file": Exit.FILE}
+_STATUS = {
+    "certified": Exit.OK,
+    "no mesh": Exit.NO_MESH,
+    "folded": Exit.UNCERTIFIED,
+    "failed": Exit.FAILED,
+    "file": Exit.FILE,
+}
 
 
 def run_batch(args: Namespace) -> Exit:
@@ -38,8 +43,12 @@ def run_batch(args: Namespace) -> Exit:
         sources = [part for source in sources for part in parts_of(source)]
     with usage("--"):
         jobs = list(map(Job, sources, targets_of(args.out, sources)))
-    task = SphereMapping(method, args.balance, repair_options(args), force=args.force, folder=os.getcwd())
-    return run_files(args, "mapping", jobs, task, manifest_of(args.out), lambda rows: map_sheet(rows, task))
+    task = SphereMapping(
+        method, args.balance, repair_options(args), force=args.force, folder=os.getcwd()
+    )
+    return run_files(
+        args, "mapping", jobs, task, manifest_of(args.out), lambda rows: map_sheet(rows, task)
+    )
 
 
 def run_files(args: Namespace, name: str, jobs: Sequence[JobT], task: Task[JobT], manifest: str,
@@ -51,7 +60,9 @@ def run_files(args: Namespace, name: str, jobs: Sequence[JobT], task: Task[JobT]
 
     def announce() -> None:
         if not args.quiet:
-            args.progress.write("igl-spheremap: finishing the meshes that were begun; Ctrl-C again ends at once")
+            args.progress.write(
+                "igl-spheremap: finishing the meshes that were begun; Ctrl-C again ends at once"
+            )
 
     count = args.progress.count(name, len(jobs))
     with Interrupt(announce) as interrupt:
@@ -67,26 +78,43 @@ def run_files(args: Namespace, name: str, jobs: Sequence[JobT], task: Task[JobT]
     page = None
     if args.report is not None:
         args.progress.begin("drawing")
-        page = write_page(args.report, rows, sheet(rows), args.jobs,
-                          command=shlex.join(("igl-spheremap", *args.words)))
+        page = write_page(
+            args.report,
+            rows,
+            sheet(rows),
+            args.jobs,
+            command=shlex.join(("igl-spheremap", *args.words)),
+        )
     args.progress.close()
     if not args.quiet:
-        files = [paragraph(flag, str(path)) for flag, path in (("summary", args.summary), ("report", page)) if path]
+        files = [
+            paragraph(flag, str(path))
+            for flag, path in (("summary", args.summary), ("report", page))
+            if path
+        ]
         print(counts(rows, len(jobs)), *files, sep="\n", flush=True)
     return interrupt.status if interrupt.asked else max(_STATUS[row.status] for row in rows)
 
 
 def engine_of(args: Namespace) -> Engine:
     """Who runs the jobs, and when they end, by the flags of all commands for many files."""
-    return Engine(executor=None if args.scheduler is None else connect(args.scheduler), processes=args.jobs,
-                  resume=args.resume, retry_failed=args.retry_failed, timeout=args.timeout, retries=args.retries)
+    return Engine(
+        executor=None if args.scheduler is None else connect(args.scheduler),
+        processes=args.jobs,
+        resume=args.resume,
+        retry_failed=args.retry_failed,
+        timeout=args.timeout,
+        retries=args.retries,
+    )
 
 
 def list_sources(args: Namespace) -> list[str]:
     """The files of the command line."""
     sources = expand(args.sources)
     if not sources:
-        raise UsageError(f"{' '.join(args.sources)} lists no file" if args.sources else "give mesh files")
+        raise UsageError(
+            f"{' '.join(args.sources)} lists no file" if args.sources else "give mesh files"
+        )
     return sources
 
 
@@ -114,5 +142,10 @@ def counts(rows: Sequence[JobRow], total: int) -> str:
     if len(bad) > LISTED:
         lines.append(paragraph("", f"and {len(bad) - LISTED} more"))
     if len(rows) < total:
-        lines.append(paragraph("interrupted", f"left: {total - len(rows)} of {total} files; run it again to continue"))
+        lines.append(
+            paragraph(
+                "interrupted",
+                f"left: {total - len(rows)} of {total} files; run it again to continue",
+            )
+        )
     return "\n".join(lines)

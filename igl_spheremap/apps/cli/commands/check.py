@@ -43,15 +43,23 @@ def run_check(args: Namespace) -> Exit:
         return check_plane_map(args, *pair)
     mesh = check_mesh(pair.source.v, pair.source.f, caps=pair.source.caps)
     args.progress.begin(f"certifying {pair.name}")
-    x = unit_rows(check_directions(pair.x, name=f"{pair.name}: images")) if args.directions else pair.x
+    x = (
+        unit_rows(check_directions(pair.x, name=f"{pair.name}: images"))
+        if args.directions
+        else pair.x
+    )
     checked = certify_radius(x, mesh.f)
     certificate, off, rounded = checked, checked.off_sphere, False
     off_radius: dict[str, float] = {}
     spread = 0.0
     if len(off) and checked.radius > 0:
         beyond = row_lengths(x[off]) / checked.radius - 1
-        off_radius = {"lowest": beyond.min(), "highest": beyond.max(), "farthest": int(off[np.abs(beyond).argmax()]),
-                      "rounding": _rounding(x) / checked.radius}
+        off_radius = {
+            "lowest": beyond.min(),
+            "highest": beyond.max(),
+            "farthest": int(off[np.abs(beyond).argmax()]),
+            "rounding": _rounding(x) / checked.radius,
+        }
         spread = float(np.ptp(beyond))
         rounded = np.abs(beyond).max() <= off_radius["rounding"] <= _COARSEST
         if rounded:  # exact signs are those of directions, however far along them the vertices are
@@ -60,26 +68,43 @@ def run_check(args: Namespace) -> Exit:
     label, text, numbers = findings.verdict(certificate, mesh.caps)
     if rounded:
         kind = "certified" if certificate.folding_free else "not certified, even"
-        text = (f"{kind} once scaled to the sphere; radii vary by {spread:.1g}, as the file's numbers are rounded; "
-                f"{text}")
+        text = (
+            f"{kind} once scaled to the sphere; radii vary by {spread:.1g}, as the file's numbers are rounded; "
+            f"{text}"
+        )
     found.add(label, text, **numbers)
     found.source(pair.source)
-    found.add("sphere", f"{pair.name}{mirrored(args)}: radius {checked.radius:.6g}", sphere=pair.name,
-              radius=checked.radius, reflect=args.reflect, directions=args.directions)
+    found.add(
+        "sphere",
+        f"{pair.name}{mirrored(args)}: radius {checked.radius:.6g}",
+        sphere=pair.name,
+        radius=checked.radius,
+        reflect=args.reflect,
+        directions=args.directions,
+    )
     if off_radius:
-        remedy = ("" if rounded else "; --directions certifies where they point to, and the command repair moves them "
-                  "onto the sphere")
-        found.add("off radius", f"{len(off)} vertices are off by {off_radius['lowest']:+.2g} to "
-                  f"{off_radius['highest']:+.2g} of the radius, most at vertex {off_radius['farthest']}{remedy}",
-                  off_radius=off_radius)
+        remedy = (
+            ""
+            if rounded
+            else "; --directions certifies where they point to, and the command repair moves them "
+            "onto the sphere"
+        )
+        found.add(
+            "off radius",
+            f"{len(off)} vertices are off by {off_radius['lowest']:+.2g} to "
+            f"{off_radius['highest']:+.2g} of the radius, most at vertex {off_radius['farthest']}{remedy}",
+            off_radius=off_radius,
+        )
     if not len(checked.not_finite) and checked.radius > 0:
         unit, v, surface = x / checked.radius, mesh.v, mesh.f[mesh.surface]
-        found.extend([
-            findings.energy(HarmonicEnergy.of(mesh).evaluate(unit)[0]),
-            findings.angles(angle_differences(v, surface, unit)),
-            findings.areas(log_area_ratios(v, surface, unit)),
-            findings.edges(log_length_ratios(v, surface, unit)),
-        ])
+        found.extend(
+            [
+                findings.energy(HarmonicEnergy.of(mesh).evaluate(unit)[0]),
+                findings.angles(angle_differences(v, surface, unit)),
+                findings.areas(log_area_ratios(v, surface, unit)),
+                findings.edges(log_length_ratios(v, surface, unit)),
+            ]
+        )
     found.report(args)
     return Exit.OK if certificate.folding_free else Exit.UNCERTIFIED
 
@@ -106,10 +131,14 @@ def run_repair(args: Namespace) -> Exit:
     source, x = pair.source, pair.x
     before = certify_radius(x, source.f)
     args.progress.begin(f"repairing {pair.name}")
-    result = repair_foldings(source.v, source.f, x, caps=source.caps, listener=args.progress.listener(source.f))
+    result = repair_foldings(
+        source.v, source.f, x, caps=source.caps, listener=args.progress.listener(source.f)
+    )
     written = write_target(
         args,
-        lambda path: write_map(path, result, force=args.force, radius=before.radius, metadata=source.metadata),
+        lambda path: write_map(
+            path, result, force=args.force, radius=before.radius, metadata=source.metadata
+        ),
     )
     unit = unit_rows(x.astype(np.float64))
     found = Findings(sphere=pair.name, target=args.target)
@@ -119,11 +148,15 @@ def run_repair(args: Namespace) -> Exit:
         ("after", args.target, result.sphere, written),
     ):
         found.add(label, f"{file}: {certificate}")
-        angles = findings.angles(angle_differences(result.vertices, result.faces[result.mesh.surface], positions))
+        angles = findings.angles(
+            angle_differences(result.vertices, result.faces[result.mesh.surface], positions)
+        )
         found.add(angles.label, angles.text)
         found.figures[label] = findings.verdict(certificate, source.caps).numbers | angles.numbers
     moved = int((np.linalg.norm(unit_rows(result.sphere) - unit, axis=1) > _ROUNDING).sum())
-    found.add("moved", f"{moved} vertices, in {result.seconds:.2f} s", moved=moved, seconds=result.seconds)
+    found.add(
+        "moved", f"{moved} vertices, in {result.seconds:.2f} s", moved=moved, seconds=result.seconds
+    )
     found.notes(result.notes)
     found.report(args)
     return Exit.OK if written.folding_free else Exit.UNCERTIFIED

@@ -16,7 +16,15 @@ from ....io.scalars import write_scalars
 from ....io.textured import TexturedMesh, read_picture, read_textured, write_textured
 from ....mesh.arrays import FloatArray, own_unit
 from ....plane.plane_map import unit_square
-from ....resampling.texture import SIDE, Atlas, Projection, bake, checker_image, plane_atlas, texture_atlas
+from ....resampling.texture import (
+    SIDE,
+    Atlas,
+    Projection,
+    bake,
+    checker_image,
+    plane_atlas,
+    texture_atlas,
+)
 from ....verify.distortion import vertex_maps
 from ...viewer.choices import guess_up
 from ..arguments import refuse_flags
@@ -49,14 +57,18 @@ def run_export(args: Namespace) -> None:
         _export_plane(args, *pair)
         return
     source = pair.source
-    found = Findings(source=source.name, sphere=pair.name, target=target, show=args.show, texture=args.texture)
+    found = Findings(
+        source=source.name, sphere=pair.name, target=target, show=args.show, texture=args.texture
+    )
     args.progress.begin(f"writing {target}")
     up = args.up or source.up
     up = upright(source.v) if up == "auto" else up
     if args.texture == "carried":
         texture = read_textured(args.source)
         atlas = _own_atlas(texture, source)
-        write_textured(target, pair.x, source.f, atlas, texture.image, force=args.force, metadata={"up": up})
+        write_textured(
+            target, pair.x, source.f, atlas, texture.image, force=args.force, metadata={"up": up}
+        )
         outcome = f"SOURCE's coordinates and picture on {pair.name}"
     elif args.show in _SCALARS:
         outcome = f"{args.show}, {_export_scalars(args, pair, up, found)}"
@@ -70,15 +82,28 @@ def _export_texture(args: Namespace, pair: InputMap, up: str, found: Findings) -
     """Write a texture by a projection of the sphere, and say what was written."""
     # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
     projection: Projection = args.show or "octahedral"
-    cut = bool(args.texture) or not (args.target.lower().endswith(".obj") and projection == "equirectangular")
+    cut = bool(args.texture) or not (
+        args.target.lower().endswith(".obj") and projection == "equirectangular"
+    )
     source = pair.source
     atlas = texture_atlas(pair.x, source.f, projection=projection, cut=cut)
-    write_textured(args.target, source.v, source.f, atlas, _image(args, source, atlas), force=args.force,
-                   metadata={"up": up})
-    vertices = len(atlas.uv) if args.target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
+    write_textured(
+        args.target,
+        source.v,
+        source.f,
+        atlas,
+        _image(args, source, atlas),
+        force=args.force,
+        metadata={"up": up},
+    )
+    vertices = (
+        len(atlas.uv) if args.target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
+    )
     found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
-    return (f"{projection}, {vertices} vertices, {len(atlas.f)} faces, "
-            f"{'cut along the seam' if cut else 'the mesh as it is'}")
+    return (
+        f"{projection}, {vertices} vertices, {len(atlas.f)} faces, "
+        f"{'cut along the seam' if cut else 'the mesh as it is'}"
+    )
 
 
 def _export_scalars(args: Namespace, pair: InputMap, up: str, found: Findings) -> str:
@@ -89,8 +114,13 @@ def _export_scalars(args: Namespace, pair: InputMap, up: str, found: Findings) -
         metadata = {"vertex_properties": {**colours(values), "quality": values}, "up": up}
         write_mesh(args.target, source.v, source.f, force=args.force, metadata=metadata)
     else:
-        write_scalars(args.target, {args.show: values}, surface=(source.v, source.f), force=args.force,
-                      metadata=source.metadata)
+        write_scalars(
+            args.target,
+            {args.show: values},
+            surface=(source.v, source.f),
+            force=args.force,
+            metadata=source.metadata,
+        )
     found.figures |= {"lowest": values.min(), "mean": values.mean(), "highest": values.max()}
     return f"{values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}"
 
@@ -104,12 +134,21 @@ def _check_export(args: Namespace) -> None:
             format_of(target, data=True)
         return
     if args.texture:
-        refuse_flags(args, ("--image", *(["--show"] if args.texture == "carried" else [])), f"--texture {args.texture}")
+        refuse_flags(
+            args,
+            ("--image", *(["--show"] if args.texture == "carried" else [])),
+            f"--texture {args.texture}",
+        )
     if not target.lower().endswith(_TEXTURED):
         raise UsageError(f"a texture goes into .glb or .obj files, not {target}")
     pictures = (args.image, Path(args.source).with_suffix(".png") if args.texture else None)
-    if any(each and Path(each).resolve() == Path(target).with_suffix(".png").resolve() for each in pictures):
-        raise UsageError(f"{args.image or args.source} is where the texture of {target} goes; write another OUT")
+    if any(
+        each and Path(each).resolve() == Path(target).with_suffix(".png").resolve()
+        for each in pictures
+    ):
+        raise UsageError(
+            f"{args.image or args.source} is where the texture of {target} goes; write another OUT"
+        )
     import_optional("PIL.Image", "a texture", "io")
 
 
@@ -118,7 +157,13 @@ def _image(args: Namespace, source: InputMesh, atlas: Atlas) -> NDArray[np.uint8
     if args.texture is None:
         return checker_image() if args.image is None else read_picture(args.image)
     texture = read_textured(args.source)
-    return bake(atlas, source.f, _corners(texture, source), texture.image, max(SIDE, *texture.image.shape[:2]))
+    return bake(
+        atlas,
+        source.f,
+        _corners(texture, source),
+        texture.image,
+        max(SIDE, *texture.image.shape[:2]),
+    )
 
 
 def _corners(texture: TexturedMesh, source: InputMesh) -> FloatArray:
@@ -128,10 +173,14 @@ def _corners(texture: TexturedMesh, source: InputMesh) -> FloatArray:
     """
     rows = np.arange(len(source.f)) if source.face_source is None else source.face_source
     if len(rows) and rows.max() >= len(texture.uv):
-        raise MeshError(f"{source.name} has {len(texture.uv)} textured faces, not {len(source.f)}; give the file alone")
+        raise MeshError(
+            f"{source.name} has {len(texture.uv)} textured faces, not {len(source.f)}; give the file alone"
+        )
     own, unit = own_unit(source.v)
     here, there, uv = own[source.f], np.ldexp(texture.v[rows], -unit), texture.uv[rows]
-    ahead, back = (np.linalg.norm(each - here, axis=2).sum(axis=1) for each in (there, there[:, ::-1]))
+    ahead, back = (
+        np.linalg.norm(each - here, axis=2).sum(axis=1) for each in (there, there[:, ::-1])
+    )
     uv = np.where((ahead > back)[:, None, None], uv[:, ::-1], uv)
     return np.where((rows < 0)[:, None, None], np.nan, uv)
 
@@ -139,17 +188,23 @@ def _corners(texture: TexturedMesh, source: InputMesh) -> FloatArray:
 def _own_atlas(texture: TexturedMesh, source: InputMesh) -> Atlas:
     """The atlas of a surface by the coordinates of its file."""
     kept = source.f if source.caps is None else source.f[~source.caps]
-    uv = _corners(texture, source)[slice(None) if source.caps is None else ~source.caps].reshape(-1, 2)
+    uv = _corners(texture, source)[slice(None) if source.caps is None else ~source.caps].reshape(
+        -1, 2
+    )
     rows, index = np.unique(np.column_stack((kept.ravel(), uv)), axis=0, return_inverse=True)
     f = index.reshape(-1, 3).astype(np.int64)
-    return plane_atlas(np.ascontiguousarray(rows[:, 1:]), f, rows[:, 0].astype(np.int64), len(source.v))
+    return plane_atlas(
+        np.ascontiguousarray(rows[:, 1:]), f, rows[:, 0].astype(np.int64), len(source.v)
+    )
 
 
 def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
     """Write a texture by a map to the plane, whose image in the unit square is its coordinates."""
     if args.show:
-        raise UsageError(f"{args.sphere or args.source} is a map to the plane: its texture coordinates are its own, "
-                         f"leave out --show {args.show}")
+        raise UsageError(
+            f"{args.sphere or args.source} is a map to the plane: its texture coordinates are its own, "
+            f"leave out --show {args.show}"
+        )
     v, f = source.v, source.f
     assert source.rows is not None
     if (whole := source.rows.max() + 1) < len(v):  # cut along a seam
@@ -159,7 +214,11 @@ def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
     args.progress.begin(f"writing {args.target}")
     if args.texture == "carried":
         texture = read_textured(args.source)
-        atlas, image, v = _own_atlas(texture, source), texture.image, np.column_stack((p, np.zeros(len(p))))
+        atlas, image, v = (
+            _own_atlas(texture, source),
+            texture.image,
+            np.column_stack((p, np.zeros(len(p)))),
+        )
         f = source.f
     else:
         rows = source.rows if len(v) < len(p) else np.arange(len(p))
@@ -167,8 +226,25 @@ def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
         image = _image(args, replace(source, v=v, f=f), atlas)
     # a plane image stands as it is drawn
     own = "y" if args.texture == "carried" else guess_up(source.name)
-    write_textured(args.target, v, f, atlas, image, force=args.force, metadata={"up": args.up or own, "extras": known})
-    found = Findings(source=source.name, sphere=args.sphere, target=args.target, show=args.show, texture=args.texture)
-    found.add("written", f"{args.target}: {args.texture or 'checkerboard'}, {len(atlas.uv)} texture coordinates, "
-              f"{len(atlas.f)} faces")
+    write_textured(
+        args.target,
+        v,
+        f,
+        atlas,
+        image,
+        force=args.force,
+        metadata={"up": args.up or own, "extras": known},
+    )
+    found = Findings(
+        source=source.name,
+        sphere=args.sphere,
+        target=args.target,
+        show=args.show,
+        texture=args.texture,
+    )
+    found.add(
+        "written",
+        f"{args.target}: {args.texture or 'checkerboard'}, {len(atlas.uv)} texture coordinates, "
+        f"{len(atlas.f)} faces",
+    )
     found.report(args)

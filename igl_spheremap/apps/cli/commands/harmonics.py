@@ -18,7 +18,11 @@ from ....mesh.arrays import FloatArray
 from ....mesh.timings import counted
 from ....populations.map_many import filled
 from ....populations.table import check_table
-from ....shapes.groups.coefficients import coefficient_table, in_common_frame, write_coefficient_table
+from ....shapes.groups.coefficients import (
+    coefficient_table,
+    in_common_frame,
+    write_coefficient_table,
+)
 from ....shapes.harmonics.files import read_coefficients, write_coefficients
 from ....shapes.harmonics.geometry_image import mesh_from_grid
 from ....shapes.harmonics.grid import to_grid
@@ -56,7 +60,9 @@ def run_grid(args: Namespace) -> None:
             else:
                 with partial.open("wb") as file:
                     np.save(file, grid)
-    found = Findings(source=source.name, sphere=pair.name, target=target, kind=args.kind, shape=grid.shape)
+    found = Findings(
+        source=source.name, sphere=pair.name, target=target, kind=args.kind, shape=grid.shape
+    )
     found.add("written", f"{target}: {args.kind}, {grid.shape[0]} x {grid.shape[1]}")
     found.report(args)
 
@@ -69,14 +75,20 @@ def run_mesh(args: Namespace) -> None:
     check_outputs(args, surface=True)
     with reading(Path(args.image)):
         archive = args.image.lower().endswith(".npz")
-        held = read_arrays(args.image) if archive else {"grid": array_of(Path(args.image).read_bytes())}
+        held = (
+            read_arrays(args.image)
+            if archive
+            else {"grid": array_of(Path(args.image).read_bytes())}
+        )
     if "grid" not in held:
         raise MeshError(f"{args.image} holds no array `grid`; write it by `grid --kind octahedral`")
     with naming(args.image):
         v, f = mesh_from_grid(held["grid"])
     write_target(args, lambda path: write_mesh(path, v, f, force=args.force))
     found = Findings(image=args.image, target=args.target, vertices=len(v), faces=len(f))
-    found.add("written", f"{args.target} ({target_format(args).name}): {len(v)} vertices, {len(f)} faces")
+    found.add(
+        "written", f"{args.target} ({target_format(args).name}): {len(v)} vertices, {len(f)} faces"
+    )
     found.report(args)
 
 
@@ -85,11 +97,17 @@ def _picture(grid: FloatArray) -> NDArray[np.uint8]:
     columns = grid.shape[2]
     if columns == 1:
         shades = colours(grid.ravel())
-        return np.stack([shades[name] for name in ("red", "green", "blue")], axis=1).reshape(*grid.shape[:2], 3)
+        return np.stack([shades[name] for name in ("red", "green", "blue")], axis=1).reshape(
+            *grid.shape[:2], 3
+        )
     if columns != 3:
-        raise UsageError(f"a picture shows one or three columns, not {columns}: choose one by --data FILE:NAME")
+        raise UsageError(
+            f"a picture shows one or three columns, not {columns}: choose one by --data FILE:NAME"
+        )
     low = grid.min(axis=(0, 1))
-    return np.round((grid - low) * (255 / (np.ptp(grid, axis=(0, 1)).max() or 1.0))).astype(np.uint8)
+    return np.round((grid - low) * (255 / (np.ptp(grid, axis=(0, 1)).max() or 1.0))).astype(
+        np.uint8
+    )
 
 
 def run_harmonics(args: Namespace) -> Exit:
@@ -102,7 +120,9 @@ def run_harmonics(args: Namespace) -> Exit:
     if "{" in args.sphere:
         return _harmonics_of_all(args)
     if args.modes:
-        raise UsageError("--modes goes with many surfaces: give SPHERE as a pattern, such as spheres/{stem}.ply")
+        raise UsageError(
+            "--modes goes with many surfaces: give SPHERE as a pattern, such as spheres/{stem}.ply"
+        )
     if args.table:
         with usage("--table "):
             check_table(args.table)
@@ -114,18 +134,34 @@ def run_harmonics(args: Namespace) -> Exit:
     args.progress.begin(f"expanding {source.name}")
     harmonics = spherical_harmonics(pair.map(), values, degree=args.degree)
     found = Findings(target=args.target)
-    found.add("source", f"{source.name}: {len(source.v)} vertices, sphere {pair.name}",
-              source=source.name, sphere=pair.name)
+    found.add(
+        "source",
+        f"{source.name}: {len(source.v)} vertices, sphere {pair.name}",
+        source=source.name,
+        sphere=pair.name,
+    )
     if args.align:
         aligned = harmonics.align(read_coefficients(args.template) if args.template else None)
         harmonics = aligned.harmonics
-        axes, skew = (", ".join(f"{number:.3g}" for number in each) for each in (aligned.axes, aligned.skew))
-        found.add("axes", f"half axes {axes} along x, y, z; skewness {skew}", axes=aligned.axes, skew=aligned.skew)
+        axes, skew = (
+            ", ".join(f"{number:.3g}" for number in each) for each in (aligned.axes, aligned.skew)
+        )
+        found.add(
+            "axes",
+            f"half axes {axes} along x, y, z; skewness {skew}",
+            axes=aligned.axes,
+            skew=aligned.skew,
+        )
     found.notes(harmonics.notes)
     args.progress.begin("measuring the error of each degree")
     error, power = harmonics.error(), harmonics.power()
-    found.add("error", f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}",
-              error_percent=error, degree=args.degree, power=power)
+    found.add(
+        "error",
+        f"{error[-1]:.3g} percent of the diagonal at degree {args.degree}",
+        error_percent=error,
+        degree=args.degree,
+        power=power,
+    )
     surface = harmonics.surface(mesh) if mesh else None
     args.progress.begin(f"writing {args.target}")
     write_coefficients(args.target, harmonics, force=args.force)
@@ -158,7 +194,9 @@ def _harmonics_of_all(args: Namespace) -> Exit:
         except (MeshError, FileError, MapError) as error:
             reasons[name] = without_name(one_line(error), name)
     if not shapes:
-        raise MeshError(f"none of {len(names)} surfaces can be expanded; {names[0]}: {reasons[names[0]]}")
+        raise MeshError(
+            f"none of {len(names)} surfaces can be expanded; {names[0]}: {reasons[names[0]]}"
+        )
     args.progress.begin("aligning" if args.align else "writing")
     rows = in_common_frame(list(shapes.values())) if args.align else list(shapes.values())
     table = coefficient_table(list(shapes), rows, args.modes)
@@ -167,8 +205,12 @@ def _harmonics_of_all(args: Namespace) -> Exit:
     found.left_out(reasons)
     if table.modes is not None:
         shares = ", ".join(f"{100 * share:.3g}" for share in table.compactness)
-        found.add("modes", f"hold {shares} percent of the variance", variances=table.modes.variances,
-                  compactness=table.compactness)
+        found.add(
+            "modes",
+            f"hold {shares} percent of the variance",
+            variances=table.modes.variances,
+            compactness=table.compactness,
+        )
     found.add("written", f"{args.target}: degree {args.degree}, a row for each surface")
     found.report(args)
     return Exit.FAILED if reasons else Exit.OK

@@ -44,5 +44,9 @@ def _measure_parts(args: Namespace) -> None:
         if len(parts) <= LISTED:
             found.add(f"part {len(parts) - 1}", f"{known.text}; {topology.text}")
     ready = sum(part["maps_to"] == "sphere" for part in parts)
-    found.add("parts", f"{len(parts)} closed ones, {ready} of which can be mapped to the sphere", parts=parts)
+    found.add(
+        "parts",
+        f"{len(parts)} closed ones, {ready} of which can be mapped to the sphere",
+        parts=parts,
+    )
     found.report(args)

@@ -35,41 +35,76 @@ def run_map(args: Namespace) -> Exit:
     if args.radius is not None and target_format(args).name == "NPZ":
         raise UsageError("--radius: an .npz file holds the unit sphere; write another format")
     if args.with_surface and not target_format(args).both:
-        raise UsageError(f"--with-surface: {target_format(args).name} files hold no sphere beside a surface; write a "
-                         ".ply file")
+        raise UsageError(
+            f"--with-surface: {target_format(args).name} files hold no sphere beside a surface; write a "
+            ".ply file"
+        )
     method, source = chosen_method(args), load_source(args)
     recording = Recording(source.f)
 
     def solve(listener: Listener) -> SphereMap:
-        return balanced_spherical_map(source.v, source.f, balance=args.balance, method=method, caps=source.caps,
-                                      listener=listener)
+        return balanced_spherical_map(
+            source.v,
+            source.f,
+            balance=args.balance,
+            method=method,
+            caps=source.caps,
+            listener=listener,
+        )
 
     def write(result: SphereMap) -> tuple[Certificate, Findings]:
         written = write_target(
             args,
-            lambda path: write_map(path, result, force=args.force, radius=args.radius, surface=args.with_surface,
-                                   metadata=source.metadata),
+            lambda path: write_map(
+                path,
+                result,
+                force=args.force,
+                radius=args.radius,
+                surface=args.with_surface,
+                metadata=source.metadata,
+            ),
         )
         return written, _findings(source, args, result, written)
 
     def plot(result: SphereMap) -> Any:
-        return plot_run(recording.history, recording.foldings, result.angle_differences(), result.log_area_ratios(),
-                        title=f"{os.path.basename(source.name)}, {result.method}")
+        return plot_run(
+            recording.history,
+            recording.foldings,
+            result.angle_differences(),
+            result.log_area_ratios(),
+            title=f"{os.path.basename(source.name)}, {result.method}",
+        )
 
     heard = recording if args.report or args.plot else None
-    return map_and_report(args, source, solve, (heard, args.progress.listener(source.f)), write, plot,
-                          lambda place, result, **about: write_report(place, result, recording, **about))
+    return map_and_report(
+        args,
+        source,
+        solve,
+        (heard, args.progress.listener(source.f)),
+        write,
+        plot,
+        lambda place, result, **about: write_report(place, result, recording, **about),
+    )
 
 
-def _findings(source: InputMesh, args: Namespace, result: SphereMap, written: SphereCheck) -> Findings:
-    found = Findings(target=args.target, balance=result.balance, gauge=result.gauge, stretch=result.stretch,
-                     notes=result.notes)
+def _findings(
+    source: InputMesh, args: Namespace, result: SphereMap, written: SphereCheck
+) -> Findings:
+    found = Findings(
+        target=args.target,
+        balance=result.balance,
+        gauge=result.gauge,
+        stretch=result.stretch,
+        notes=result.notes,
+    )
     found.source(source)
     found.extend(run_findings(result))
     found.lines += _rounds(result)
     found.extend(map_findings(result))
     kind, radius = target_format(args).name, written.radius
-    found.add("written", f"{args.target} ({kind}, radius {radius:.6g}), {_as_written(result, written)}")
+    found.add(
+        "written", f"{args.target} ({kind}, radius {radius:.6g}), {_as_written(result, written)}"
+    )
     found.figures["file"] = {
         "format": kind,
         "radius": radius,
@@ -88,7 +123,11 @@ def _rounds(result: SphereMap) -> list[str]:
 
 def _as_written(result: SphereMap, written: SphereCheck) -> str:
     if written.folding_free:
-        moved = f", {written.moved} vertices moved to keep float32 from folding" if written.moved else ""
+        moved = (
+            f", {written.moved} vertices moved to keep float32 from folding"
+            if written.moved
+            else ""
+        )
         return "certified as written" + moved
     if result.certificate.folding_free:
         return (

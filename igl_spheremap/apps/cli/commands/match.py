@@ -44,21 +44,38 @@ def run_match(args: Namespace) -> Exit:
     landmarks = _vertices(args.landmarks, sources) if args.landmarks else None
     if landmarks and len(landmarks[0]) != len(landmarks[1]):
         (file, other), (m, n) = args.landmarks, map(len, landmarks)
-        raise UsageError(f"{file} has {m} landmarks but {other} has {n}; give lists of the same landmarks in the same "
-                         "order")
+        raise UsageError(
+            f"{file} has {m} landmarks but {other} has {n}; give lists of the same landmarks in the same "
+            "order"
+        )
     curves = [_vertices(files, sources) for files in args.curve]
     features = read_features(args.feature, *sources)[1] if args.feature else None
     maps = [map_of(args, source, balance=AREA_PRESERVING) for source in sources]
     args.progress.begin(f"matching {sources[0].name} with {sources[1].name}")
-    result = match(*maps, landmarks=landmarks, features=features, curves=curves, feature_weight=args.feature_weight,
-                   soft=args.soft, reflect=args.reflect,
-                   listener=args.progress.listener(maps[0].faces))
+    result = match(
+        *maps,
+        landmarks=landmarks,
+        features=features,
+        curves=curves,
+        feature_weight=args.feature_weight,
+        soft=args.soft,
+        reflect=args.reflect,
+        listener=args.progress.listener(maps[0].faces),
+    )
     if whole:
         args.progress.begin(f"writing {args.target}")
         write_surface_map(args.target, result, force=args.force)
     else:
-        write_target(args, lambda path: write_mesh(path, result.positions, result.map.faces, force=args.force,
-                                                   metadata=sources[1].metadata))
+        write_target(
+            args,
+            lambda path: write_mesh(
+                path,
+                result.positions,
+                result.map.faces,
+                force=args.force,
+                metadata=sources[1].metadata,
+            ),
+        )
     args.progress.begin("measuring the map on the overlay")
     if args.overlay:
         common = result.overlay()
@@ -68,12 +85,23 @@ def run_match(args: Namespace) -> Exit:
     for label, source in zip(("source", "onto"), sources, strict=True):
         found.mesh(label, source)
     _describe(found, result)
-    held = "both maps and the landmarks" if whole else "TARGET's positions on the connectivity of SOURCE"
+    held = (
+        "both maps and the landmarks"
+        if whole
+        else "TARGET's positions on the connectivity of SOURCE"
+    )
     found.add("written", f"{args.target}: {held}")
     if args.overlay:
         found.add("overlay", f"{' and '.join(args.overlay)}: {len(common.faces)} faces, on each")
-    found.report_beside(args, pictures, lambda: run_app(
-        CarriedView(result, up=args.up or sources[0].up, subject=args.colours), pictures, progress=args.progress))
+    found.report_beside(
+        args,
+        pictures,
+        lambda: run_app(
+            CarriedView(result, up=args.up or sources[0].up, subject=args.colours),
+            pictures,
+            progress=args.progress,
+        ),
+    )
     return Exit.OK
 
 
@@ -82,23 +110,34 @@ def _vertices(files: list[str], sources: list[InputMesh]) -> tuple[IntArray, Int
     a, b = (read_landmarks(file) for file in files)
     for file, source, vertices in zip(files, sources, (a, b), strict=True):
         if vertices.max() >= len(source.v):
-            raise UsageError(f"{file} names vertex {vertices.max()} but {source.name} has vertices 0 to "
-                             f"{len(source.v) - 1}")
+            raise UsageError(
+                f"{file} names vertex {vertices.max()} but {source.name} has vertices 0 to "
+                f"{len(source.v) - 1}"
+            )
     return a, b
 
 
 def _describe(found: Findings, result: SurfaceMap) -> None:
     """Certificates, distortion in both directions, landmarks and notes."""
     certificate = result.map.certificate
-    found.add("map", f"SOURCE to the sphere of TARGET: {certificate}", certificate=certificate_numbers(certificate))
+    found.add(
+        "map",
+        f"SOURCE to the sphere of TARGET: {certificate}",
+        certificate=certificate_numbers(certificate),
+    )
     figures = result.distortion().figures
     found.figures["distortion"] = figures
     for over, name in (("over_source", "source"), ("over_target", "target")):
-        dirichlet, area, angle = (figures[over][key] for key in ("symmetric_dirichlet", "area_ratio", "angle_ratio"))
-        found.add(f"over {name}", f"symmetric Dirichlet energy {dirichlet['median']:.3g} (median; 4 is an isometry), "
-                  f"95% below {dirichlet['p95']:.3g}, {100 * dirichlet['above_100']:.2g}% of the area above 100; areas "
-                  f"times {area['median']:.3g}, 95% below {area['p95']:.3g}; angles by singular values' ratio "
-                  f"{angle['median']:.3g}, 95% below {angle['p95']:.3g}")
+        dirichlet, area, angle = (
+            figures[over][key] for key in ("symmetric_dirichlet", "area_ratio", "angle_ratio")
+        )
+        found.add(
+            f"over {name}",
+            f"symmetric Dirichlet energy {dirichlet['median']:.3g} (median; 4 is an isometry), "
+            f"95% below {dirichlet['p95']:.3g}, {100 * dirichlet['above_100']:.2g}% of the area above 100; areas "
+            f"times {area['median']:.3g}, 95% below {area['p95']:.3g}; angles by singular values' ratio "
+            f"{angle['median']:.3g}, 95% below {angle['p95']:.3g}",
+        )
     errors = result.landmark_errors
     if len(errors):
         size = float(np.ptp(result.target.vertices, axis=0).max())

@@ -65,22 +65,45 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
 
     def solved(listener: Listener) -> PlaneMap:
         with naming(source.name):
-            return solve(source.v, source.f, caps=source.caps, balance=args.balance, listener=listener)
+            return solve(
+                source.v, source.f, caps=source.caps, balance=args.balance, listener=listener
+            )
 
     def write(result: PlaneMap) -> tuple[Certificate, Findings]:
         args.progress.begin(f"writing {args.target}")
-        written = write_plane_map(args.target, result, force=args.force, rows=source.rows,
-                                  up=args.up or source.up)
+        written = write_plane_map(
+            args.target, result, force=args.force, rows=source.rows, up=args.up or source.up
+        )
         return written, _findings(source, args, result, written)
 
-    return map_and_report(args, source, solved, [show], write,
-                          lambda result: result.plot(os.path.basename(source.name)), write_plane_report)
+    return map_and_report(
+        args,
+        source,
+        solved,
+        [show],
+        write,
+        lambda result: result.plot(os.path.basename(source.name)),
+        write_plane_report,
+    )
 
 
-def _findings(source: InputMesh, args: Namespace, result: PlaneMap, written: Certificate) -> Findings:
-    found = Findings(target=args.target, source=source.name, repairs=source.repairs, vertices=len(source.v),
-                     faces=len(source.f), rim=len(result.rim), balance=result.balance, status=result.status.name)
-    found.add("mesh", f"{len(source.v):,} vertices, {len(source.f):,} faces, {len(result.rim):,} on the rim")
+def _findings(
+    source: InputMesh, args: Namespace, result: PlaneMap, written: Certificate
+) -> Findings:
+    found = Findings(
+        target=args.target,
+        source=source.name,
+        repairs=source.repairs,
+        vertices=len(source.v),
+        faces=len(source.f),
+        rim=len(result.rim),
+        balance=result.balance,
+        status=result.status.name,
+    )
+    found.add(
+        "mesh",
+        f"{len(source.v):,} vertices, {len(source.f):,} faces, {len(result.rim):,} on the rim",
+    )
     found.extend(run_findings(result))
     found.extend(plane_findings(result))
     as_written = "certified as written"
@@ -117,9 +140,13 @@ def _disk_options(args: Namespace) -> dict[str, Any]:
     """The options of `repair_disk` that flags stand for."""
     options = repair_options(args) or {}
     if args.cut_handles and args.cut is None:
-        raise UsageError("--cut-handles goes with --cut here: give the number of points to cut through")
+        raise UsageError(
+            "--cut-handles goes with --cut here: give the number of points to cut through"
+        )
     cut = read_landmarks(args.cut) if isinstance(args.cut, str) else args.cut
-    return options | {name: value for name, value in (("rim", args.rim), ("cut", cut)) if value is not None}
+    return options | {
+        name: value for name, value in (("rim", args.rim), ("cut", cut)) if value is not None
+    }
 
 
 def find_plane_map(args: Namespace) -> tuple[InputMesh, FloatArray] | None:
@@ -160,8 +187,13 @@ def check_plane_map(args: Namespace, source: InputMesh, p: FloatArray) -> Exit:
     args.progress.begin(f"certifying {name}")
     disk = check_disk(source.v, source.f, caps=source.caps)
     result = given_map(disk, p)
-    found = Findings(source=args.source, plane=name, vertices=len(disk.v), faces=len(disk.f), rim=len(disk.rim))
-    found.add("source", f"{args.source}: {len(disk.v)} vertices, {len(disk.f)} faces, {len(disk.rim)} on the rim")
+    found = Findings(
+        source=args.source, plane=name, vertices=len(disk.v), faces=len(disk.f), rim=len(disk.rim)
+    )
+    found.add(
+        "source",
+        f"{args.source}: {len(disk.v)} vertices, {len(disk.f)} faces, {len(disk.rim)} on the rim",
+    )
     found.add("plane", name)
     known = plane_findings(result)
     found.extend(known[-1:] if len(result.certificate.not_finite) else known)

@@ -39,29 +39,49 @@ def run_register(args: Namespace) -> Exit:
         open_for(pictures, instead="--screenshot OUT.png")
     pair = load_pair(args)
     source, target = pair.source, read_source(args.other)
-    maps = reflected(pair.map()) if args.reflect else pair.map(), read_pair(target, args.other_sphere).map()
-    names, features = read_features(args.feature, source, target) if args.feature else (_GEOMETRY, None)
+    maps = (
+        reflected(pair.map()) if args.reflect else pair.map(),
+        read_pair(target, args.other_sphere).map(),
+    )
+    names, features = (
+        read_features(args.feature, source, target) if args.feature else (_GEOMETRY, None)
+    )
     args.progress.begin(f"registering {source.name}")
     listener = args.progress.listener(maps[0].faces)
-    result = register(*maps, features=features, stages=stages, stiffness=args.stiffness, listener=listener)
+    result = register(
+        *maps, features=features, stages=stages, stiffness=args.stiffness, listener=listener
+    )
     out = _of_the_file(result.map) if args.reflect else result.map
-    written = write_target(args, lambda path: write_map(path, out, force=args.force, metadata=source.metadata))
+    written = write_target(
+        args, lambda path: write_map(path, out, force=args.force, metadata=source.metadata)
+    )
     found = Findings()
     found.mesh("source", source)
     found.mesh("onto", target)
     _describe(found, result, names)
     found.notes((*result.notes, *out.run.notes))
-    found.add("written", f"{args.target}: {written}", target=args.target,
-              certificate=certificate_numbers(written))
-    found.report_beside(args, pictures, lambda: run_app(
-        registration_view(*maps, result, features, names[0] if features else "depth"), pictures))
+    found.add(
+        "written",
+        f"{args.target}: {written}",
+        target=args.target,
+        certificate=certificate_numbers(written),
+    )
+    found.report_beside(
+        args,
+        pictures,
+        lambda: run_app(
+            registration_view(*maps, result, features, names[0] if features else "depth"), pictures
+        ),
+    )
     return Exit.OK if written.folding_free else Exit.UNCERTIFIED
 
 
 def _of_the_file(result: SphereMap) -> SphereMap:
     """Mirror the registered map back, so that it fits the file of SOURCE; its mark says reflect=True."""
     note = "the sphere fits SOURCE as it is; x to -x of both lies on TARGET: give --reflect to transfer and resample"
-    run = replace(result.run, settings=result.settings | {"reflect": True}, notes=(*result.run.notes, note))
+    run = replace(
+        result.run, settings=result.settings | {"reflect": True}, notes=(*result.run.notes, note)
+    )
     return replace(reflected(result), run=run)
 
 
@@ -75,13 +95,17 @@ def read_features(
         name, _, pair = word.partition("=")
         files = pair.split(",")
         if len(files) != 2:
-            raise UsageError(f"--feature {word} is not of the form NAME=SOURCE,TARGET with two files")
+            raise UsageError(
+                f"--feature {word} is not of the form NAME=SOURCE,TARGET with two files"
+            )
         for file, mesh, column in zip(files, (source, target), columns, strict=True):
             column.append(read_data(file, mesh))
         many, other = (column[-1].shape[1] for column in columns)
         if many != other:
-            raise UsageError(f"--feature {word}: {many} maps in {files[0]} but {other} in {files[1]}; choose one "
-                             "of each by FILE:NAME")
+            raise UsageError(
+                f"--feature {word}: {many} maps in {files[0]} but {other} in {files[1]}; choose one "
+                "of each by FILE:NAME"
+            )
         names += [name] if many == 1 else [f"{name} {k + 1}" for k in range(many)]
     return names, (np.concatenate(columns[0], axis=1), np.concatenate(columns[1], axis=1))
 
@@ -97,7 +121,14 @@ def _describe(found: Findings, result: Registration, names: Sequence[str]) -> No
         seconds=result.map.seconds,
     )
     for stage in result.stages:
-        correlation = ", ".join(f"of {name} {r:.4f}" for name, r in zip(names, stage.correlation, strict=True))
-        mean, most = (round(100 * np.expm1(strain), 6) for strain in (stage.strain, stage.strain_95))
-        found.add(stage.name, f"correlation {correlation}; areas change by {mean:.3g} percent on average, "
-                  f"95% below {most:.3g}")
+        correlation = ", ".join(
+            f"of {name} {r:.4f}" for name, r in zip(names, stage.correlation, strict=True)
+        )
+        mean, most = (
+            round(100 * np.expm1(strain), 6) for strain in (stage.strain, stage.strain_95)
+        )
+        found.add(
+            stage.name,
+            f"correlation {correlation}; areas change by {mean:.3g} percent on average, "
+            f"95% below {most:.3g}",
+        )

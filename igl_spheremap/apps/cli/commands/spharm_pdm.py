@@ -24,5 +24,11 @@ def run_spharm_pdm(args: Namespace) -> Exit:
     task = ShapeExpansion(mapping, args.degree, args.subdivision, **where)
     with usage("--"):
         jobs = shape_jobs(sources, args.out, args.template)
-    return run_files(args, "expanding", jobs, task, manifest_of(f"{args.out}/", "spharm-pdm"),
-                     lambda rows: map_sheet(rows, mapping))
+    return run_files(
+        args,
+        "expanding",
+        jobs,
+        task,
+        manifest_of(f"{args.out}/", "spharm-pdm"),
+        lambda rows: map_sheet(rows, mapping),
+    )

@@ -22,9 +22,22 @@ def run_sphere_reg(args: Namespace) -> Exit:
     args.progress.begin("looking for templates")
     task = SphereRegistration(reflect=args.reflect, force=args.force, folder=os.getcwd())
     with usage("--"):
-        jobs = hemisphere_jobs(sources, args.out, to=args.templates or ["fsaverage"], names=args.names or ["bids"],
-                               labels=args.labels, reflect=args.reflect, hemisphere=args.hemi)
-    status = run_files(args, "registering", jobs, task, manifest_of(f"{args.out}/", "sphere-reg"),
-                       lambda rows: registration_sheet(rows, jobs, task))
+        jobs = hemisphere_jobs(
+            sources,
+            args.out,
+            to=args.templates or ["fsaverage"],
+            names=args.names or ["bids"],
+            labels=args.labels,
+            reflect=args.reflect,
+            hemisphere=args.hemi,
+        )
+    status = run_files(
+        args,
+        "registering",
+        jobs,
+        task,
+        manifest_of(f"{args.out}/", "sphere-reg"),
+        lambda rows: registration_sheet(rows, jobs, task),
+    )
     describe_datasets(jobs)
     return status

@@ -20,9 +20,21 @@ from ....populations.map_many import filled
 from ....populations.ratings import failed_in
 from ....shapes.groups.design import data_of, read_design, test_names, write_test
 from ....shapes.groups.features import FeatureFiles
-from ....shapes.groups.files import ARCHIVE, file_names, member_row, member_rows, read_group, write_group
+from ....shapes.groups.files import (
+    ARCHIVE,
+    file_names,
+    member_row,
+    member_rows,
+    read_group,
+    write_group,
+)
 from ....shapes.groups.group import Group
-from ....shapes.groups.page import write_group_page, write_series_film, write_series_page, write_tests
+from ....shapes.groups.page import (
+    write_group_page,
+    write_series_film,
+    write_series_page,
+    write_tests,
+)
 from ....shapes.groups.permutation import LEVEL, PointTest, indicators, permutation_test
 from ....shapes.groups.series import series
 from ....shapes.groups.series_files import ARCHIVE as SERIES
@@ -37,9 +49,24 @@ from .batch import engine_of
 _PAGE, _FILM = "index.html", "frames.gif"
 _COMMON = ("out", "json", "quiet")
 #: Uses of the command besides the one that makes a group, and the flags that each takes.
-_TAKEN = {"series": ("feature", "to", "balance", "exclude", "ratings", "force", "jobs", "scheduler", "resume",
-                     "retry-failed", "timeout", "retries"),
-          "add": (), "design": ("of", "permutations", "augment")}
+_TAKEN = {
+    "series": (
+        "feature",
+        "to",
+        "balance",
+        "exclude",
+        "ratings",
+        "force",
+        "jobs",
+        "scheduler",
+        "resume",
+        "retry-failed",
+        "timeout",
+        "retries",
+    ),
+    "add": (),
+    "design": ("of", "permutations", "augment"),
+}
 
 
 def run_template(args: Namespace) -> Exit:
@@ -51,7 +78,9 @@ def run_template(args: Namespace) -> Exit:
     igl-spheremap template --series "frames/*.ply" --out cell
     """
     if bool(args.sources) + bool(args.add) + (args.design is not None) != 1:
-        raise UsageError("give surfaces of a new group, or one of --add NEW and --design TABLE for one that exists")
+        raise UsageError(
+            "give surfaces of a new group, or one of --add NEW and --design TABLE for one that exists"
+        )
     _refuse_unused(args)
     if args.add or not args.sources:
         return _add(args) if args.add else _test(args)
@@ -63,7 +92,11 @@ def _refuse_unused(args: Namespace) -> None:
     way = next((way for way in _TAKEN if getattr(args, way)), "")
     taken = {f"--{name}" for name in (*_COMMON, way, *_TAKEN[way])} if way else set()
     flags = [names[-1] for names, _ in args.row.arguments if names[-1].startswith("--")]
-    unused = [flag for flag in flags if flag not in taken] if way else [f"--{name}" for name in _TAKEN["design"]]
+    unused = (
+        [flag for flag in flags if flag not in taken]
+        if way
+        else [f"--{name}" for name in _TAKEN["design"]]
+    )
     refuse_flags(args, unused, f"--{way}" if way else "a new group")
 
 
@@ -71,8 +104,16 @@ def _make(args: Namespace) -> Exit:
     """A new group, in files."""
     kept, excluded, names, features = _given(args, ARCHIVE)
     out = make_folder(args.out)
-    group = template(kept, features=features, modes=args.modes, target=args.to, balance=args.balance, rigid=args.rigid,
-                     out=out, engine=engine_of(args))
+    group = template(
+        kept,
+        features=features,
+        modes=args.modes,
+        target=args.to,
+        balance=args.balance,
+        rigid=args.rigid,
+        out=out,
+        engine=engine_of(args),
+    )
     failed = Exit.FAILED if group.left_out else Exit.OK
     group = replace(group, left_out={**excluded, **group.left_out}, feature_names=names)
     args.progress.begin("writing")
@@ -87,27 +128,45 @@ def _make(args: Namespace) -> Exit:
 def _follow(args: Namespace) -> Exit:
     """A series, in files."""
     kept, _, names, features = _given(args, SERIES)
-    found = series(kept, features=features, target=args.to, balance=args.balance, out=make_folder(args.out),
-                   engine=engine_of(args))
+    found = series(
+        kept,
+        features=features,
+        target=args.to,
+        balance=args.balance,
+        out=make_folder(args.out),
+        engine=engine_of(args),
+    )
     args.progress.begin("writing")
     out = Path(args.out)
     mean = write_series(out, found, kept, names)
     write_series_film(out / _FILM, found, mean)
-    write_series_page(out / _PAGE, found, mean, _FILM, kept, names, shlex.join(("igl-spheremap", *args.words)))
+    write_series_page(
+        out / _PAGE, found, mean, _FILM, kept, names, shlex.join(("igl-spheremap", *args.words))
+    )
     summary, off = Findings(), np.sqrt((found.drift**2).mean())
     summary.add("frames", f"{len(kept)}, followed at {len(mean)} points", frames=kept)
     for label, values in (("area", found.surface_areas), ("volume", found.volumes)):
-        summary.add(label, f"{values[0]:.5g} in the first frame, {values[-1]:.5g} in the last", **{label: values})
-    summary.add("drift", f"{off:.3g} in the root mean square, {found.drift.max():.3g} at most, from the direct map of "
-                         "the first frame and the last", drift=off, largest_drift=found.drift.max())
+        summary.add(
+            label,
+            f"{values[0]:.5g} in the first frame, {values[-1]:.5g} in the last",
+            **{label: values},
+        )
+    summary.add(
+        "drift",
+        f"{off:.3g} in the root mean square, {found.drift.max():.3g} at most, from the direct map of "
+        "the first frame and the last",
+        drift=off,
+        largest_drift=found.drift.max(),
+    )
     summary.add("written", f"{out / _PAGE} shows all of it, {SERIES} holds it")
     summary.notes(found.notes, "doubtful")
     summary.report(args)
     return Exit.OK
 
 
-def _given(args: Namespace, archive: str) -> tuple[
-        list[str], dict[str, str], tuple[str, ...], list[FeatureFiles] | None]:
+def _given(
+    args: Namespace, archive: str
+) -> tuple[list[str], dict[str, str], tuple[str, ...], list[FeatureFiles] | None]:
     """The surfaces that are taken, those that the user leaves out and why, names and files of features."""
     import_optional("PIL", "the page of a group", "io")
     names = expand(args.sources)
@@ -130,38 +189,68 @@ def _excluded(args: Namespace, names: Sequence[str]) -> dict[str, str]:
     return dict.fromkeys(args.exclude, "excluded by --exclude") | failed
 
 
-def _features(args: Namespace, sources: Sequence[str]) -> tuple[tuple[str, ...], list[FeatureFiles] | None]:
+def _features(
+    args: Namespace, sources: Sequence[str]
+) -> tuple[tuple[str, ...], list[FeatureFiles] | None]:
     """The names of --feature NAME=PATTERN, those of arrays that are written, and the files of each source, if any."""
     names, patterns = (tuple(word.partition("=")[k] for word in args.feature) for k in (0, 2))
-    wrong = [word for name, word in zip(names, args.feature, strict=True) if not re.fullmatch(r"[A-Za-z]\w*=.+", word)
-             or names.count(name) > 1]
+    wrong = [
+        word
+        for name, word in zip(names, args.feature, strict=True)
+        if not re.fullmatch(r"[A-Za-z]\w*=.+", word) or names.count(name) > 1
+    ]
     if wrong:
-        raise UsageError(f"--feature {wrong[0]}: give NAME=PATTERN, such as thickness={{folder}}/{{stem}}.thickness, "
-                         "each name once")
+        raise UsageError(
+            f"--feature {wrong[0]}: give NAME=PATTERN, such as thickness={{folder}}/{{stem}}.thickness, "
+            "each name once"
+        )
     with usage("--"):
-        files = [FeatureFiles(tuple(filled(pattern, source, "feature ") for pattern in patterns)) for source in sources]
+        files = [
+            FeatureFiles(tuple(filled(pattern, source, "feature ") for pattern in patterns))
+            for source in sources
+        ]
     return names, files if names else None
 
 
 def _describe(args: Namespace, group: Group) -> None:
     """What was found, and who is left out."""
     found, model = Findings(), group.figures()
-    found.add("members", f"{len(group.members)} surfaces in correspondence at {len(group.vertices)} points",
-              members=[member.name for member in group.members])
+    found.add(
+        "members",
+        f"{len(group.members)} surfaces in correspondence at {len(group.vertices)} points",
+        members=[member.name for member in group.members],
+    )
     found.left_out(group.left_out)
-    found.add("mean", f"moved by {100 * group.changes[-1]:.2g} percent of its radius in round {len(group.changes)}, "
-                      "the last", changes=group.changes)
-    for name, mean, sd in zip(group.feature_names, group.feature_mean.T, group.feature_sd.T, strict=True):
-        found.add(name, f"{mean.min():.4g} to {mean.max():.4g}, standard deviation {np.median(sd):.3g} in the median",
-                  **{name: {"lowest": mean.min(), "highest": mean.max(), "median_sd": np.median(sd)}})
+    found.add(
+        "mean",
+        f"moved by {100 * group.changes[-1]:.2g} percent of its radius in round {len(group.changes)}, "
+        "the last",
+        changes=group.changes,
+    )
+    for name, mean, sd in zip(
+        group.feature_names, group.feature_mean.T, group.feature_sd.T, strict=True
+    ):
+        found.add(
+            name,
+            f"{mean.min():.4g} to {mean.max():.4g}, standard deviation {np.median(sd):.3g} in the median",
+            **{name: {"lowest": mean.min(), "highest": mean.max(), "median_sd": np.median(sd)}},
+        )
     shares = ", ".join(f"{100 * share:.3g}" for share in group.compactness)
-    found.add("modes", f"hold {shares} percent of the variance", compactness=group.compactness,
-              generalisation=model.generalisation, specificity=model.specificity, variances=group.variances)
+    found.add(
+        "modes",
+        f"hold {shares} percent of the variance",
+        compactness=group.compactness,
+        generalisation=model.generalisation,
+        specificity=model.specificity,
+        variances=group.variances,
+    )
     far = max(group.members, key=lambda member: member.distance)
     found.add("farthest", f"{far.name}: {far.distance:.4g} from the mean")
     found.add("written", f"{Path(args.out) / _PAGE} shows all of it, {ARCHIVE} holds it")
     doubts = [f"{member.name}: {doubt}" for member in group.members for doubt in member.doubts]
-    found.figures["doubts"] = {member.name: member.doubts for member in group.members if member.doubts}
+    found.figures["doubts"] = {
+        member.name: member.doubts for member in group.members if member.doubts
+    }
     found.notes(group.notes, "doubtful")
     for line in doubts[:LISTED]:
         found.add("doubtful", line)
@@ -175,11 +264,12 @@ def _add(args: Namespace) -> Exit:
     table, folder = out / "added.tsv", make_folder(out / "added")
     rows: dict[str, tuple[object, ...]] = {
         row[0]: (*row[:4], *(float(cell) if cell else cell for cell in row[4:]))
-        for row in (read_cells(table)[1:] if table.exists() else ())}
+        for row in (read_cells(table)[1:] if table.exists() else ())
+    }
     names = expand(args.add)
     found, refused = Findings(), False
     others = [name for name in rows if name not in names]  # whose files stay
-    for name, short in zip(names, file_names([*others, *names])[len(others):], strict=True):
+    for name, short in zip(names, file_names([*others, *names])[len(others) :], strict=True):
         args.progress.begin(f"placing {name}")
         cells: tuple[object, ...]
         try:
@@ -207,39 +297,69 @@ def _test(args: Namespace) -> Exit:
     """Test what depends on each column of a table, the others being covariates."""
     group = read_group(args.out)
     columns, kept, left_out = read_design(args.design, [member.name for member in group.members])
-    tested, data = replace(group, members=tuple(group.members[k] for k in kept)), data_of(group, args.of)[kept]
+    tested, data = (
+        replace(group, members=tuple(group.members[k] for k in kept)),
+        data_of(group, args.of)[kept],
+    )
     rows, shown = list[tuple[object, ...]](), list[tuple[str, str, PointTest]]()
     found, tests = Findings(), dict[str, object]()
     found.figures["tests"] = tests
     found.left_out(left_out)
     for (name, values), short in zip(columns.items(), test_names(list(columns)), strict=True):
         args.progress.begin(f"testing {name}")
-        others = [each if each.dtype.kind == "f" else indicators(each) for key, each in columns.items() if key != name]
+        others = [
+            each if each.dtype.kind == "f" else indicators(each)
+            for key, each in columns.items()
+            if key != name
+        ]
         try:
-            test = permutation_test(tested, values, covariates=np.column_stack(others) if others else None,
-                                    data=data, permutations=args.permutations, augment=args.augment)
+            test = permutation_test(
+                tested,
+                values,
+                covariates=np.column_stack(others) if others else None,
+                data=data,
+                permutations=args.permutations,
+                augment=args.augment,
+            )
         except MeshError as error:
             raise MeshError(f"{args.design}, column {name}: {error}") from None
         write_test(str(Path(args.out) / short), group, test)
         k = int(test.p.argmin()), int(test.statistic.argmax())
         lengths = np.linalg.norm(test.effect, axis=2).max(axis=0)
-        figures = {"points": float((test.p <= LEVEL).mean()), "p": float(test.p[k[0]]),
-                   "effect": float(lengths[k[1]]), "error": float(test.error[:, k[1]].max()),
-                   "margin": float(test.margin[:, k[1]].max()),
-                   "explained": float(test.explained[k[1]])}
+        figures = {
+            "points": float((test.p <= LEVEL).mean()),
+            "p": float(test.p[k[0]]),
+            "effect": float(lengths[k[1]]),
+            "error": float(test.error[:, k[1]].max()),
+            "margin": float(test.margin[:, k[1]].max()),
+            "explained": float(test.explained[k[1]]),
+        }
         rows.append((name, *figures.values(), f"{short}.npz"))
         tests[name] = figures
-        words = (f"{figures['points']:.1%} of the points, smallest p {figures['p']:.2g}; where it is surest the "
-                 f"effect is {figures['effect']:.3g} (each coordinate +- {figures['margin']:.2g} at 95 percent "
-                 f"confidence) and explains {figures['explained']:.0%}")
+        words = (
+            f"{figures['points']:.1%} of the points, smallest p {figures['p']:.2g}; where it is surest the "
+            f"effect is {figures['effect']:.3g} (each coordinate +- {figures['margin']:.2g} at 95 percent "
+            f"confidence) and explains {figures['explained']:.0%}"
+        )
         found.add(name, words)
         shown.append((name, words, test))
         for note in test.notes:
             found.add("note", f"{name}: {note}")
-    header = ("variable", "share_of_points", "smallest_p", "effect", "standard_error", "margin", "explained", "file")
+    header = (
+        "variable",
+        "share_of_points",
+        "smallest_p",
+        "effect",
+        "standard_error",
+        "margin",
+        "explained",
+        "file",
+    )
     table = Path(args.out) / "tests.tsv"
     write_cells(table, [header, *rows], force=True)
     write_tests(table.with_name(_PAGE), group, shown, shlex.join(("igl-spheremap", *args.words)))
-    found.add("written", f"{table.with_name(_PAGE)} shows them, {table} and files beside it hold them")
+    found.add(
+        "written", f"{table.with_name(_PAGE)} shows them, {table} and files beside it hold them"
+    )
     found.report(args)
     return Exit.OK

@@ -42,13 +42,21 @@ def run_view(args: Namespace) -> None:
     except (MeshError, UsageError, FileError):
         if (plane := find_plane_map(args)) is None:
             raise
-        refuse_flags(args, (*_MAKING, "--show"), "a map to the plane, which is shown with a checkerboard,")
+        refuse_flags(
+            args, (*_MAKING, "--show"), "a map to the plane, which is shown with a checkerboard,"
+        )
         source, p = plane
         name, up = os.path.basename(source.name), args.up or guess_up(args.source)
         app = plane_view(name, check_disk(source.v, source.f), p, up)
     else:
-        app = MapView(result.mesh, {caption: result.sphere}, up=args.up or source.up, subject=SHOWN[args.show],
-                      result=result, name=file_stem(source.name, "map"))
+        app = MapView(
+            result.mesh,
+            {caption: result.sphere},
+            up=args.up or source.up,
+            subject=SHOWN[args.show],
+            result=result,
+            name=file_stem(source.name, "map"),
+        )
     args.progress.close()
     run_app(app, pictures, progress=args.progress)
     if pictures.offscreen:
@@ -89,8 +97,12 @@ def run_play(args: Namespace) -> None:
     load = partial(_load, source)
     up = args.up or source.up
     start = partial(in_background, load, round(1e6 * args.keep))
-    frames = run_app(Player(start, source.name, method, up=up), pictures,
-                     progress=args.progress, listener=args.progress.listener(source.f))
+    frames = run_app(
+        Player(start, source.name, method, up=up),
+        pictures,
+        progress=args.progress,
+        listener=args.progress.listener(source.f),
+    )
     if pictures.offscreen:
         found = Findings(source=source.name, method=args.method, frames=frames)
         for k, frame in enumerate(frames):

@@ -107,7 +107,10 @@ def test_what_ends_a_process_costs_its_mesh_only(stand_in, capsys):
     arguments = ["--out", "{stem}.obj", "--jobs", "2", "--timeout", "3", "--summary", "all.tsv"]
     assert main(["batch", *files, *arguments]) == Exit.FAILED
     rows = {row.source: row for row in read_table("all.tsv")}
-    assert {name for name, row in rows.items() if row.status == "failed"} == {"deadly.ply", "slow.ply"}
+    assert {name for name, row in rows.items() if row.status == "failed"} == {
+        "deadly.ply",
+        "slow.ply",
+    }
     assert "its worker died 2 times" in rows["deadly.ply"].notes
     assert "more than 3 s" in rows["slow.ply"].notes
     assert "deadly.ply: its worker died" in " ".join(capsys.readouterr().out.split())
@@ -115,7 +118,9 @@ def test_what_ends_a_process_costs_its_mesh_only(stand_in, capsys):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_signals_finish_what_was_begun_and_count_what_is_left(number, stand_in, monkeypatch, capsys):
+def test_signals_finish_what_was_begun_and_count_what_is_left(
+    number, stand_in, monkeypatch, capsys
+):
     def signalled(*words):
         def listen(row):
             if row.source == "0.ply":
@@ -129,7 +134,10 @@ def test_signals_finish_what_was_begun_and_count_what_is_left(number, stand_in, 
     monkeypatch.setattr(batch, "run_many", signalled)
     handlers = [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)]
     files = [f"{k}.ply" for k in range(400)]
-    assert main(["batch", *files, "--out", "{stem}.obj", "--jobs", "1", "--summary", "all.csv"]) == 128 + number
+    assert (
+        main(["batch", *files, "--out", "{stem}.obj", "--jobs", "1", "--summary", "all.csv"])
+        == 128 + number
+    )
     out, err = capsys.readouterr()
     done = read_table("all.csv")
     assert 0 < len(done) <= 3
@@ -151,7 +159,10 @@ def test_a_second_run_is_refused_until_the_first_one_ends_however_it_ends(desk, 
         assert main(["batch", "300.ply", "--out", "{stem}.obj"]) == Exit.FILE
         err = capsys.readouterr().err
         assert err.count("\n") == 1
-        assert f":{first.pid}, writes maps.manifest.jsonl; wait until it ends, or give another --manifest" in err
+        assert (
+            f":{first.pid}, writes maps.manifest.jsonl; wait until it ends, or give another --manifest"
+            in err
+        )
     finally:
         first.kill()
         first.communicate()
@@ -161,19 +172,38 @@ def test_a_second_run_is_refused_until_the_first_one_ends_however_it_ends(desk, 
 
 def test_rewriting_the_list_shifts_no_result(desk):
     write_mesh("400.ply", *ism.samples.make("spheroid", n_vertices=400))
-    lists = [["300.ply", "600.ply"], ["600.ply", "300.ply"], ["400.ply", "600.ply", "300.ply"], ["600.ply"]]
+    lists = [
+        ["300.ply", "600.ply"],
+        ["600.ply", "300.ply"],
+        ["400.ply", "600.ply", "300.ply"],
+        ["600.ply"],
+    ]
     for k, names in enumerate(lists):
         Path("list.txt").write_text("\n".join(names))
         words = ["@list.txt", "--out", "{stem}.obj", "--summary", "all.tsv", "-q", "--jobs", "1"]
         assert main(["batch", *words]) == Exit.OK
         rows = read_table("all.tsv")
-        assert [(row.source, row.vertices) for row in rows] == [(name, len(read_mesh(name).v)) for name in names]
+        assert [(row.source, row.vertices) for row in rows] == [
+            (name, len(read_mesh(name).v)) for name in names
+        ]
         assert [row.resumed for row in rows] == [k > 0 and name != "400.ply" for name in names]
 
 
-@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="a folder that takes no file, even of root's")
+@pytest.mark.skipif(
+    not os.path.isdir("/proc/self"), reason="a folder that takes no file, even of root's"
+)
 def test_a_folder_that_cannot_be_written_costs_its_rows(desk):
-    arguments = ["--out", "/proc/{stem}.obj", "--manifest", "all.jsonl", "--summary", "all.tsv", "-q", "--jobs", "1"]
+    arguments = [
+        "--out",
+        "/proc/{stem}.obj",
+        "--manifest",
+        "all.jsonl",
+        "--summary",
+        "all.tsv",
+        "-q",
+        "--jobs",
+        "1",
+    ]
     assert main(["batch", "300.ply", *arguments]) == Exit.FILE
     (row,) = read_table("all.tsv")
     assert (row.status, row.notes.partition(":")[0]) == ("file", "can't write /proc/300.obj")
@@ -183,10 +213,31 @@ def test_inputs_are_files_globs_and_lists(stand_in, capsys):
     for name in ("b1.ply", "b2.ply", "[x].ply"):
         Path(name).touch()
     Path("list.txt").write_text("# a comment\n\nz.ply\nb?.ply\n")
-    assert main(["batch", "@list.txt", "[x].ply", "a.ply", "--out", "{stem}.obj", "--summary", "all.tsv",
-                 "--jobs", "1"]) == Exit.OK
+    assert (
+        main(
+            [
+                "batch",
+                "@list.txt",
+                "[x].ply",
+                "a.ply",
+                "--out",
+                "{stem}.obj",
+                "--summary",
+                "all.tsv",
+                "--jobs",
+                "1",
+            ]
+        )
+        == Exit.OK
+    )
     assert capsys.readouterr().out.splitlines()[-1].split() == ["summary", "all.tsv"]
-    assert [row.source for row in read_table("all.tsv")] == ["z.ply", "b1.ply", "b2.ply", "[x].ply", "a.ply"]
+    assert [row.source for row in read_table("all.tsv")] == [
+        "z.ply",
+        "b1.ply",
+        "b2.ply",
+        "[x].ply",
+        "a.ply",
+    ]
 
 
 def test_subjects_of_freesurfer_keep_their_files(desk):
@@ -219,14 +270,20 @@ def test_a_name_without_an_encoding_spoils_no_summary(desk, capsys):
     except OSError:
         pytest.skip("this file system takes no such names")
     source = os.fsdecode(b"bad\xff.ply")
-    assert main(["batch", source, "--out", "{stem}.obj", "--jobs", "1", "--summary", "all.csv"]) == Exit.OK
+    assert (
+        main(["batch", source, "--out", "{stem}.obj", "--jobs", "1", "--summary", "all.csv"])
+        == Exit.OK
+    )
     assert "1 of 1 files" in capsys.readouterr().out
     assert read_table("all.csv")[0].source == "bad\\udcff.ply"
 
 
 def test_names_from_files_change_no_line_and_no_terminal(desk, capsys):
     os.rename("open.ply", name := "a\n\x1b[31mb.ply")
-    assert main(["batch", name, "--out", "{stem}.obj", "--jobs", "1", "--summary", "all.tsv"]) == Exit.NO_MESH
+    assert (
+        main(["batch", name, "--out", "{stem}.obj", "--jobs", "1", "--summary", "all.tsv"])
+        == Exit.NO_MESH
+    )
     assert main(["info", "none\x1b[31m.ply"]) == Exit.FILE
     out, err = capsys.readouterr()
     assert "\x1b" not in out + err

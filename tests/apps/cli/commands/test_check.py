@@ -43,7 +43,9 @@ def test_a_map_off_the_sphere_is_not_certified_until_it_is_repaired(sphere, tmp_
     bumpy, round_ = str(tmp_path / "bumpy.obj"), str(tmp_path / "round.obj")
     write_mesh(bumpy, x * np.linspace(1, 1.1, len(x))[:, None], f)
     assert main(["check", SAMPLE, bumpy]) == 3
-    assert f"no face folds, but: {len(x)} vertices off the unit sphere" in " ".join(capsys.readouterr().out.split())
+    assert f"no face folds, but: {len(x)} vertices off the unit sphere" in " ".join(
+        capsys.readouterr().out.split()
+    )
     assert main(["check", SAMPLE, bumpy, "--json", str(tmp_path / "off.json")]) == 3
     out = " ".join(capsys.readouterr().out.split())
     assert f"{len(x)} vertices are off by -0.048 to +0.048 of the radius, most at vertex " in out
@@ -56,14 +58,18 @@ def test_a_map_off_the_sphere_is_not_certified_until_it_is_repaired(sphere, tmp_
 
 
 @pytest.mark.parametrize(("decimals", "status"), [(1, 3), (3, 0), (4, 0), (9, 0)])
-def test_radii_that_vary_by_the_rounding_of_the_file_are_no_fault(decimals, status, sphere, tmp_path, capsys):
+def test_radii_that_vary_by_the_rounding_of_the_file_are_no_fault(
+    decimals, status, sphere, tmp_path, capsys
+):
     x, f = read_mesh(sphere)
     path = str(tmp_path / "rounded.off")
     write_mesh(path, np.round(15 * x, decimals), f)
     assert main(["check", SAMPLE, path]) == status
     first, *_ = out = capsys.readouterr().out.split("source")
     assert first.startswith("certificate")
-    assert ("certified once scaled to the sphere; radii vary by" in " ".join(first.split())) == (decimals in (3, 4))
+    assert ("certified once scaled to the sphere; radii vary by" in " ".join(first.split())) == (
+        decimals in (3, 4)
+    )
     assert ("off radius" in "".join(out)) == (decimals < 9)
     noise = np.random.default_rng(0).uniform(-3e-6, 3e-6, (len(x), 1))
     write_mesh(path, x * (1 + noise), f, force=True)  # no rounding makes these radii
@@ -74,12 +80,23 @@ def test_a_cube_in_whole_numbers_is_no_rounded_sphere(tmp_path):
     corners = np.indices((3, 3, 3)).reshape(3, -1).T - 1.0
     corners = corners[np.abs(corners).max(axis=1) > 0]
     hull = ConvexHull(corners / np.linalg.norm(corners, axis=1)[:, None])
-    outward = np.einsum("ij,ij->i", np.cross(*np.diff(hull.points[hull.simplices], axis=1).swapaxes(0, 1)),
-                        hull.points[hull.simplices[:, 0]]) > 0
+    outward = (
+        np.einsum(
+            "ij,ij->i",
+            np.cross(*np.diff(hull.points[hull.simplices], axis=1).swapaxes(0, 1)),
+            hull.points[hull.simplices[:, 0]],
+        )
+        > 0
+    )
     f = np.where(outward[:, None], hull.simplices, hull.simplices[:, ::-1])
     write_mesh(tmp_path / "cube.off", corners, f)
     assert main(["check", str(tmp_path / "cube.off"), str(tmp_path / "cube.off"), "-q"]) == 3
-    assert main(["check", str(tmp_path / "cube.off"), str(tmp_path / "cube.off"), "--directions", "-q"]) == 0
+    assert (
+        main(
+            ["check", str(tmp_path / "cube.off"), str(tmp_path / "cube.off"), "--directions", "-q"]
+        )
+        == 0
+    )
 
 
 @pytest.mark.parametrize(

@@ -47,13 +47,28 @@ def test_export_refuses(files, tmp_path, capsys):
     err = capsys.readouterr().err
     assert err.count("\n") == 3
     assert "unknown format of data" in err
-    for words in (["--texture", "carried", "--show", "octahedral"], ["--texture", "baked", "--show", "angles"],
-                  ["--texture", "baked", "--image", "a.png"]):
+    for words in (
+        ["--texture", "carried", "--show", "octahedral"],
+        ["--texture", "baked", "--show", "angles"],
+        ["--texture", "baked", "--image", "a.png"],
+    ):
         assert main(["export", *files, str(tmp_path / "a.obj"), *words]) == 64
     assert main(["export", *files, str(tmp_path / "a.obj"), "--texture", "baked"]) == 74
     assert capsys.readouterr().err.endswith("textures are read from .obj, .glb and .gltf files\n")
     write_mesh(tmp_path / "plain.obj", *read_mesh(files[0]))
-    assert main(["export", str(tmp_path / "plain.obj"), files[1], str(tmp_path / "a.obj"), "--texture", "baked"]) == 2
+    assert (
+        main(
+            [
+                "export",
+                str(tmp_path / "plain.obj"),
+                files[1],
+                str(tmp_path / "a.obj"),
+                "--texture",
+                "baked",
+            ]
+        )
+        == 2
+    )
     assert "no texture coordinates" in capsys.readouterr().err
 
 
@@ -73,9 +88,13 @@ def painted(files, tmp_path):
     return atlas.uv
 
 
-@pytest.mark.parametrize(("of", "source", "target"),
-                         [("sphere", "painted.glb", "a.obj"), ("plane", "painted.obj", "a.glb")])
-def test_a_baked_texture_shows_what_the_source_s_own_does(of, source, target, painted, files, tmp_path):
+@pytest.mark.parametrize(
+    ("of", "source", "target"),
+    [("sphere", "painted.glb", "a.obj"), ("plane", "painted.obj", "a.glb")],
+)
+def test_a_baked_texture_shows_what_the_source_s_own_does(
+    of, source, target, painted, files, tmp_path
+):
     """trimesh reads the colours at the vertices, which are those of their places."""
     import trimesh
 
@@ -114,7 +133,9 @@ def test_a_node_of_the_file_s_name_turns_what_is_up_to_y(words, files, tmp_path)
     tip = np.argmax(v[:, 0])
     v = np.clip(v, -0.4, None) * [0.3, 1, 1]
     v[tip] = [3, 0, 0]
-    v = {"--up=x": v, "--up=-z": v[:, [1, 2, 0]] * [1, -1, -1]}.get(*words or [""], np.roll(v, 1, axis=1))
+    v = {"--up=x": v, "--up=-z": v[:, [1, 2, 0]] * [1, -1, -1]}.get(
+        *words or [""], np.roll(v, 1, axis=1)
+    )
     write_mesh(tmp_path / "cone.ply", v, f)
     write_sphere(tmp_path / "image.ply", spherical_conformal_map(v, f).sphere, f)
     names = [str(tmp_path / name) for name in ("cone.ply", "image.ply", "stands.glb")]
@@ -133,7 +154,14 @@ def test_a_carried_texture_keeps_its_coordinates(target, painted, files, tmp_pat
     import trimesh
 
     x = read_mesh(files[1]).v
-    words = ["export", str(tmp_path / "painted.obj"), files[1], str(tmp_path / target), "--texture", "carried"]
+    words = [
+        "export",
+        str(tmp_path / "painted.obj"),
+        files[1],
+        str(tmp_path / target),
+        "--texture",
+        "carried",
+    ]
     assert main([*words, "--up", "y"]) == 0
     written = trimesh.load(tmp_path / target, process=False, force="mesh")
     nearest = cKDTree(x).query(written.vertices)[1]
@@ -161,15 +189,21 @@ def test_spheres_with_rows_that_are_no_directions_are_refused(row, files, tmp_pa
     x, f = read_mesh(files[1])
     write_mesh(files[1], np.where(np.arange(len(x))[:, None] == 3, row, x), f, force=True)
     assert main(["export", *files, str(tmp_path / "a.ply"), "--show", "angles"]) == 2
-    assert capsys.readouterr().err.endswith("sphere.ply: images are zero or not finite in 1 row, e.g. 3; give each a "
-                                            "direction\n")
+    assert capsys.readouterr().err.endswith(
+        "sphere.ply: images are zero or not finite in 1 row, e.g. 3; give each a direction\n"
+    )
 
 
 def obj(path):
     """Numbers of an OBJ file by the words of its lines; faces as (m, 3, 3) counts of v, vt and vn."""
     lines = [line.split() for line in path.read_text().splitlines()]
-    rows = {key: np.array([line[1:] for line in lines if line[0] == key], float) for key in ("v", "vt", "vn")}
-    faces = np.array([[word.split("/") for word in line[1:]] for line in lines if line[0] == "f"], int)
+    rows = {
+        key: np.array([line[1:] for line in lines if line[0] == key], float)
+        for key in ("v", "vt", "vn")
+    }
+    faces = np.array(
+        [[word.split("/") for word in line[1:]] for line in lines if line[0] == "f"], int
+    )
     return rows, faces - 1
 
 
@@ -181,7 +215,11 @@ def test_an_obj_keeps_the_vertices_of_the_mesh(files, tmp_path):
     assert np.array_equal(rows["v"], v)
     assert np.array_equal(faces[..., 0], f)
     longitude, latitude = np.arctan2(x[:, 1], x[:, 0]), np.arcsin(x[:, 2])
-    turns = rows["vt"][faces[..., 1]] - np.stack([longitude / (2 * np.pi), latitude / np.pi], axis=-1)[f] - 0.5
+    turns = (
+        rows["vt"][faces[..., 1]]
+        - np.stack([longitude / (2 * np.pi), latitude / np.pi], axis=-1)[f]
+        - 0.5
+    )
     away = np.abs(x[f][..., 2]).max(axis=1) < 0.98  # from the poles
     assert np.allclose(turns[away][..., 0], np.rint(turns[away][..., 0]), atol=1e-12)
     assert np.allclose(turns[..., 1], 0, atol=1e-9)
@@ -210,5 +248,8 @@ def test_any_picture_is_a_texture(files, tmp_path, capsys):
     assert main([*words, "-f", "--image", str(tmp_path / "a.png")]) == 64
     assert main([*words, "-f", "--image", files[0]]) == 74
     assert main([*words, "-f", "--image", str(tmp_path / "nowhere.png")]) == 74
-    assert main(["export", *files, str(tmp_path / "b.ply"), "--show", "angles", "--image", "a.png"]) == 64
+    assert (
+        main(["export", *files, str(tmp_path / "b.ply"), "--show", "angles", "--image", "a.png"])
+        == 64
+    )
     assert capsys.readouterr().err.count("\n") == 4

@@ -35,7 +35,9 @@ def test_map_writes_certifies_and_reports(tmp_path, capsys):
     assert written["vertices"] == len(result.vertices)
     assert written["energy"] == result.energy
     assert written["certificate"]["folding_free"] is True
-    assert written["angle_differences"]["mean"] == pytest.approx(np.abs(result.angle_differences()).mean())
+    assert written["angle_differences"]["mean"] == pytest.approx(
+        np.abs(result.angle_differences()).mean()
+    )
 
 
 def test_options_reach_the_method(tmp_path):
@@ -55,13 +57,25 @@ def test_options_reach_the_method(tmp_path):
         ]
     )
     result = read_map(target)
-    assert (result.method, result.settings) == ("lai2014", {"max_iterations": 2, "gradient_tolerance": 1e-9})
+    assert (result.method, result.settings) == (
+        "lai2014",
+        {"max_iterations": 2, "gradient_tolerance": 1e-9},
+    )
 
 
 def test_max_iterations_count_anew_in_each_round(tmp_path, capsys):
-    words = ["map", "sample:dino:n_vertices=1500", str(tmp_path / "a.npz"), "--method", "lai2014", "-q"]
+    words = [
+        "map",
+        "sample:dino:n_vertices=1500",
+        str(tmp_path / "a.npz"),
+        "--method",
+        "lai2014",
+        "-q",
+    ]
     main([*words, "--max-iterations", "100", "--json", str(tmp_path / "a.json")])
-    rounds = [each["iterations"] for each in json.loads((tmp_path / "a.json").read_text())["rounds"]]
+    rounds = [
+        each["iterations"] for each in json.loads((tmp_path / "a.json").read_text())["rounds"]
+    ]
     assert len(rounds) > 1
     assert rounds[0] == 100 < sum(rounds)
     assert max(rounds) == 100
@@ -70,16 +84,31 @@ def test_max_iterations_count_anew_in_each_round(tmp_path, capsys):
 
 
 def test_weights_reach_the_method(tmp_path, capsys):
-    words = ["map", "sample:spheroid:n_vertices=500", str(tmp_path / "a.npz"), "--edge-weights", "cotangent"]
+    words = [
+        "map",
+        "sample:spheroid:n_vertices=500",
+        str(tmp_path / "a.npz"),
+        "--edge-weights",
+        "cotangent",
+    ]
     assert main([*words, "--method", "lai2014", "--json", str(tmp_path / "a.json")]) == 0
-    assert json.loads((tmp_path / "a.json").read_text())["settings"] == {"edge_weights": "cotangent"}
+    assert json.loads((tmp_path / "a.json").read_text())["settings"] == {
+        "edge_weights": "cotangent"
+    }
     capsys.readouterr()
     assert main([*words, "-f"]) == 64
     assert capsys.readouterr().err == "igl-spheremap: --method auto takes no --edge-weights\n"
 
 
 def test_a_run_as_printed_that_ends_with_foldings_is_written_and_named_so(tmp_path, capsys):
-    words = ["map", "sample:bird:n_vertices=880", str(tmp_path / "a.npz"), "--method", "lai2014", "--as-printed"]
+    words = [
+        "map",
+        "sample:bird:n_vertices=880",
+        str(tmp_path / "a.npz"),
+        "--method",
+        "lai2014",
+        "--as-printed",
+    ]
     assert main([*words, "--max-iterations", "100", "--json", str(tmp_path / "a.json")]) == 3
     assert "not folding-free" in capsys.readouterr().out
     figures, result = json.loads((tmp_path / "a.json").read_text()), read_map(tmp_path / "a.npz")
@@ -97,12 +126,18 @@ def test_what_safeguards_did_is_printed_and_kept(tmp_path, capsys):
     assert f"{refused:,} steps that would fold were refused" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("words", "message"), [
-    (["--as-printed"], "--as-printed goes with --method lai2014"),
-    (["--method", "lai2014", "--gauge", "poles"], "unknown gauge 'poles': choose 'centred' or 'free'"),
-    (["--metric", "areas"], "--method auto takes no --metric"),
-    (["--as-programmed"], "--as-programmed goes with --method lai2014"),
-])
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--as-printed"], "--as-printed goes with --method lai2014"),
+        (
+            ["--method", "lai2014", "--gauge", "poles"],
+            "unknown gauge 'poles': choose 'centred' or 'free'",
+        ),
+        (["--metric", "areas"], "--method auto takes no --metric"),
+        (["--as-programmed"], "--as-programmed goes with --method lai2014"),
+    ],
+)
 def test_flags_of_the_papers_method_are_refused_elsewhere(tmp_path, capsys, words, message):
     assert main(["map", SAMPLE, str(tmp_path / "a.obj"), *words]) == 64
     assert message in one_line(capsys)
@@ -135,7 +170,9 @@ def test_a_rounded_file_is_status_3_and_names_what_would_do(tmp_path, capsys, mo
     assert "moved to keep float32 from folding" in " ".join(capsys.readouterr().out.split())
 
     def plainly(x, f, radius):
-        return Float32Map((radius * x).astype(np.float32), certify(x, f), np.empty(0, dtype=np.int64))
+        return Float32Map(
+            (radius * x).astype(np.float32), certify(x, f), np.empty(0, dtype=np.int64)
+        )
 
     monkeypatch.setattr("igl_spheremap.io.written_map.certified_float32", plainly)
     assert main(["map", SAMPLE, str(tmp_path / "lh.sphere.conformal")]) == 3
@@ -146,22 +183,40 @@ def test_freesurfer_from_end_to_end(tmp_path):
     freesurfer = pytest.importorskip("nibabel.freesurfer")
     v, f = samples.make("brain", n_vertices=4000)
     freesurfer.write_geometry(tmp_path / "lh.pial", v, f)
-    assert main(["map", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere.conformal"), "-q"]) == 0
+    assert (
+        main(["map", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere.conformal"), "-q"]) == 0
+    )
     x, g = freesurfer.read_geometry(tmp_path / "lh.sphere.conformal")
     assert np.allclose(np.linalg.norm(x, axis=1), 100)
     assert np.array_equal(g, f)
-    assert main(["check", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere.conformal"), "-q"]) == 0
+    assert (
+        main(["check", str(tmp_path / "lh.pial"), str(tmp_path / "lh.sphere.conformal"), "-q"]) == 0
+    )
 
 
 def test_gifti_keeps_what_the_source_said(tmp_path):
     nibabel = pytest.importorskip("nibabel")
-    write_mesh(tmp_path / "in.surf.gii", *samples.sphere(162), metadata={"structure": "CortexRight"})
+    write_mesh(
+        tmp_path / "in.surf.gii", *samples.sphere(162), metadata={"structure": "CortexRight"}
+    )
     assert (
-        main(["map", str(tmp_path / "in.surf.gii"), str(tmp_path / "out.surf.gii"), "--radius", "2", "-q"])
+        main(
+            [
+                "map",
+                str(tmp_path / "in.surf.gii"),
+                str(tmp_path / "out.surf.gii"),
+                "--radius",
+                "2",
+                "-q",
+            ]
+        )
         == 0
     )
     points = nibabel.load(tmp_path / "out.surf.gii").darrays[0]
-    assert dict(points.meta) == {"AnatomicalStructurePrimary": "CortexRight", "GeometricType": "Spherical"}
+    assert dict(points.meta) == {
+        "AnatomicalStructurePrimary": "CortexRight",
+        "GeometricType": "Spherical",
+    }
     assert np.allclose(np.linalg.norm(points.data, axis=1), 2)
 
 
@@ -188,7 +243,9 @@ def test_ctrl_c_stops_at_the_next_iterate_and_keeps_it(tmp_path, monkeypatch):
     assert len(result.history) <= 1
 
 
-def test_force_replaces_no_file_by_an_interrupted_map_that_folds(sphere, tmp_path, monkeypatch, capsys):
+def test_force_replaces_no_file_by_an_interrupted_map_that_folds(
+    sphere, tmp_path, monkeypatch, capsys
+):
     def pressed(v, f, balance, *, listener, **options):
         signal.raise_signal(signal.SIGINT)
         good = ism.sphere_map(v, f, ism.gauss_map(v, f))
@@ -218,14 +275,30 @@ def test_polish_and_gauge_reach_the_method(tmp_path, capsys):
         assert main(["map", "sample:bird:n_vertices=1200", target, "--json", str(out), *flags]) == 0
         figures[name] = json.loads(out.read_text())
     assert figures["polished"]["settings"] == {"polish": "angles"}
-    assert figures["polished"]["angle_differences"]["mean"] < figures["plain"]["angle_differences"]["mean"]
+    assert (
+        figures["polished"]["angle_differences"]["mean"]
+        < figures["plain"]["angle_differences"]["mean"]
+    )
     capsys.readouterr()
     spring = ["map", "sample:spring:n_vertices=2500,turns=5", str(tmp_path / "s.npz"), "-f"]
     assert main(spring) == 0
     assert "times shorter" not in capsys.readouterr().out
     assert main([*spring, "--gauge", "centred"]) == 0
     assert "times shorter" in capsys.readouterr().out
-    assert main(["map", "sample:bird", str(tmp_path / "b.npz"), "--polish", "angles", "--method", "lai2014"]) == 64
+    assert (
+        main(
+            [
+                "map",
+                "sample:bird",
+                str(tmp_path / "b.npz"),
+                "--polish",
+                "angles",
+                "--method",
+                "lai2014",
+            ]
+        )
+        == 64
+    )
     assert "--polish" in capsys.readouterr().err
 
 
@@ -257,16 +330,29 @@ def test_methods_are_those_of_the_records_and_the_default_is_the_front_doors():
 def test_flags_have_the_names_choices_and_defaults_of_options():
     options = {option.name for method in METHODS.values() for option in fields(method)}
     found = {name: flag for name, flag in flags().items() if name in options}
-    assert set(found) == {"tolerance", "gradient_tolerance", "max_iterations", "gauge", "polish", "edge_weights",
-                          "metric"}
+    assert set(found) == {
+        "tolerance",
+        "gradient_tolerance",
+        "max_iterations",
+        "gauge",
+        "polish",
+        "edge_weights",
+        "metric",
+    }
     for name, flag in found.items():
         assert flag.option_strings == ["--" + name.replace("_", "-")]
         assert flag.default is None  # the record's own default holds
-        hints = [get_type_hints(method)[name] for method in METHODS.values() if name in get_type_hints(method)]
+        hints = [
+            get_type_hints(method)[name]
+            for method in METHODS.values()
+            if name in get_type_hints(method)
+        ]
         hint = hints[0]
         if flag.choices is not None:
             parts = [part for each in hints for part in (each, *get_args(each))]
-            assert set(flag.choices) - {"none"} <= {choice for part in parts for choice in get_args(part) or [part]}
+            assert set(flag.choices) - {"none"} <= {
+                choice for part in parts for choice in get_args(part) or [part]
+            }
             assert ("none" in flag.choices) == (name == "polish" and type(None) in get_args(hint))
         elif hint is not bool:
             assert type(flag.type("1")) is hint
@@ -290,7 +376,11 @@ def test_holes_are_filled_on_request_and_their_caps_are_no_figure(tmp_path, caps
     v, f = samples.sphere(642)
     f = f[v[f].mean(axis=1)[:, 2] < 0.7]
     used, f = np.unique(f, return_inverse=True)
-    source, target, figures = tmp_path / "bowl.obj", tmp_path / "sphere.ply", tmp_path / "figures.json"
+    source, target, figures = (
+        tmp_path / "bowl.obj",
+        tmp_path / "sphere.ply",
+        tmp_path / "figures.json",
+    )
     write_mesh(source, v[used], f.reshape(-1, 3))
     flags = ["--repair", "--fill-holes", "--json", str(figures)]
     assert main(["map", str(source), str(target)]) == 2

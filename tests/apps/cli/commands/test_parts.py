@@ -11,7 +11,10 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
 
-SHAPES = [ism.samples.make("spheroid", n_vertices=n, aspect=aspect) for n, aspect in ((100, 1.5), (200, 2), (150, 2.5))]
+SHAPES = [
+    ism.samples.make("spheroid", n_vertices=n, aspect=aspect)
+    for n, aspect in ((100, 1.5), (200, 2), (150, 2.5))
+]
 CUP = (SHAPES[0][0], SHAPES[0][1][1:])
 
 
@@ -39,12 +42,25 @@ def cells(tmp_path, monkeypatch):
 
 
 def test_every_part_is_a_row_and_its_map_is_that_of_the_part_alone(cells):
-    words = ["batch", "cells.obj", "--parts", "--out", "out/{stem}.obj", "--jobs", "1", "--summary", "all.tsv", "-q"]
+    words = [
+        "batch",
+        "cells.obj",
+        "--parts",
+        "--out",
+        "out/{stem}.obj",
+        "--jobs",
+        "1",
+        "--summary",
+        "all.tsv",
+        "-q",
+    ]
     assert main(words) == Exit.OK
     rows = read_table("all.tsv")
     assert [row.source for row in rows] == [f"cells.obj:{k}" for k in range(3)]
     assert [row.vertices for row in rows] == [len(SHAPES[k][0]) for k in cells]
-    assert sorted(path.name for path in Path("out").glob("*.obj")) == [f"cells_{k}.obj" for k in range(3)]
+    assert sorted(path.name for path in Path("out").glob("*.obj")) == [
+        f"cells_{k}.obj" for k in range(3)
+    ]
     for k in range(3):
         part = ism.read_mesh(f"cells.obj:{k}")
         assert sorted(map(tuple, part.v)) == sorted(map(tuple, SHAPES[cells[k]][0] + 9 * cells[k]))
@@ -61,7 +77,9 @@ def test_info_measures_each_part(cells, capsys):
     parts = json.loads(capsys.readouterr().out)["parts"]
     assert [part["vertices"] for part in parts] == [len(SHAPES[k][0]) for k in cells]
     assert main(["info", "cells.obj:3"]) == Exit.NO_MESH
-    assert "3 parts of it are closed, numbered from 0; there is no part 3" in capsys.readouterr().err
+    assert (
+        "3 parts of it are closed, numbered from 0; there is no part 3" in capsys.readouterr().err
+    )
 
 
 def test_a_file_without_closed_parts_has_a_row_that_says_so(tmp_path, monkeypatch):
@@ -69,7 +87,10 @@ def test_a_file_without_closed_parts_has_a_row_that_says_so(tmp_path, monkeypatc
     ism.write_mesh("cup.obj", *CUP)
     words = ["--parts", "--out", "{stem}.ply", "--jobs", "1", "--summary", "all.tsv", "-q"]
     assert main(["batch", "cup.obj", "none.obj", *words]) == Exit.FILE
-    assert [(row.source, row.status) for row in read_table("all.tsv")] == [("cup.obj", "no mesh"), ("none.obj", "file")]
+    assert [(row.source, row.status) for row in read_table("all.tsv")] == [
+        ("cup.obj", "no mesh"),
+        ("none.obj", "file"),
+    ]
 
 
 def test_another_part_under_the_same_name_is_mapped_anew(cells):

@@ -48,7 +48,9 @@ def test_the_image_goes_to_no_stream_and_a_closed_surface_to_the_command_map(tmp
 
 
 def test_patches_go_in_and_out(tmp_path):
-    whole, cut, flat = (str(tmp_path / name) for name in ("lh.ply", "lh.half.patch.3d", "lh.half.patch.flat"))
+    whole, cut, flat = (
+        str(tmp_path / name) for name in ("lh.ply", "lh.half.patch.3d", "lh.half.patch.flat")
+    )
     ism.write_mesh(whole, V, F)
     write_patch(cut, Patch(ROWS, W, np.zeros(len(W), dtype=bool)))
     assert main(["flatten", whole, flat, "--patch", cut, "-q"]) == Exit.OK
@@ -66,9 +68,15 @@ def test_what_is_welded_is_reported(tmp_path, capsys):
     ism.write_mesh(soup, W, G)
     assert main(["flatten", soup, str(tmp_path / "a.obj"), "-q"]) == Exit.OK
     ism.write_mesh(tmp_path / "loose.ply", np.vstack((W, [[9, 9, 9]])), G)
-    assert main(["flatten", str(tmp_path / "loose.ply"), str(tmp_path / "b.obj"), "-q"]) == Exit.NO_MESH
+    assert (
+        main(["flatten", str(tmp_path / "loose.ply"), str(tmp_path / "b.obj"), "-q"])
+        == Exit.NO_MESH
+    )
     capsys.readouterr()
-    assert main(["flatten", str(tmp_path / "loose.ply"), str(tmp_path / "b.obj"), "-q", "--repair"]) == Exit.OK
+    assert (
+        main(["flatten", str(tmp_path / "loose.ply"), str(tmp_path / "b.obj"), "-q", "--repair"])
+        == Exit.OK
+    )
     assert "unreferenced" in capsys.readouterr().err
 
 
@@ -99,13 +107,27 @@ def test_a_closed_surface_is_cut_and_holes_but_one_are_filled(tmp_path, capsys):
     assert main(["disk", torn, out, "-f"]) == Exit.NO_MESH
     assert "(--repair --fill-holes does)" in capsys.readouterr().err
     hole = ",".join(map(str, W[G[60, 0]]))
-    for rim, length in (([], len(ism.check_disk(W, G).rim)), ([f"--rim={hole}"], 3), (["--rim", str(G[60, 0])], 3)):
+    for rim, length in (
+        ([], len(ism.check_disk(W, G).rim)),
+        ([f"--rim={hole}"], 3),
+        (["--rim", str(G[60, 0])], 3),
+    ):
         figures = tmp_path / "figures.json"
-        assert main(["disk", torn, out, "-f", "--repair", "--fill-holes", *rim, "--json", str(figures)]) == Exit.OK
+        assert (
+            main(
+                ["disk", torn, out, "-f", "--repair", "--fill-holes", *rim, "--json", str(figures)]
+            )
+            == Exit.OK
+        )
         assert json.loads(figures.read_text())["rim"] == length
         assert main(["check", out, "-q"]) == Exit.OK
     capsys.readouterr()
-    for words in (["--fill-holes"], ["--rim", "3"], ["--cut-handles", "--repair"], ["--cut", "99999,1"]):
+    for words in (
+        ["--fill-holes"],
+        ["--rim", "3"],
+        ["--cut-handles", "--repair"],
+        ["--cut", "99999,1"],
+    ):
         assert main(["flatten", closed, out, "-f", *words]) == Exit.USAGE
         one_line(capsys)
 

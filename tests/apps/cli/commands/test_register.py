@@ -38,7 +38,9 @@ def words(*options):
 def test_a_turned_map_comes_back(folder, monkeypatch, tmp_path, caplog):
     monkeypatch.chdir(folder)
     out, figures = str(tmp_path / "out.obj"), str(tmp_path / "figures.json")
-    assert main(words(out, "--feature", "f=features.npz,features.npz", "--json", figures, "-q")) == 0
+    assert (
+        main(words(out, "--feature", "f=features.npz,features.npz", "--json", figures, "-q")) == 0
+    )
     fixed = read_mesh("fixed.obj").v
     assert np.abs(read_mesh(out).v - fixed).max() < 0.01
     with open(figures) as file:
@@ -46,7 +48,9 @@ def test_a_turned_map_comes_back(folder, monkeypatch, tmp_path, caplog):
     assert report["certificate"]["folding_free"]
     assert np.allclose(np.array(report["rotation"]) @ R, np.eye(3), atol=0.01)
     assert [stage["name"] for stage in report["stages"]] == ["start", "rotation", "elastic"]
-    shares = [record.args[1:] for record in caplog.records if record.args and record.args[0] == "steps"]
+    shares = [
+        record.args[1:] for record in caplog.records if record.args and record.args[0] == "steps"
+    ]
     assert shares == sorted(shares)  # by which progress shows the time that is left
     assert shares[0][0] == 0
     assert shares[-1][0] == shares[-1][1]
@@ -59,29 +63,45 @@ def test_without_features_depths_are_compared_and_named(folder, monkeypatch, tmp
     ism.write_map("pear.obj", ism.spherical_conformal_map(ism.read_mesh(body)), force=True)
     out = str(tmp_path / "out.obj")
     assert main(["register", body, "pear.obj", body, "pear.obj", out, "--stages", "rotation"]) == 0
-    assert "of depth (0.7) 1.0000, of depth (0.35) 1.0000" in " ".join(capsys.readouterr().out.split())
+    assert "of depth (0.7) 1.0000, of depth (0.35) 1.0000" in " ".join(
+        capsys.readouterr().out.split()
+    )
 
 
 def test_one_stage_by_one_feature(folder, monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(folder)
     out = str(tmp_path / "out.sphere.reg")
     pytest.importorskip("nibabel")
-    assert main(words(out, "--stages", "rotation", "--feature", "a=features.npz:a,features.npz:a")) == 0
+    assert (
+        main(words(out, "--stages", "rotation", "--feature", "a=features.npz:a,features.npz:a"))
+        == 0
+    )
     assert "folding-free" in capsys.readouterr().out
     written = read_mesh(out).v
     assert np.allclose(np.linalg.norm(written, axis=1), 100, rtol=1e-6)
     assert np.abs(written / 100 - read_mesh("fixed.obj").v).max() < 0.01
 
 
-@pytest.mark.parametrize(("options", "status", "sentence"), [
-    (["--feature", "f=features.npz"], 64, "NAME=SOURCE,TARGET"),
-    (["--feature", "f=short.npz,features.npz:a"], 2, "9 values but"),
-    (["--feature", "f=features.npz,features.npz:a"], 64, "2 maps in features.npz but 1 in features.npz:a"),
-    (["--feature", "f=flat.npz,flat.npz"], 2, "features of the source are constant"),
-    (["--feature", "f=features.npz:a,features.npz:a", "--json", "features.npz"], 64, "would be lost"),
-    (["--stages", "rotation,warp"], 64, "'warp'"),
-    (["--stiffness", "-1"], 64, "--stiffness: -1 is out of range"),
-])
+@pytest.mark.parametrize(
+    ("options", "status", "sentence"),
+    [
+        (["--feature", "f=features.npz"], 64, "NAME=SOURCE,TARGET"),
+        (["--feature", "f=short.npz,features.npz:a"], 2, "9 values but"),
+        (
+            ["--feature", "f=features.npz,features.npz:a"],
+            64,
+            "2 maps in features.npz but 1 in features.npz:a",
+        ),
+        (["--feature", "f=flat.npz,flat.npz"], 2, "features of the source are constant"),
+        (
+            ["--feature", "f=features.npz:a,features.npz:a", "--json", "features.npz"],
+            64,
+            "would be lost",
+        ),
+        (["--stages", "rotation,warp"], 64, "'warp'"),
+        (["--stiffness", "-1"], 64, "--stiffness: -1 is out of range"),
+    ],
+)
 def test_failures_are_one_line(folder, monkeypatch, tmp_path, capsys, options, status, sentence):
     monkeypatch.chdir(folder)
     assert main(words(str(tmp_path / "out.obj"), *options)) == status
@@ -91,17 +111,23 @@ def test_failures_are_one_line(folder, monkeypatch, tmp_path, capsys, options, s
     assert not (tmp_path / "out.obj").exists()
 
 
-def test_a_reflected_sphere_and_one_of_another_mesh_are_refused(folder, monkeypatch, tmp_path, capsys):
+def test_a_reflected_sphere_and_one_of_another_mesh_are_refused(
+    folder, monkeypatch, tmp_path, capsys
+):
     monkeypatch.chdir(folder)
     write_mesh("mirrored.obj", read_mesh("fixed.obj").v * [-1, 1, 1], F, force=True)
     out = str(tmp_path / "out.obj")
     assert main(["register", SOURCE, "mirrored.obj", SOURCE, "fixed.obj", out]) == 2
     assert "mirrored.obj: the sphere is a mirror image" in capsys.readouterr().err
-    assert main(["register", SOURCE, "fixed.obj", "sample:pear:n_vertices=500", "fixed.obj", out]) == 2
+    assert (
+        main(["register", SOURCE, "fixed.obj", "sample:pear:n_vertices=500", "fixed.obj", out]) == 2
+    )
     assert "give a map of this mesh" in capsys.readouterr().err
 
 
-def test_a_mirror_image_is_registered_and_its_sphere_fits_the_file(folder, monkeypatch, tmp_path, capsys):
+def test_a_mirror_image_is_registered_and_its_sphere_fits_the_file(
+    folder, monkeypatch, tmp_path, capsys
+):
     """OUT is certified for SOURCE as it is, and --reflect takes it into the frame of TARGET."""
     monkeypatch.chdir(tmp_path)
     right, faces = V * [-1, 1, 1], F[:, ::-1]
@@ -110,8 +136,22 @@ def test_a_mirror_image_is_registered_and_its_sphere_fits_the_file(folder, monke
     write_mesh("right_sphere.obj", (x * [-1, 1, 1]) @ R.T, faces)
     write_scalars("right.npz", {"a": np.arange(len(x)) % 7.0})
     data = f"f={folder / 'features.npz'},{folder / 'features.npz'}"
-    assert main(["register", "right.obj", "right_sphere.obj", SOURCE, str(folder / "fixed.obj"), "on_left.npz",
-                 "--reflect", "--feature", data]) == 0
+    assert (
+        main(
+            [
+                "register",
+                "right.obj",
+                "right_sphere.obj",
+                SOURCE,
+                str(folder / "fixed.obj"),
+                "on_left.npz",
+                "--reflect",
+                "--feature",
+                data,
+            ]
+        )
+        == 0
+    )
     out = capsys.readouterr().out
     assert "start        correlation of f" in out
     assert "the sphere fits SOURCE as it is" in " ".join(out.split())
@@ -139,8 +179,27 @@ def test_a_mirror_image_starts_from_the_sphere_that_was_given(folder, monkeypatc
     write_mesh("right.obj", V * [-1, 1, 1], F[:, ::-1])
     write_mesh("right_sphere.obj", x * [-1, 1, 1], F[:, ::-1])
     data = f"f={folder / 'features.npz'}:a,{folder / 'features.npz'}:a"
-    assert main(["register", "right.obj", "right_sphere.obj", SOURCE, str(folder / "fixed.obj"), "out.obj", "--reflect",
-                 "--feature", data, "--stages", "rotation", "--json", "out.json", "-q"]) == 0
+    assert (
+        main(
+            [
+                "register",
+                "right.obj",
+                "right_sphere.obj",
+                SOURCE,
+                str(folder / "fixed.obj"),
+                "out.obj",
+                "--reflect",
+                "--feature",
+                data,
+                "--stages",
+                "rotation",
+                "--json",
+                "out.json",
+                "-q",
+            ]
+        )
+        == 0
+    )
     with open("out.json") as file:
         assert json.load(file)["stages"][0]["correlation"][0] > 0.999
 
@@ -155,23 +214,66 @@ def test_hemispheres_of_a_brain(monkeypatch, tmp_path):
         write_mesh(f"{side}.white", v, f)
         ism.write_map(f"{side}.white.balanced", ism.balanced_spherical_map(v, f, balance=0.85))
         for name, key in (("sulc", "sulc"), ("thickness", "thick")):
-            write_scalars(f"{side}.{name}", {name: read_scalars(fsaverage[f"{key}_{word}"]).popitem()[1]})
-    options = ["--reflect", "--feature", "sulc=rh.sulc,lh.sulc", "--stages", "rotation,moebius", "--json", "out.json"]
-    assert main(["register", "rh.white", "rh.white.balanced", "lh.white", "lh.white.balanced", "rh.on_left", "-q",
-                 *options]) == 0
+            write_scalars(
+                f"{side}.{name}", {name: read_scalars(fsaverage[f"{key}_{word}"]).popitem()[1]}
+            )
+    options = [
+        "--reflect",
+        "--feature",
+        "sulc=rh.sulc,lh.sulc",
+        "--stages",
+        "rotation,moebius",
+        "--json",
+        "out.json",
+    ]
+    assert (
+        main(
+            [
+                "register",
+                "rh.white",
+                "rh.white.balanced",
+                "lh.white",
+                "lh.white.balanced",
+                "rh.on_left",
+                "-q",
+                *options,
+            ]
+        )
+        == 0
+    )
     with open("out.json") as file:
         start, *_, last = (stage["correlation"][0] for stage in json.load(file)["stages"])
     assert start > 0.89
     assert last > 0.93
     assert main(["check", "rh.white", "rh.on_left", "-q"]) == 0
-    assert main(["transfer", "rh.white", "rh.on_left", "lh.of_right", "--data", "rh.thickness", "--reflect", "-q",
-                 "--to", "lh.white.balanced"]) == 0
-    left, carried = read_scalars("lh.thickness")["thickness"], read_scalars("lh.of_right")["of_right"]
+    assert (
+        main(
+            [
+                "transfer",
+                "rh.white",
+                "rh.on_left",
+                "lh.of_right",
+                "--data",
+                "rh.thickness",
+                "--reflect",
+                "-q",
+                "--to",
+                "lh.white.balanced",
+            ]
+        )
+        == 0
+    )
+    left, carried = (
+        read_scalars("lh.thickness")["thickness"],
+        read_scalars("lh.of_right")["of_right"],
+    )
     assert np.corrcoef(left, carried)[0, 1] > 0.9
 
 
 @needs_drawing
-def test_the_picture_shows_the_moving_sphere_before_and_as_the_fixed_one_after(folder, monkeypatch, tmp_path):
+def test_the_picture_shows_the_moving_sphere_before_and_as_the_fixed_one_after(
+    folder, monkeypatch, tmp_path
+):
     images = pytest.importorskip("PIL.Image")
     monkeypatch.chdir(folder)
     picture = str(tmp_path / "picture.png")

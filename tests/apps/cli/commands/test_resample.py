@@ -15,10 +15,15 @@ def test_resample_to_a_regular_sphere_and_to_another_map(sphere, tmp_path, capsy
     assert main(["resample", SAMPLE, str(sphere), str(target), "--to", "ico:3"]) == 0
     v, _ = read_mesh(target)
     assert len(v) == 642
-    assert np.allclose(np.ptp(v, axis=0), np.ptp(samples.from_spec(SAMPLE[7:])[0], axis=0), rtol=0.05)
+    assert np.allclose(
+        np.ptp(v, axis=0), np.ptp(samples.from_spec(SAMPLE[7:])[0], axis=0), rtol=0.05
+    )
     assert main(["map", str(target), str(tmp_path / "other.ply"), "-q"]) == 0
     back = tmp_path / "back.ply"
-    assert main(["resample", str(target), str(tmp_path / "other.ply"), str(back), "--to", str(sphere)]) == 0
+    assert (
+        main(["resample", str(target), str(tmp_path / "other.ply"), str(back), "--to", str(sphere)])
+        == 0
+    )
     assert np.array_equal(read_mesh(back).f, read_mesh(sphere).f)
 
 
@@ -27,5 +32,7 @@ def test_resample_refuses(sphere, tmp_path, capsys):
     write_mesh(tmp_path / "mirror.ply", -x, f)
     assert main(["resample", SAMPLE, str(tmp_path / "mirror.ply"), str(tmp_path / "out.ply")]) == 2
     assert "the sphere is a mirror image" in one_line(capsys)
-    assert main(["resample", SAMPLE, str(sphere), str(tmp_path / "out.ply"), "--to", "ico:99"]) == 64
+    assert (
+        main(["resample", SAMPLE, str(sphere), str(tmp_path / "out.ply"), "--to", "ico:99"]) == 64
+    )
     one_line(capsys)

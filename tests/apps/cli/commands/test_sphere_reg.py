@@ -33,8 +33,23 @@ def desk(tmp_path, monkeypatch):
 def test_subjects_are_registered(desk, capsys):
     words = ["sphere-reg", "subjects/*/surf/?h.white", "--to", desk.replace("{hemi}", "{side}")]
     assert main([*words, "--out", "out"]) == Exit.FILE  # no file L.pial
-    words = ["sphere-reg", "subjects/*/surf/?h.white", "subjects/bob/surf/rh.white", "--to", desk, "--names",
-             "freesurfer", "--jobs", "1", "--out", "out/{subject}", "--summary", "all.tsv", "--report", "page.html"]
+    words = [
+        "sphere-reg",
+        "subjects/*/surf/?h.white",
+        "subjects/bob/surf/rh.white",
+        "--to",
+        desk,
+        "--names",
+        "freesurfer",
+        "--jobs",
+        "1",
+        "--out",
+        "out/{subject}",
+        "--summary",
+        "all.tsv",
+        "--report",
+        "page.html",
+    ]
     assert main(words) == Exit.FILE
     rows = read_table("all.tsv")
     assert [row.status for row in rows] == ["certified", "certified", "certified", "file"]
@@ -71,13 +86,32 @@ def test_what_is_wrong_takes_a_line(words, status, said, tmp_path, monkeypatch, 
 
 def test_labels_of_another_size_are_refused(desk, capsys):
     np.savez("lh.atlas.npz", atlas=np.zeros(7))
-    words = ["sphere-reg", "subjects/ann/surf/lh.white", "--to", desk, "--out", "out", "--labels", "lh.atlas.npz"]
+    words = [
+        "sphere-reg",
+        "subjects/ann/surf/lh.white",
+        "--to",
+        desk,
+        "--out",
+        "out",
+        "--labels",
+        "lh.atlas.npz",
+    ]
     assert main(words) == Exit.NO_MESH
     assert "has 7 labels, but mine has 642 vertices" in capsys.readouterr().err
 
 
 def test_what_was_made_is_recorded_with_its_inputs(desk):
-    words = ["sphere-reg", "subjects/ann/surf/lh.white", "--to", desk, "--out", "out", "--jobs", "1", "-q"]
+    words = [
+        "sphere-reg",
+        "subjects/ann/surf/lh.white",
+        "--to",
+        desk,
+        "--out",
+        "out",
+        "--jobs",
+        "1",
+        "-q",
+    ]
     assert main(words) == Exit.OK
     last = json.loads(Path("out/sphere-reg.manifest.jsonl").read_text().splitlines()[-1])
     assert len(last["read"]) == 3  # the surface, and the template's sphere and surface

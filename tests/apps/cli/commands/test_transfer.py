@@ -30,7 +30,12 @@ def desk(tmp_path, monkeypatch):
 
 
 def test_data_go_to_a_regular_sphere(desk, capsys):
-    assert main(["transfer", "pear.ply", "sphere.ply", "out.npz", "--data", "data.npz", "--to", "ico:2"]) == 0
+    assert (
+        main(
+            ["transfer", "pear.ply", "sphere.ply", "out.npz", "--data", "data.npz", "--to", "ico:2"]
+        )
+        == 0
+    )
     assert "height, -" in capsys.readouterr().out
     carried = read_scalars("out.npz")
     expected = ism.transfer(desk, desk.vertices[:, 2], regular_mesh("ico:2")[0])
@@ -52,15 +57,26 @@ def test_plain_arrays_go_in_and_out_as_archives_do(desk, name):
 def test_data_of_another_mesh_are_named_with_both_counts(desk, capsys):
     np.savetxt("short.csv", [1, 2, 3])
     assert main(["transfer", "pear.ply", "sphere.ply", "out.npz", "--data", "short.csv"]) == 2
-    assert f"short.csv: 0 has 3 values but pear.ply has {len(desk.vertices)} vertices" in one_line(capsys)
+    assert f"short.csv: 0 has 3 values but pear.ply has {len(desk.vertices)} vertices" in one_line(
+        capsys
+    )
 
 
 def test_labels_stay_labels_on_another_map(desk):
     other = ism.spherical_conformal_map(*ism.samples.make("pear", n_vertices=400))
     write_mesh("other.ply", other.sphere, other.faces)
-    words = ["transfer", "pear.ply", "sphere.ply", "out.npz", "--data", "data.npz:part", "--to", "other.ply"]
+    words = [
+        "transfer",
+        "pear.ply",
+        "sphere.ply",
+        "out.npz",
+        "--data",
+        "data.npz:part",
+        "--to",
+        "other.ply",
+    ]
     assert main([*words, "--labels", "-q"]) == 0
-    (name, carried), = read_scalars("out.npz").items()
+    ((name, carried),) = read_scalars("out.npz").items()
     assert name == "part"
     assert len(carried) == len(other.sphere)
     assert set(carried) == {0.0, 1.0}
@@ -88,8 +104,31 @@ def test_failures_are_one_line(desk, words, status, data, capsys):
 
 def test_the_matrix_is_written_as_nitransforms_keeps_it(desk):
     """Sources by targets: `values @ matrix`, what was read there."""
-    words = ["transfer", "pear.ply", "sphere.ply", "out.npz", "--data", "data.npz:height", "--to", "ico:2"]
-    assert main([*words, "--matrix", "matrix.npz", "--method", "adaptive-area", "-q", "--json", "out.json"]) == 0
+    words = [
+        "transfer",
+        "pear.ply",
+        "sphere.ply",
+        "out.npz",
+        "--data",
+        "data.npz:height",
+        "--to",
+        "ico:2",
+    ]
+    assert (
+        main(
+            [
+                *words,
+                "--matrix",
+                "matrix.npz",
+                "--method",
+                "adaptive-area",
+                "-q",
+                "--json",
+                "out.json",
+            ]
+        )
+        == 0
+    )
     matrix = load_npz("matrix.npz")
     assert isinstance(matrix, csr_array)
     assert matrix.shape == (len(desk.sphere), 162)
@@ -107,12 +146,25 @@ def test_the_matrix_is_written_as_nitransforms_keeps_it(desk):
 
 def test_nitransforms_takes_the_matrix(desk):
     surface = pytest.importorskip("nitransforms.surface")
-    words = ["transfer", "pear.ply", "sphere.ply", "out.npz", "--data", "data.npz:height", "--to", "ico:2"]
+    words = [
+        "transfer",
+        "pear.ply",
+        "sphere.ply",
+        "out.npz",
+        "--data",
+        "data.npz:height",
+        "--to",
+        "ico:2",
+    ]
     assert main([*words, "--matrix", "matrix.npz", "-q"]) == 0
-    here, there = (surface.SurfaceMesh.from_arrays(100 * x, f)
-                   for x, f in ((desk.sphere, desk.faces), regular_mesh("ico:2")))
+    here, there = (
+        surface.SurfaceMesh.from_arrays(100 * x, f)
+        for x, f in ((desk.sphere, desk.faces), regular_mesh("ico:2"))
+    )
     resampler = surface.SurfaceResampler(there, here, mat=load_npz("matrix.npz"))
-    assert np.allclose(resampler.apply(desk.vertices[:, 2]), read_scalars("out.npz")["height"], atol=1e-12)
+    assert np.allclose(
+        resampler.apply(desk.vertices[:, 2]), read_scalars("out.npz")["height"], atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("hemisphere", ["lh", "rh"])
@@ -120,19 +172,40 @@ def test_labels_keep_their_table_and_hemisphere(desk, hemisphere):
     """An annotation to a GIFTI file and back to an annotation, as labels without being asked for it."""
     nibabel = pytest.importorskip("nibabel")
     table = (Label(0, "below", (0.0, 0.0, 0.0, 1.0)), Label(1, "above", (1.0, 0.0, 0.0, 1.0)))
-    write_scalars(f"{hemisphere}.parts.annot", {"parts": desk.vertices[:, 2] > 0}, metadata={"labels": table})
+    write_scalars(
+        f"{hemisphere}.parts.annot", {"parts": desk.vertices[:, 2] > 0}, metadata={"labels": table}
+    )
     write_mesh(f"{hemisphere}.white", desk.vertices, desk.faces)
     words = ["transfer", f"{hemisphere}.white", "sphere.ply", "--to", "sphere.ply", "-q"]
-    assert main([*words, f"{hemisphere}.parts.label.gii", "--data", f"{hemisphere}.parts.annot"]) == 0
+    assert (
+        main([*words, f"{hemisphere}.parts.label.gii", "--data", f"{hemisphere}.parts.annot"]) == 0
+    )
     image = nibabel.load(f"{hemisphere}.parts.label.gii")
-    assert image.meta["AnatomicalStructurePrimary"] == {"lh": "CortexLeft", "rh": "CortexRight"}[hemisphere]
+    assert (
+        image.meta["AnatomicalStructurePrimary"]
+        == {"lh": "CortexLeft", "rh": "CortexRight"}[hemisphere]
+    )
     assert image.darrays[0].intent == nibabel.nifti1.intent_codes["NIFTI_INTENT_LABEL"]
-    assert main([*words, f"{hemisphere}.again.annot", "--data", f"{hemisphere}.parts.label.gii:parts"]) == 0
-    assert Path(f"{hemisphere}.again.annot").read_bytes() == Path(f"{hemisphere}.parts.annot").read_bytes()
+    assert (
+        main([*words, f"{hemisphere}.again.annot", "--data", f"{hemisphere}.parts.label.gii:parts"])
+        == 0
+    )
+    assert (
+        Path(f"{hemisphere}.again.annot").read_bytes()
+        == Path(f"{hemisphere}.parts.annot").read_bytes()
+    )
 
 
 def test_labels_are_whole_numbers(desk, capsys):
-    words = ["transfer", "pear.ply", "sphere.ply", "out.npz", "--data", "data.npz:height", "--labels"]
+    words = [
+        "transfer",
+        "pear.ply",
+        "sphere.ply",
+        "out.npz",
+        "--data",
+        "data.npz:height",
+        "--labels",
+    ]
     assert main(words) == 2
     assert "whole numbers" in capsys.readouterr().err
     assert not Path("out.npz").exists()
