@@ -2,6 +2,7 @@
 
 from . import samples as samples
 from . import shapes as shapes
+from .angles.effort import Effort as Effort
 from .apps.viewer.player import play as play
 from .apps.viewer.show import screenshot as screenshot
 from .apps.viewer.show import show as show
@@ -56,7 +57,6 @@ from .result.recording import Recording as Recording
 from .result.run import Iterate as Iterate
 from .result.run import Status as Status
 from .sphere.cayley import cayley_update as cayley_update
-from .untangle.effort import Effort as Effort
 from .verify.certificate import Certificate as Certificate
 from .verify.certificate import certify as certify
 from .verify.distortion import angle_differences as angle_differences

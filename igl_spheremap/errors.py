@@ -326,7 +326,8 @@ _KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
     **{
         name: (_record(name), said)
         for name, said in {
-            "SphereMap": "a SphereMap, as balanced_spherical_map(v, f) makes one, and sphere_map(v, f, x) of positions",
+            "SphereMap": "a SphereMap, as balanced_spherical_map(v, f) makes one, "
+            "and sphere_map(v, f, x) of positions x",
             "PlaneMap": "a map as flatten(v, f) makes one",
             "SurfaceMap": "a SurfaceMap, as shapes.match makes one",
             "Group": "a Group, as shapes.template makes one",

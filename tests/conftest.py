@@ -41,7 +41,7 @@ def nothing_is_left_out(monkeypatch):
     def fail(name, error):
         raise AssertionError(f"the step {name} failed") from error
 
-    monkeypatch.setattr("igl_spheremap.untangle.repair.left_out", fail)
+    monkeypatch.setattr("igl_spheremap.angles.repair.left_out", fail)
 
 
 @pytest.fixture(scope="session")

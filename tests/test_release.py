@@ -59,7 +59,7 @@ def bounds():
     """The lower bounds of all dependencies and extras."""
     groups = [PROJECT["dependencies"], *PROJECT["optional-dependencies"].values()]
     found = [
-        re.fullmatch(r"([\w.-]+)>=([\d.]+)(;.*)?", line)
+        re.fullmatch(r"([\w.-]+)>=([\d.]+)(,<[\d.]+)?(;.*)?", line)
         for group in groups
         for line in group
         if "[" not in line
@@ -127,7 +127,7 @@ def test_the_workflow_runs_what_contributing_says_on_the_oldest_and_the_newest_v
     contributing = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
     for command in (
         "python -m pytest",
-        "ruff check igl_spheremap tests demos benchmarks docs && mypy",
+        "ruff format --check && ruff check igl_spheremap tests demos benchmarks docs && mypy",
         "sphinx-build -W -b html docs docs/_build",
         ".ci/release",
     ):

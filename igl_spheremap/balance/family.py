@@ -8,6 +8,8 @@ from functools import partial
 
 import numpy as np
 
+from ..angles.deep_limbs import floor_of, shorten_limbs
+from ..angles.layout import onto_sphere, unroll
 from ..descent.energies import HarmonicEnergy
 from ..descent.minimize import Minimum, minimize
 from ..mesh.arrays import FloatArray
@@ -20,8 +22,6 @@ from ..newton.system import VertexSystem
 from ..operators.laplacian import usable_laplacian
 from ..result.run import Iterate, Listener, Run, Status
 from ..sphere.moebius import turn_to_gauss_map
-from ..untangle.deep_limbs import floor_of, shorten_limbs
-from ..untangle.layout import onto_sphere, unroll
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import Certificate
 from .energy import BalancedEnergy

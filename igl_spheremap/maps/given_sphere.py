@@ -10,6 +10,7 @@ from itertools import count
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..angles.plan import POOR
 from ..descent.energies import HarmonicEnergy
 from ..errors import FoldingsRemain, MeshError, Remedy
 from ..mesh.arrays import FloatArray, check_directions
@@ -19,7 +20,6 @@ from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener, Round, Run, Status
 from ..sphere.rows import row_lengths, unit_rows
 from ..untangle.local_repair import has_few_foldings, repair_locally
-from ..untangle.plan import POOR
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces

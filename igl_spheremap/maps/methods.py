@@ -9,6 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from ..angles.plan import Large, plan_repair
+from ..angles.repair import repair
 from ..descent.energies import HarmonicEnergy
 from ..descent.gu_yau import projected_descent
 from ..descent.minimize import Minimum, minimize
@@ -28,8 +30,6 @@ from ..sphere.rows import unit_rows
 from ..start.punctured import candidate_faces, dipole_map, to_sphere
 from ..untangle.embedding import fix_orientation
 from ..untangle.local_repair import is_off_centre, repair_locally
-from ..untangle.plan import Large, plan_repair
-from ..untangle.repair import repair
 from ..verify.certificate import Certificate
 from .options import Auto, GuYau, Method, Stereographic
 from .sphere_map import SphereMap

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
+from ..angles.effort import Effort
 from ..errors import shown
 from ..paper.settings import Lai2014
 from ..result.method import Method
-from ..untangle.effort import Effort
 
 Gauge = Literal["poles", "centred"]
 Polish = Literal["auto", "angles"]

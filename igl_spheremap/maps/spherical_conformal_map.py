@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from ..angles.effort import Effort
 from ..mesh.objects import takes_mesh
 from ..mesh.timings import timed
 from ..result.run import History, Listener
-from ..untangle.effort import Effort
 from .options import Auto, Gauge, Method, Polish, method_of
 
 if TYPE_CHECKING:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..angles.plan import Large
 from ..maps.methods import auto
 from ..maps.options import Auto
 from ..maps.sphere_map import SphereMap
@@ -14,7 +15,6 @@ from ..mesh.edges import edge_keys, marked, next_corners, shared_edges
 from ..result.run import Listener
 from ..sphere.moebius import conformal_barycentre, moebius
 from ..sphere.rows import unit_rows, weighted_moment
-from ..untangle.plan import Large
 
 #: The option of `igl_spheremap.Auto`. With its default of 1e-3 the reflection is found too roughly: errors fall by less
 #: than 4 when edges are halved (`python -m benchmarks disks exact`).

@@ -1,1 +1,1 @@
-"""From a folded map to a certified one: the repair and its parts."""
+"""Foldings removed: the least change of a map after which no face is folded."""

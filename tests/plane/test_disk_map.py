@@ -5,6 +5,8 @@ import pytest
 from disks import cap, grid, half, polar
 
 import igl_spheremap as ism
+from igl_spheremap.angles import repair
+from igl_spheremap.angles.layout import unroll
 from igl_spheremap.balance.energy import BalancedEnergy
 from igl_spheremap.balance.family import POWER
 from igl_spheremap.balance.flat_faces import FlatFaces
@@ -13,8 +15,6 @@ from igl_spheremap.newton.system import VertexSystem
 from igl_spheremap.plane.sliding import slide
 from igl_spheremap.plane.tutte import by_lengths, tutte_map
 from igl_spheremap.result.run import History
-from igl_spheremap.untangle import repair
-from igl_spheremap.untangle.layout import unroll
 from igl_spheremap.untangle.local_repair import repair_locally
 
 

@@ -16,18 +16,18 @@ from ..mesh.measure import by_blocks, corner_angles, log_edges, spread
 from ..newton.loop import Levenberg, Model, Trial, newton
 from ..newton.system import VertexSystem, gram_blocks
 from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows, weighted_sum
+from ..untangle.embedding import dilate, embed_locally
+from ..untangle.local_repair import FEW, RELAXED_RINGS, small_moves
+from ..untangle.relax import AngleLoss, relax_angles
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces, signed_volumes
-from .embedding import dilate, embed_locally
-from .local_repair import FEW, RELAXED_RINGS, small_moves
-from .relax import AngleLoss, relax_angles
 
 #: In Newton steps, angle differences below this share of their mean count by their squares. With a smaller share steps
 #: stall: with .03 the sword ends at 3.77 degrees, not 3.51 (`python -m benchmarks repairs maps`).
 _SMOOTHING = 0.1
 #: In the sweep that predicts what steps gain, angle differences below this share of their mean count by their squares.
 #: With .1 one more of 33 samples and meshes of the corpus takes steps, bimba, which ends at 1.47, not 1.63 degrees; all
-#: take 1.06 of the time (`python -m benchmarks versions . MESH ... --set untangle.match_angles._SAMPLE_SMOOTHING=.1`).
+#: take 1.06 of the time (`python -m benchmarks versions . MESH ... --set angles.match_angles._SAMPLE_SMOOTHING=.1`).
 _SAMPLE_SMOOTHING = 0.03
 #: Degrees: a map without foldings takes no steps if its mean angle difference is below. With .6 one more of 33 samples
 #: and meshes of the corpus takes steps (koala 1.14 to .93 degrees), and all take 1.2 of the time; with 2.4 two fewer
@@ -36,7 +36,7 @@ _GOOD = 1.2
 #: Of the differences that can be lowered, steps gain at least this many times what a sweep over the vertices gains;
 #: polish gains 1.5 to 2.4 times that on samples of 1,200 to 1,550 vertices (`python -m benchmarks repairs polish MESH
 #: ...`). With 2 eight samples end the same, with 8 2 percent lower, for 1.2 of the time (`python -m benchmarks versions
-#: . sample:bird ... --set untangle.match_angles._STEPS_PER_SWEEP=8`).
+#: . sample:bird ... --set angles.match_angles._STEPS_PER_SWEEP=8`).
 _STEPS_PER_SWEEP = 4
 #: Mean least angle of a mesh's faces up to which steps gain as much from its harmonic map as from any other map: where
 #: faces are better shaped the harmonic map is conformal already (benchmarks/tried.md, when steps are worth their time).
@@ -44,7 +44,7 @@ _STEPS_PER_SWEEP = 4
 _THIN = np.radians(30)
 #: Faces, and stars of vertices, that are sampled to predict what steps gain: with twice the number 231 meshes decide
 #: alike (tried by hand), and with half of it every eighth part of the set tune ends the same (`python -m benchmarks
-#: versions . FOLDER/tune --every 8 --set untangle.match_angles._SAMPLE=250`).
+#: versions . FOLDER/tune --every 8 --set angles.match_angles._SAMPLE=250`).
 _SAMPLE = 500
 
 

@@ -26,7 +26,7 @@ from .layout import Placed
 #: In nepers. A limb begins where edges on the sphere are shorter than exp(-4), as all are on a compact body of 80,000
 #: faces. A branch counts as a limb if its tip is deeper than its beginning by the same number of nepers. With 2 and 8
 #: springs and octopuses end 1.6 percent lower (`python -m benchmarks versions . sample:spring sample:spring:turns=2
-#: sample:octopus sample:octopus:arm_length=6 --set untangle.deep_limbs._ONSET=8`).
+#: sample:octopus sample:octopus:arm_length=6 --set angles.deep_limbs._ONSET=8`).
 _ONSET = 4.0
 #: Nepers between the floor of limbs and the resolution of numbers about 1: the edges at the tips keep one to two bits.
 _MARGIN = 1.0
@@ -38,7 +38,7 @@ _KAPPAS = 1 - _STEP * np.arange(round(1 / _STEP))
 _BELOW = 300.0
 #: Each bin counts as if it had this many vertices more, of equilateral faces: else it would cost nothing to squash an
 #: empty bin. With .1 and 1 spring, comb, sword, dilo and octopus_low end within .6 percent (`python -m benchmarks
-#: versions . MESH ... --set untangle.deep_limbs._SPARE=.1`).
+#: versions . MESH ... --set angles.deep_limbs._SPARE=.1`).
 _SPARE = 0.3
 #: Width of a bin at least, as a share of the deepest limb: the table grows as the square of the number of bins.
 _NARROWEST = 0.005

@@ -9,12 +9,12 @@ import pytest
 from triangulations import drawn_to_pole, icosphere, unit
 
 from igl_spheremap import samples, spherical_conformal_map
+from igl_spheremap.angles.match_angles import Aitken, AngleProblem
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import corner_angles
 from igl_spheremap.newton.loop import Levenberg, bordered_step, newton
 from igl_spheremap.newton.system import PAIRS, VertexSystem
 from igl_spheremap.sphere.rows import tangent_axes
-from igl_spheremap.untangle.match_angles import Aitken, AngleProblem
 from igl_spheremap.verify.signs import orientation_signs
 
 X, F = icosphere(3)

@@ -9,6 +9,9 @@ from scipy.spatial import ConvexHull, Delaunay
 from triangulations import unit
 
 from igl_spheremap import Auto, Effort, samples, spherical_conformal_map
+from igl_spheremap.angles.candidates import Badness
+from igl_spheremap.angles.plan import plan_repair
+from igl_spheremap.angles.repair import left_out, repair
 from igl_spheremap.descent.preconditioned import harmonic_map
 from igl_spheremap.errors import OfListener
 from igl_spheremap.maps.sphere_map import SphereMap
@@ -17,11 +20,8 @@ from igl_spheremap.mesh.measure import log_edges
 from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.result.run import History, Run, Status
 from igl_spheremap.sphere.moebius import center, fix_gauge
-from igl_spheremap.untangle.candidates import Badness
 from igl_spheremap.untangle.embedding import fix_orientation
 from igl_spheremap.untangle.local_repair import is_off_centre, repair_locally, restore_gauge
-from igl_spheremap.untangle.plan import plan_repair
-from igl_spheremap.untangle.repair import left_out, repair
 from igl_spheremap.verify.certificate import Certificate, certify
 from igl_spheremap.verify.distortion import angle_differences
 from igl_spheremap.verify.signs import folded_faces
@@ -263,8 +263,8 @@ def test_a_step_that_fails_leaves_the_map_and_a_note(step, culprit, folded, monk
     mesh, operators, x = folded
     if step in ("angles", "newton"):  # taken where many faces are folded
         x = unit(np.where(mesh.unit[:, :1] > 0.3 * mesh.unit[:, 0].max(), x[::-1], x))
-    monkeypatch.setattr(f"igl_spheremap.untangle.repair.{culprit}", fail)
-    monkeypatch.setattr("igl_spheremap.untangle.repair.left_out", left_out)
+    monkeypatch.setattr(f"igl_spheremap.angles.repair.{culprit}", fail)
+    monkeypatch.setattr("igl_spheremap.angles.repair.left_out", left_out)
     repaired = _repaired(mesh, operators, x)
     assert repaired.certificate.folding_free is (step != "embedding")
     [note] = set(repaired.notes)

@@ -34,7 +34,7 @@ from .angles import close_angles, proper_angles
 #: A map with a larger share of folded faces says nothing on angles, not even around the hole. Measured: angles of the
 #: dumbbell, of which 30 percent are folded, close in 9 steps without its map, and not in 26 with it. With .1 every
 #: second part of the set tune ends alike, 1 worse and 1 better, with 0 .7 percent higher in 1.1 of the time, 7 worse
-#: and 1 better (`python -m benchmarks versions . FOLDER/tune --every 2 --set untangle.layout._LOST=.1`).
+#: and 1 better (`python -m benchmarks versions . FOLDER/tune --every 2 --set angles.layout._LOST=.1`).
 _LOST = 0.25
 #: Number of faces, those with the largest images, of which the best shaped one is cut out: enough for a good shape, and
 #: few enough to lie in the body's middle. With 15 every eighth part of the set tune ends .6 percent lower, by one part.

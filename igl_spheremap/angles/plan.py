@@ -12,16 +12,16 @@ from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
 from ..mesh.timings import phase
 from ..start.punctured import is_coarse
+from ..untangle.local_repair import has_few_foldings
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .effort import Effort
-from .local_repair import has_few_foldings
 from .match_angles import is_worth_steps
 
 #: Degrees: a map of a coarse mesh, or one that folds, is poor if its mean angle difference is above. No candidate
 #: starts after one that is not poor. A short trial on 30 random parts of the set tune: with 4.8 the sum of means is 1.0
 #: percent higher (3 worse, 1 better), with 1.2 the same for 1.1 of the time (`python -m benchmarks versions .
-#: FOLDER/tune --set untangle.plan.POOR=4.8`).
+#: FOLDER/tune --set angles.plan.POOR=4.8`).
 POOR = 2.4
 #: What the first row of `Auto`'s table, for maps with many foldings, does with them: it embeds what folds ("embedded");
 #: it embeds only where several layouts may start, as embedding spoils the symmetry that a map is to have ("laid out");

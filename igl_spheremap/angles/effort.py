@@ -8,7 +8,7 @@ from ..errors import check_number, check_whole
 
 #: All layouts of a mesh may have this many vertices together, so that they cost the same on all meshes. With 2,000 the
 #: 59 parts of 430 to 2,100 vertices of the set tune end 1 percent higher (`python -m benchmarks versions . FOLDER/tune
-#: --set untangle.effort._TOGETHER=2000`).
+#: --set angles.effort._TOGETHER=2000`).
 _TOGETHER = 3000
 #: Vertices at which the price of steps is halfway from its least to its largest. It rises with the mesh, as factors
 #: take more than proportional time. With 8,000 forty parts of the set tune end .2 percent lower, for more time.

@@ -10,8 +10,8 @@ from bodies import random_body
 from triangulations import unit
 
 import igl_spheremap as ism
-from igl_spheremap.untangle.plan import plan_repair
-from igl_spheremap.untangle.race import Candidate, race
+from igl_spheremap.angles.plan import plan_repair
+from igl_spheremap.angles.race import Candidate, race
 from igl_spheremap.verify.certificate import Certificate
 
 

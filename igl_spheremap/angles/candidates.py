@@ -20,18 +20,18 @@ from ..mesh.measure import by_blocks, corner_angles, face_areas, spread
 from ..newton.system import VertexSystem
 from ..sphere.moebius import moebius
 from ..start.punctured import candidate_faces
+from ..untangle.local_repair import small_moves
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces, signed_volumes
 from .angles import close_angles, proper_angles
 from .layout import Layout, Placed, centred, onto_sphere
-from .local_repair import small_moves
 from .match_angles import covers_once
 
 #: Nepers: on a body whose limbs are at most this deep rounding turns edges by at most .001 (float64's eps times e^29).
 #: With 18 a part of a robot ends at 11.8 degrees, not 9.2.
 _DEEPEST = 29.0
 #: Gauges are compared by the angles of at most this many faces. With 250 every second part of the set tune ends alike,
-#: 2 worse and 2 better (`python -m benchmarks versions . FOLDER/tune --every 2 --set untangle.candidates._SAMPLE=250`).
+#: 2 worse and 2 better (`python -m benchmarks versions . FOLDER/tune --every 2 --set angles.candidates._SAMPLE=250`).
 _SAMPLE = 1000
 #: Where gauges are compared, this mean angle difference, in degrees, counts as much as a fold of all faces. With 10
 #: every eighth part of the set tune ends 2.7 percent higher, with 100 the same.

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from igl_spheremap.untangle.deep_limbs import Costs, Table
+from igl_spheremap.angles.deep_limbs import Costs, Table
 
 KAPPAS = 1 - 0.05 * np.arange(20)
 BINS = 3

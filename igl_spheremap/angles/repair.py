@@ -35,13 +35,13 @@ from ..newton.system import VertexSystem
 from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Round, Run, Status
 from ..sphere.rows import weighted_sum
+from ..untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .candidates import layouts, unfolded_first
 from .deep_limbs import floor_of
 from .effort import Effort
 from .layout import Placed, unroll
-from .local_repair import is_off_centre, repair_locally, restore_gauge
 from .match_angles import match_angles
 from .plan import POOR, Plan
 from .poles import on_float64
@@ -49,7 +49,7 @@ from .race import Candidate, race
 
 #: Rough steps, which compare candidates, end when all further ones are predicted to gain less than this share. With .05
 #: the set tune takes 1.05 of the time and ends the same: a sum of means of 1,008.6, not 1,008.2, 3 parts worse and 2
-#: better (`python -m benchmarks versions . FOLDER/tune --set untangle.repair._ROUGH_GAIN=.05`); with .2 it ends .4
+#: better (`python -m benchmarks versions . FOLDER/tune --set angles.repair._ROUGH_GAIN=.05`); with .2 it ends .4
 #: percent higher, 7 worse and 1 better.
 _ROUGH_GAIN = 0.1
 
