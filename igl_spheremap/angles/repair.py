@@ -26,7 +26,7 @@ from operator import attrgetter
 import numpy as np
 
 from ..descent.energies import HarmonicEnergy
-from ..errors import OfListener, one_line
+from ..errors import FactorisationFailed, MapError, MeshError, OfListener, one_line
 from ..mesh.arrays import HALF_DIGITS, FloatArray
 from ..mesh.check import Mesh
 from ..mesh.timings import phase
@@ -52,6 +52,15 @@ from .race import Candidate, race
 #: better (`python -m benchmarks versions . FOLDER/tune --set angles.repair._ROUGH_GAIN=.05`); with .2 it ends .4
 #: percent higher, 7 worse and 1 better.
 _ROUGH_GAIN = 0.1
+#: What a step raises where arithmetic or memory fails it. All else, such as a caller's time limit, ends the call.
+_FAILURES = (
+    FactorisationFailed,
+    MapError,
+    MeshError,
+    ArithmeticError,
+    np.linalg.LinAlgError,
+    MemoryError,
+)
 
 
 @phase("repair")
@@ -116,7 +125,7 @@ class _Repair:
         """A step; if it fails, leave the map as it is, and a note."""
         try:
             yield
-        except Exception as error:  # whatever it is, the map at hand is not lost
+        except _FAILURES as error:
             self.notes.append(left_out(name, error))
 
     def field(self) -> list[Candidate]:

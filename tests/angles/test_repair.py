@@ -247,29 +247,41 @@ def test_limbs_beyond_the_range_of_float64_are_shortened(circumferences, around)
     assert np.abs(result.angle_differences()).mean() < 1.05 * floor
 
 
-@pytest.mark.parametrize(
-    ("step", "culprit"),
-    [
-        ("angles", "unroll"),
-        ("embedding", "repair_locally"),
-        ("newton", "match_angles"),
-        ("gauge", "restore_gauge"),
-    ],
-)
-def test_a_step_that_fails_leaves_the_map_and_a_note(step, culprit, folded, monkeypatch):
+STEPS = {
+    "angles": "unroll",
+    "embedding": "repair_locally",
+    "newton": "match_angles",
+    "gauge": "restore_gauge",
+}
+
+
+def _repaired_where_a_step_raises(error, step, folded, monkeypatch):
     def fail(*_, **__):
-        raise ValueError("negative dimensions are not allowed")
+        raise error
 
     mesh, operators, x = folded
     if step in ("angles", "newton"):  # taken where many faces are folded
         x = unit(np.where(mesh.unit[:, :1] > 0.3 * mesh.unit[:, 0].max(), x[::-1], x))
-    monkeypatch.setattr(f"igl_spheremap.angles.repair.{culprit}", fail)
+    monkeypatch.setattr(f"igl_spheremap.angles.repair.{STEPS[step]}", fail)
     monkeypatch.setattr("igl_spheremap.angles.repair.left_out", left_out)
-    repaired = _repaired(mesh, operators, x)
+    return _repaired(mesh, operators, x)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_a_step_that_fails_leaves_the_map_and_a_note(step, folded, monkeypatch):
+    error = np.linalg.LinAlgError("Singular matrix")
+    repaired = _repaired_where_a_step_raises(error, step, folded, monkeypatch)
     assert repaired.certificate.folding_free is (step != "embedding")
     [note] = set(repaired.notes)
     assert note.startswith(f"the step {step} failed")
-    assert "negative dimensions" in note
+    assert "Singular matrix" in note
+
+
+@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("kind", [TimeoutError, type("SoftTimeLimitExceeded", (Exception,), {})])
+def test_what_a_signal_handler_raises_during_a_step_comes_out(step, kind, folded, monkeypatch):
+    with pytest.raises(kind, match="the time is over"):
+        _repaired_where_a_step_raises(kind("the time is over"), step, folded, monkeypatch)
 
 
 @pytest.mark.parametrize("count", [1, 2])
