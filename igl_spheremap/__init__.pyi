@@ -57,6 +57,11 @@ from .result.recording import Recording as Recording
 from .result.run import Iterate as Iterate
 from .result.run import Status as Status
 from .sphere.cayley import cayley_update as cayley_update
+from .sphere.riemann import inverse_stereographic as inverse_stereographic
+from .sphere.riemann import moebius_map as moebius_map
+from .sphere.riemann import moebius_through as moebius_through
+from .sphere.riemann import recentre as recentre
+from .sphere.riemann import stereographic as stereographic
 from .verify.certificate import Certificate as Certificate
 from .verify.certificate import certify as certify
 from .verify.distortion import angle_differences as angle_differences
