@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 import igl_spheremap as ism
-from igl_spheremap.operators.features import FeatureSurface
+from igl_spheremap.features.feature_surface import FeatureSurface
 from igl_spheremap.shapes.harmonics.basis import synthesis
 from igl_spheremap.sphere.rows import unit_rows
 

@@ -17,8 +17,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 import igl_spheremap as ism
-from igl_spheremap.mesh import surface
 from igl_spheremap.mesh.measure import face_areas
+from igl_spheremap.mesh_repair import surface
 
 from .common import load, parser, timed
 

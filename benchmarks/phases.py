@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 import igl_spheremap as ism
-from igl_spheremap.mesh import timings
+from igl_spheremap import timings
 
 from .common import ROOT, in_process, load, parser
 

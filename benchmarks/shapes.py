@@ -16,8 +16,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
+from igl_spheremap.features.feature_surface import depth_potential
 from igl_spheremap.mesh.measure import vertex_areas
-from igl_spheremap.operators.features import depth_potential
 from igl_spheremap.shapes.harmonics.basis import (
     analysis,
     gauss_rows,

@@ -6,6 +6,7 @@ from .angles.effort import Effort as Effort
 from .apps.viewer.player import play as play
 from .apps.viewer.show import screenshot as screenshot
 from .apps.viewer.show import show as show
+from .balance.balanced_spherical_map import balanced_spherical_map as balanced_spherical_map
 from .descent.energies import harmonic_energy as harmonic_energy
 from .errors import FileError as FileError
 from .errors import FoldingsRemain as FoldingsRemain
@@ -19,7 +20,6 @@ from .io.written_map import read_map as read_map
 from .io.written_map import write_map as write_map
 from .maps.algorithms import algorithm_1 as algorithm_1
 from .maps.algorithms import algorithm_2 as algorithm_2
-from .maps.balanced import balanced_spherical_map as balanced_spherical_map
 from .maps.given_sphere import repair_foldings as repair_foldings
 from .maps.given_sphere import sphere_map as sphere_map
 from .maps.mapper import SphereMapper as SphereMapper
@@ -33,9 +33,10 @@ from .maps.variational import landmark_map as landmark_map
 from .maps.variational import p_harmonic_map as p_harmonic_map
 from .mesh.check import Mesh as Mesh
 from .mesh.check import check_mesh as check_mesh
-from .mesh.clean import repair_mesh as repair_mesh
 from .mesh.disk import check_disk as check_disk
-from .mesh.opening import repair_disk as repair_disk
+from .mesh_repair.info import info as info
+from .mesh_repair.repair_disk import repair_disk as repair_disk
+from .mesh_repair.repair_mesh import repair_mesh as repair_mesh
 from .paper.settings import Lai2014 as Lai2014
 from .paper.star_map import gauss_map as gauss_map
 from .paper.star_map import weighted_eigen_projection as weighted_eigen_projection
@@ -52,7 +53,6 @@ from .resampling.texture import texture_atlas as texture_atlas
 from .resampling.transfer import resample as resample
 from .resampling.transfer import transfer as transfer
 from .resampling.transfer import transfer_matrix as transfer_matrix
-from .result.mesh_info import info as info
 from .result.recording import Recording as Recording
 from .result.run import Iterate as Iterate
 from .result.run import Status as Status

@@ -8,7 +8,7 @@ import numpy as np
 import pyvista as pv
 
 from .balance import ON_SPHERE
-from .maps.balanced import balanced_spherical_map
+from .balance.balanced_spherical_map import balanced_spherical_map
 from .maps.sphere_map import SphereMap
 from .maps.spherical_conformal_map import spherical_conformal_map
 from .result.method import Method

@@ -11,7 +11,7 @@ from doors import PUBLIC
 
 import igl_spheremap as ism
 from igl_spheremap.descent.energies import p_harmonic_energy
-from igl_spheremap.operators.features import depth_potential
+from igl_spheremap.features.feature_surface import depth_potential
 from igl_spheremap.shapes.correspondence.overlay import overlay
 from igl_spheremap.shapes.correspondence.stretch import Distortion
 from igl_spheremap.shapes.correspondence.surface_map import nearest

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 import igl_spheremap as ism
 from igl_spheremap.io.records import LoadedMesh
-from igl_spheremap.result.mesh_info import MeshInfo
+from igl_spheremap.mesh_repair.info import MeshInfo
 
 
 def watch(iterate: ism.Iterate) -> None:

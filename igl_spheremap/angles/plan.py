@@ -10,8 +10,8 @@ import numpy as np
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
-from ..mesh.timings import phase
 from ..start.punctured import is_coarse
+from ..timings import phase
 from ..untangle.local_repair import has_few_foldings
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference

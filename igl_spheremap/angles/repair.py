@@ -29,12 +29,12 @@ from ..descent.energies import HarmonicEnergy
 from ..errors import FactorisationFailed, MapError, MeshError, OfListener, one_line
 from ..mesh.arrays import HALF_DIGITS, FloatArray
 from ..mesh.check import Mesh
-from ..mesh.timings import phase
 from ..newton.loop import DAMPED
 from ..newton.system import VertexSystem
 from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Round, Run, Status
 from ..sphere.rows import weighted_sum
+from ..timings import phase
 from ..untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference

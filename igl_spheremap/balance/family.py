@@ -15,13 +15,13 @@ from ..descent.minimize import Minimum, minimize
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import FLOAT64_LIMIT, log_edges
-from ..mesh.timings import phase
 from ..newton.faces import FaceProblem
 from ..newton.loop import newton
 from ..newton.system import VertexSystem
 from ..operators.laplacian import usable_laplacian
 from ..result.run import Iterate, Listener, Run, Status
 from ..sphere.moebius import turn_to_gauss_map
+from ..timings import phase
 from ..untangle.local_repair import repair_locally
 from ..verify.certificate import Certificate
 from .energy import BalancedEnergy

@@ -11,9 +11,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from ..io.objects import takes_mesh
 from ..mesh.arrays import FloatArray, IntArray, check_rows, count, examples
 from ..mesh.check import Mesh, check_mesh
-from ..mesh.objects import takes_mesh
 from ..operators.laplacian import (
     Weights,
     apply_laplacian,

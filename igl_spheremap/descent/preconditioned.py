@@ -11,12 +11,12 @@ import numpy as np
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
-from ..mesh.timings import phase
 from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Status
 from ..sphere.cayley import cayley_step
 from ..sphere.rows import along, column_crosses, inner, row_dots, weighted_moment, weighted_sum
 from ..start.punctured import OFF_CENTRE, Start, is_coarse, punctured_start
+from ..timings import phase
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .energies import HarmonicEnergy

@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike
 from .. import samples
 from ..errors import MeshError, gate
 from ..mesh.arrays import IntArray, check_rows, check_triangles
-from ..mesh.objects import MeshLike, vertices_and_faces
-from ..mesh.topology import closed_parts
+from ..mesh_repair.topology import closed_parts
 from .formats import PathLike, format_of
 from .hemispheres import structure_of
+from .objects import MeshLike, vertices_and_faces
 from .reading import opening, reading
 from .records import LoadedMesh, Metadata, RawMesh
 from .replacing import replacing

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import FileError, MeshError, gate, shown
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, plain_array
 from ..mesh.disk import check_disk
-from ..mesh.objects import MeshLike, vertices_and_faces
 from ..plane.plane_map import PlaneMap, given_map, unit_square
 from ..resampling.texture import checker_image, plane_atlas
 from ..verify.certificate import Certificate
@@ -21,6 +20,7 @@ from . import npz
 from .files import read_mesh, write_mesh
 from .formats import PathLike, format_of
 from .obj import ObjTexture, texture
+from .objects import MeshLike, vertices_and_faces
 from .patch import SUFFIXES, Patch, read_patch, write_patch
 from .reading import reading
 from .replacing import replacing

@@ -7,15 +7,15 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
+from ..io.objects import takes_mesh
 from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
-from ..mesh.objects import takes_mesh
-from ..mesh.timings import timed
 from ..paper.algorithm_1 import algorithm_1 as paper_algorithm_1
 from ..paper.algorithm_2 import algorithm_2 as paper_algorithm_2
 from ..paper.settings import Lai2014
 from ..paper.setup import Setup
 from ..result.run import History, Iterate, Listener, Run
+from ..timings import timed
 from .methods import lai2014
 from .options import method_of
 from .sphere_map import SphereMap

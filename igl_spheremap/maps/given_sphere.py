@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 from ..angles.plan import POOR
 from ..descent.energies import HarmonicEnergy
 from ..errors import FoldingsRemain, MeshError, Remedy
+from ..io.objects import takes_mesh
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
-from ..mesh.objects import takes_mesh
-from ..mesh.timings import timed
 from ..result.run import History, Iterate, Listener, Round, Run, Status
 from ..sphere.rows import row_lengths, unit_rows
+from ..timings import timed
 from ..untangle.local_repair import has_few_foldings, repair_locally
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from ..verify.distortion import mean_angle_difference

@@ -11,11 +11,11 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ..errors import gate
+from ..io.objects import MeshLike
 from ..mesh.check import check_mesh, move_mesh
-from ..mesh.objects import MeshLike
-from ..mesh.timings import timed
 from ..operators.laplacian import build_operators
 from ..result.run import History, Listener
+from ..timings import timed
 from .methods import auto
 from .options import Auto, method_of
 from .sphere_map import SphereMap

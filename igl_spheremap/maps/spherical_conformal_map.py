@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from ..angles.effort import Effort
-from ..mesh.objects import takes_mesh
-from ..mesh.timings import timed
+from ..io.objects import takes_mesh
 from ..result.run import History, Listener
+from ..timings import timed
 from .options import Auto, Gauge, Method, Polish, method_of
 
 if TYPE_CHECKING:

@@ -13,10 +13,9 @@ from ..descent.energies import Energy, HarmonicEnergy, LandmarkEnergy, OwnEnergy
 from ..descent.minimize import minimize
 from ..descent.problem import Problem, SobolevH2, p_harmonic_problem
 from ..errors import MeshError
+from ..io.objects import takes_mesh
 from ..mesh.arrays import FloatArray, check_directions, plain_array, real_array
 from ..mesh.check import Mesh, check_mesh
-from ..mesh.objects import takes_mesh
-from ..mesh.timings import timed
 from ..paper.algorithm_1 import cayley_bb
 from ..paper.safeguards import Safeguards
 from ..paper.settings import PaperGauge
@@ -24,6 +23,7 @@ from ..result.method import Method
 from ..result.run import History, Iterate, Listener, Run
 from ..sphere.moebius import best_rotation, moebius
 from ..sphere.rows import unit_rows
+from ..timings import timed
 from .methods import auto, check_start, in_gauge
 from .options import Auto
 from .sphere_map import SphereMap

@@ -13,6 +13,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from ..errors import MeshError, Remedy, gate
+from ..io.objects import MeshLike, from_file, is_mesh, takes_mesh, vertices_and_faces
+from ..mesh_repair.refusal import Refusal
+from ..timings import phase
 from .arrays import (
     BoolArray,
     FloatArray,
@@ -24,10 +27,7 @@ from .arrays import (
     plain_array,
 )
 from .edges import HalfEdges, half_edges
-from .explain import Refusal
 from .measure import corner_angles, face_areas, vertex_shares
-from .objects import MeshLike, from_file, is_mesh, takes_mesh, vertices_and_faces
-from .timings import phase
 
 _EPS = np.finfo(float).eps
 #: Least ratio of area to squared extent: below, the area is rounding, and the extent sets the scale. Of samples that

@@ -8,6 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import Remedy
+from ..io.objects import takes_mesh
+from ..mesh_repair.holes import rims
+from ..mesh_repair.refusal import Refusal
+from ..timings import phase
 from .arrays import BoolArray, FloatArray, IntArray, check_triangles, listed_words, place
 from .check import (
     CheckedFaces,
@@ -18,10 +22,6 @@ from .check import (
     normalised,
 )
 from .edges import components, pinched_vertices, shared_edges
-from .explain import Refusal
-from .holes import rims
-from .objects import takes_mesh
-from .timings import phase
 
 
 @dataclass(frozen=True, eq=False)

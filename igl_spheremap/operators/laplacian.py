@@ -14,7 +14,7 @@ from ..mesh.arrays import FloatArray, IntArray, count, examples
 from ..mesh.check import Mesh
 from ..mesh.edges import HalfEdges, Indices, half_edges
 from ..mesh.measure import by_libigl
-from ..mesh.timings import phase
+from ..timings import phase
 from .factor.factorize import Factor, factorize
 from .flips import delaunay_triangulation
 

@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from ..errors import FactorisationFailed
+from ..io.objects import takes_mesh
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.measure import (
@@ -21,7 +22,6 @@ from ..mesh.measure import (
     vertex_normals,
     without_direction,
 )
-from ..mesh.objects import takes_mesh
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import laplacian_and_notes
 

@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike
 
 from ..balance import ON_SPHERE
 from ..errors import FoldingsRemain, check_number
+from ..io.objects import takes_mesh
 from ..mesh.disk import Disk, check_disk
-from ..mesh.objects import takes_mesh
-from ..mesh.timings import phase, timed
 from ..result.run import History, Listener, Status
+from ..timings import phase, timed
 from .plane_map import PlaneMap
 from .sliding import balanced_disk, conformal_disk, presentable, straight_sides
 

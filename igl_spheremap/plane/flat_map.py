@@ -14,14 +14,14 @@ from ..balance.energy import BalancedEnergy
 from ..balance.family import MOST_WEIGHT, POWER, minimize_balanced
 from ..balance.flat_faces import FlatFaces
 from ..errors import check_number
+from ..io.objects import takes_mesh
 from ..mesh.arrays import FloatArray, own_unit
 from ..mesh.disk import Disk, check_disk
 from ..mesh.measure import surface_area
-from ..mesh.objects import takes_mesh
-from ..mesh.timings import phase, timed
 from ..newton.system import VertexSystem
 from ..result.run import History, Iterate, Listener, Run, Status
 from ..sphere.rows import weighted_sum
+from ..timings import phase, timed
 from ..verify.certificate import Certificate
 from .disk_map import DiskMap, map_conformally
 from .plane_map import PlaneMap, upright

@@ -12,7 +12,7 @@ from ..errors import check_kind, check_list, check_number, gate
 from ..io.files import own_name
 from ..io.formats import format_of
 from ..maps.options import Auto, Method, method_of
-from ..mesh.clean import asked_for
+from ..mesh_repair.repair_mesh import asked_for
 from .engine import USUAL, Engine
 from .job import Job, check_places
 from .mapping import SphereMapping

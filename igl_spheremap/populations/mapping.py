@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from ..balance.balanced_spherical_map import balanced_spherical_map
 from ..errors import FileError
 from ..io.files import read_mesh
 from ..io.records import LoadedMesh
 from ..io.replacing import REPLACE, check_writable
 from ..io.written_map import make_mark, read_mark, write_map
-from ..maps.balanced import balanced_spherical_map
 from ..maps.mapper import SphereMapper
 from ..maps.options import Auto, Method
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..mesh.clean import repair_mesh
+from ..mesh_repair.repair_mesh import repair_mesh
 from ..verify.distortion import log_figures, log_length_ratios
 from .job import Job, Task
 from .table import Row

@@ -14,8 +14,8 @@ from ..errors import FoldingsRemain, Remedy, gate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_directions, check_rows
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
-from ..mesh.timings import counted
 from ..sphere.rows import row_dets, row_dots, unit_rows
+from ..timings import counted
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from ..verify.signs import determinant_signs
 

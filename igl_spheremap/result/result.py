@@ -13,7 +13,7 @@ from ..errors import check_number, gate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.disk import Disk
-from ..mesh.timings import timed
+from ..timings import timed
 from ..verify.certificate import Certificate
 from .findings import Finding
 from .run import Listener, Round, Run, Status, Step, iterations_in

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import OfListener
 from ..mesh.arrays import FloatArray
-from ..mesh.timings import timings
+from ..timings import timings
 
 
 class Status(Enum):

@@ -9,9 +9,9 @@ import igl
 import numpy as np
 
 from ..errors import check_number
-from ..mesh import MOST_VERTICES
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import components
+from .icosphere import MOST_VERTICES
 
 _NEGLIGIBLE = 20.0  # limbs this many blend lengths apart are not blended: exp(-20) = 2e-9
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
 from ..errors import check_number, gate
-from ..mesh import MOST_VERTICES
 from ..mesh.arrays import FloatArray, IntArray
+from .icosphere import MOST_VERTICES
 from .rings import loft
 
 #: Points of the profile from which arc lengths are interpolated, to 1e-8 of the length; and at which a radius is

@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 
 from ..errors import check_number, gate
-from ..mesh import MOST_VERTICES
 from ..mesh.arrays import FloatArray, IntArray
+from .icosphere import MOST_VERTICES
 
 _TUBE = 0.22  # radius of the tube, where that of the coil is 1
 _PITCH = 0.8  # rise in one turn

@@ -12,7 +12,7 @@ from ..errors import MeshError
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
-from ..mesh.timings import phase
+from ..timings import phase
 from .rows import row_dots, weighted_moment, weighted_sum
 
 _EPS = np.finfo(float).eps

@@ -10,10 +10,10 @@ import numpy as np
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import spread, surface_area, vertex_normals, weighted_quantile
-from ..mesh.timings import phase
 from ..operators.laplacian import Operators, apply_laplacian
 from ..sphere.moebius import center
 from ..sphere.rows import INFINITE, from_chart, inner
+from ..timings import phase
 from ..verify.distortion import mean_angle_difference
 
 _TINY = np.finfo(float).tiny

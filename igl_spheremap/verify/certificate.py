@@ -12,8 +12,8 @@ from ..errors import Remedy, gate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.disk import disk_rim
-from ..mesh.timings import phase
 from ..sphere.rows import row_lengths, scale_rows
+from ..timings import phase
 from .rim import plane_signs, rim_crossings, rim_direction
 from .signs import determinant_signs, orientation_signs
 

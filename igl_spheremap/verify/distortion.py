@@ -6,11 +6,11 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..io.objects import takes_mesh
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, own_unit
 from ..mesh.check import Mesh, check_indices, check_positions
 from ..mesh.disk import Disk
 from ..mesh.measure import corner_angles, log_face_areas, log_vertex_areas, surface_area
-from ..mesh.objects import takes_mesh
 
 
 @takes_mesh

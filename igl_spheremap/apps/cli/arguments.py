@@ -8,7 +8,7 @@ from typing import Any, get_args
 
 from ...io.formats import FORMATS
 from ...maps.options import METHODS, Gauge, Polish
-from ...mesh import LARGEST_WELD
+from ...mesh_repair import LARGEST_WELD
 from ...paper.settings import EdgeWeights, Lai2014, PaperGauge, PaperMetric
 from ...result.method import Method
 from ..viewer.choices import LENGTH, RATE, SIZE, UPS

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ...balance.balanced_spherical_map import balanced_spherical_map
 from ...errors import FileError, MeshError, naming
 from ...io.files import SAMPLE, parts_in, read_mesh, read_sphere
 from ...io.hemispheres import other_side
@@ -23,12 +24,11 @@ from ...io.records import Label, LoadedMesh
 from ...io.scalars import read_labels, read_named
 from ...io.templates import TEMPLATES, template_files
 from ...io.written_map import read_map
-from ...maps.balanced import balanced_spherical_map
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import BoolArray, FloatArray, IntArray, check_directions
 from ...mesh.check import check_faces, check_mesh
-from ...mesh.clean import repair_mesh
+from ...mesh_repair.repair_mesh import repair_mesh
 from ...resampling.transfer import regular_mesh
 from ...sphere.rows import row_lengths
 from ..viewer.choices import guess_up

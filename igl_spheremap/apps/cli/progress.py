@@ -10,8 +10,8 @@ from itertools import count
 from tqdm import tqdm
 
 from ...mesh.arrays import IntArray
-from ...mesh.timings import LOGGER
 from ...result.run import Iterate, Listener, title_of
+from ...timings import LOGGER
 from ...verify.signs import folded_faces
 
 #: Phases of the library that take long on large meshes, by what they do.

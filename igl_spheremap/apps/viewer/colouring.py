@@ -9,10 +9,10 @@ from functools import lru_cache
 import numpy as np
 
 from ...draw import palette
+from ...features.feature_surface import FeatureSurface
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from ...mesh.measure import face_areas
-from ...operators.features import FeatureSurface
 from ...paper.star_map import finite_conformal_factor
 from ...sphere.rows import INFINITE, to_chart
 from ...verify.distortion import angle_differences, log_area_ratios

@@ -21,12 +21,12 @@ from ...draw.lens import follow
 from ...draw.plot import fit, pose
 from ...errors import check_number
 from ...io.files import read_mesh
+from ...io.objects import takes_mesh
 from ...maps.options import METHODS, Method, method_of
 from ...maps.sphere_map import SphereMap
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
-from ...mesh.objects import takes_mesh
 from ...result.recording import Frame, Recording
 from ...result.run import Listener
 from .app import App, SaveWidgets, file_stem, present

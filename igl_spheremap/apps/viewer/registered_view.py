@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ...draw.palette import sequential
+from ...features.feature_surface import FeatureSurface
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
-from ...operators.features import FeatureSurface
 from ...shapes.correspondence.registration import Registration
 from .colouring import Colouring
 from .compare import PartsView

@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...errors import FactorisationFailed
-from ...mesh.timings import phase
+from ...timings import phase
 from .ordering import bandwidth_order, inverse_permutation, nested_dissection
 
 Solver = Callable[[np.ndarray], np.ndarray]

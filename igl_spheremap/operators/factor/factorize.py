@@ -7,7 +7,7 @@ from importlib import import_module
 
 import scipy.sparse as sp
 
-from ...mesh.timings import phase
+from ...timings import phase
 from .factor import Analysis, Cholmod, Entries, Factor, SuperLU, factorised
 from .memory import OF_SOLVER, bytes_left, too_little
 

@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...mesh.arrays import FloatArray
-from ...mesh.timings import counted, log_share
 from ...newton.faces import FaceProblem, VertexTerm
 from ...newton.loop import LineSearch, newton
 from ...sphere.moebius import best_rotation
 from ...sphere.rows import inner, row_dots, weighted_sum
+from ...timings import counted, log_share
 from ...untangle.local_repair import unfolded
 from ..harmonics.rotation import RotationCandidate
 from .features import FeaturePair

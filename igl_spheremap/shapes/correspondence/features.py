@@ -10,8 +10,8 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from ...errors import check_list
+from ...features.feature_surface import FeatureSurface, check_varies
 from ...mesh.arrays import FloatArray, check_values, own_unit
-from ...operators.features import FeatureSurface, check_varies
 from ...resampling.locate import locator_of
 from ...sphere.rows import row_crosses, row_lengths, weighted_sum
 from ..harmonics.basis import expand

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...balance import AREA_PRESERVING
+from ...balance.balanced_spherical_map import balanced_spherical_map
 from ...errors import (
     FoldingsRemain,
     MapError,
@@ -20,18 +21,17 @@ from ...errors import (
     gate,
     within,
 )
-from ...maps.balanced import balanced_spherical_map
+from ...features.feature_surface import FeatureSurface, check_varies
+from ...io.objects import MeshLike
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...maps.variational import check_landmarks, match_landmarks
 from ...mesh.arrays import FloatArray, listed_words
-from ...mesh.objects import MeshLike
-from ...mesh.timings import timed
-from ...operators.features import FeatureSurface, check_varies
 from ...resampling.locate import locator_of
 from ...resampling.transfer import interpolate
 from ...result.run import History, Iterate, Listener
 from ...sphere.rows import unit_rows
+from ...timings import timed
 from ...untangle.local_repair import unfolded
 from .descent import Descent, Objective
 from .features import FeaturePair

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...draw.plot import both_sides
+from ...features.feature_surface import depth_potential
 from ...io.files import read_sphere
 from ...io.scalars import read_scalars
 from ...io.textured import write_picture
 from ...maps.given_sphere import sphere_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
-from ...operators.features import depth_potential
 from ...populations.page import LATERAL, Sheet, is_newer, share_certified
 from ...populations.table import MAPPED, RegistrationRow
 from ...resampling.transfer import transfer

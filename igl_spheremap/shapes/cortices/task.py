@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...balance import ON_SPHERE
+from ...balance.balanced_spherical_map import balanced_spherical_map
 from ...errors import FileError, FoldingsRemain, MeshError
 from ...io.files import read_mesh
 from ...io.hemispheres import LEFT, RIGHT, atlas_of
@@ -17,7 +18,6 @@ from ...io.records import Label, LoadedMesh
 from ...io.replacing import REPLACE
 from ...io.scalars import read_labels, read_scalars
 from ...io.written_map import make_mark, read_mark
-from ...maps.balanced import balanced_spherical_map
 from ...maps.given_sphere import sphere_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray

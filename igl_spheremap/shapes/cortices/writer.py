@@ -7,6 +7,7 @@ import os
 import igl
 import numpy as np
 
+from ...features.feature_surface import depth_potential
 from ...io.files import write_mesh
 from ...io.hemispheres import Names
 from ...io.records import Label, LoadedMesh
@@ -15,7 +16,6 @@ from ...io.written_map import write_sphere
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.measure import surface_area, vertex_areas
-from ...operators.features import depth_potential
 
 #: Widths of the depth potentials that are like FreeSurfer's sulc and curv, see `depth_potential`.
 SULC, _CURV = 0.12, 0.05

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...maps.balanced import balanced_spherical_map
+from ...balance.balanced_spherical_map import balanced_spherical_map
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray

@@ -21,7 +21,7 @@ from ...errors import import_optional
 from ...io.replacing import make_folder, replacing
 from ...io.textured import write_picture
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
-from ...mesh.timings import counted
+from ...timings import counted
 from .files import file_names, member_rows
 from .group import Group
 from .permutation import LEVEL, PointTest

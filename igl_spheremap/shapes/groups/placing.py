@@ -7,15 +7,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...balance.balanced_spherical_map import balanced_spherical_map
 from ...errors import MeshError, Remedy
 from ...io.files import read_mesh
-from ...maps.balanced import balanced_spherical_map
+from ...io.objects import MeshLike
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...mesh.measure import inside_out
-from ...mesh.objects import MeshLike
 from ...resampling.locate import locator_of
 from ...resampling.transfer import interpolate, resample
 from ...resampling.weights import adaptive_area

@@ -18,15 +18,15 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import MeshError, without_name
 from ...io import npz
 from ...io.npz import read_arrays, save_arrays
+from ...io.objects import vertices_and_faces
 from ...io.replacing import make_folder, replacing
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...mesh.check import check_mesh
-from ...mesh.objects import vertices_and_faces
-from ...mesh.timings import log_share
 from ...populations.engine import Engine, started
 from ...populations.run_many import run_many
 from ...populations.table import MAPPED, JobRow
+from ...timings import log_share
 from .features import FeatureFiles
 from .files import file_names
 from .jobs import MapMember, MemberJob, MemberTask, PlaceMember, RegisterMember

@@ -13,9 +13,9 @@ from functools import lru_cache
 import numpy as np
 
 from ...mesh.arrays import FloatArray
-from ...mesh.timings import counted
 from ...resampling.locate import SphereLocator
 from ...resampling.transfer import transfer
+from ...timings import counted
 
 _BLOCK = 1 << 12  # points at once, so that one degree's functions stay in cache
 

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...balance import AREA_PRESERVING
+from ...balance.balanced_spherical_map import balanced_spherical_map
 from ...draw.markup import table
 from ...draw.palette import sequential
 from ...draw.shown import Drawing, Shown, place_drawing
 from ...errors import MeshError, check_number, check_whole, gate
-from ...maps.balanced import balanced_spherical_map
+from ...io.objects import takes_mesh
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import HALF_DIGITS, FloatArray, IntArray, check_rows, check_values, own_unit
 from ...mesh.measure import face_areas, vertex_areas
-from ...mesh.objects import takes_mesh
 from ...resampling.locate import locator_of
 from ...resampling.transfer import check_map, sphere_mesh
 from ...sphere.rows import unit_rows

@@ -22,8 +22,8 @@ from igl_spheremap.apps.cli.parser import COMMANDS, GROUPS, build_parser
 from igl_spheremap.apps.reproduce.figures import FIGURES
 from igl_spheremap.apps.reproduce.items import ITEMS
 from igl_spheremap.apps.reproduce.tables import TABLES
+from igl_spheremap.balance.balanced_spherical_map import balanced_spherical_map
 from igl_spheremap.io.formats import FORMATS
-from igl_spheremap.maps.balanced import balanced_spherical_map
 
 
 @pytest.mark.parametrize(

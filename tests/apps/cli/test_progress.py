@@ -15,8 +15,8 @@ from shell import SAMPLE
 from igl_spheremap import samples
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.progress import Progress, measures
-from igl_spheremap.mesh.timings import counted
 from igl_spheremap.result.run import Iterate
+from igl_spheremap.timings import counted
 
 
 class Terminal(io.StringIO):

@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
+from igl_spheremap.features.feature_surface import FeatureSurface, depth_potential
 from igl_spheremap.mesh.measure import face_areas
-from igl_spheremap.operators.features import FeatureSurface, depth_potential
 from igl_spheremap.shapes.correspondence import USUAL
 from igl_spheremap.shapes.correspondence.features import smooth_function
 from igl_spheremap.shapes.correspondence.levels import Level

@@ -15,7 +15,6 @@ from ....io.replacing import replacing
 from ....io.tables import SEPARATORS, write_cells
 from ....io.textured import write_picture
 from ....mesh.arrays import FloatArray
-from ....mesh.timings import counted
 from ....populations.map_many import filled
 from ....populations.table import check_table
 from ....shapes.groups.coefficients import (
@@ -27,6 +26,7 @@ from ....shapes.harmonics.files import read_coefficients, write_coefficients
 from ....shapes.harmonics.geometry_image import mesh_from_grid
 from ....shapes.harmonics.grid import to_grid
 from ....shapes.harmonics.harmonics import spherical_harmonics
+from ....timings import counted
 from ..exits import Exit, UsageError, usage
 from ..inputs import expand, load_pair, read_data, read_target_sphere
 from ..output import Findings, check_outputs, target_format, write_target

@@ -5,8 +5,8 @@ from typing import Any
 
 from ....errors import naming
 from ....io.files import parts_in
-from ....mesh.timings import counted
-from ....result.mesh_info import info, mesh_findings
+from ....mesh_repair.info import info, mesh_findings
+from ....timings import counted
 from ..arguments import repair_options
 from ..inputs import load_source, read_source
 from ..output import LISTED, Findings, check_outputs

@@ -4,8 +4,8 @@ import os
 from argparse import Namespace
 from typing import Any
 
+from ....balance.balanced_spherical_map import balanced_spherical_map
 from ....io.written_map import SphereCheck, write_map
-from ....maps.balanced import balanced_spherical_map
 from ....maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows
 from ....result.findings import certificate_numbers
 from ....result.recording import Recording, plot_run

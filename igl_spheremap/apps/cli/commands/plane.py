@@ -14,7 +14,7 @@ from ....io.plane_map import is_patch, read_images, write_plane_map
 from ....io.scalars import read_landmarks
 from ....mesh.arrays import FloatArray
 from ....mesh.disk import check_disk
-from ....mesh.opening import repair_disk
+from ....mesh_repair.repair_disk import repair_disk
 from ....plane.disk_map import balanced_disk_map
 from ....plane.flat_map import flatten
 from ....plane.plane_map import PlaneMap, given_map, plane_findings

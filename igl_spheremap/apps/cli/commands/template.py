@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ....balance.balanced_spherical_map import balanced_spherical_map
 from ....errors import FileError, MapError, MeshError, import_optional, one_line, without_name
 from ....io.files import read_mesh
 from ....io.replacing import REPLACE, make_folder
 from ....io.tables import read_cells, write_cells
 from ....io.written_map import write_map
-from ....maps.balanced import balanced_spherical_map
 from ....populations.map_many import filled
 from ....populations.ratings import failed_in
 from ....shapes.groups.design import data_of, read_design, test_names, write_test

@@ -10,13 +10,13 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, check_number
+from ..io.objects import takes_mesh
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_mesh
-from ..mesh.objects import takes_mesh
+from ..operators.factor.factor import Factor
+from ..operators.factor.factorize import factorize
+from ..operators.laplacian import usable_laplacian
 from ..sphere.rows import weighted_sum
-from .factor.factor import Factor
-from .factor.factorize import factorize
-from .laplacian import usable_laplacian
 
 # radians that the surface is smoothed by to distinguish outward folds from inward ones
 _DEPTH = 0.6
@@ -124,7 +124,7 @@ def depth_potential(
     Examples
     --------
     >>> import igl_spheremap as ism
-    >>> from igl_spheremap.operators.features import depth_potential
+    >>> from igl_spheremap.features.feature_surface import depth_potential
     >>> v, f = ism.samples.make("pear", n_vertices=500)
     >>> int(depth_potential(v, f, ell=0.7).argmax()) == int(v[:, 2].argmax())  # the pear's tip
     True

@@ -7,7 +7,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from ..errors import MeshError
-from .arrays import FloatArray, IntArray, own_unit
+from ..mesh.arrays import FloatArray, IntArray, own_unit
 
 #: Tips that errors suggest to cut through: with 6, 2 of 4 bodies keep their lengths better, 2 worse (tried by hand).
 TIPS = 4

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .arrays import FloatArray, IntArray, weld
-from .edges import next_corners, shared_edges
-from .measure import corner_angles, enclosed_volume, face_areas
+from ..mesh.arrays import FloatArray, IntArray, weld
+from ..mesh.edges import next_corners, shared_edges
+from ..mesh.measure import corner_angles, enclosed_volume, face_areas
 
 #: Distance of vertices that nearly coincide, in diagonals of the bounding box: six digits keep no less apart.
 _NEAR = 1e-6

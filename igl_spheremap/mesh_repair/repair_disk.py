@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, check_whole, shown, within
-from .arrays import FloatArray, IntArray, check_rows, check_triangles, own_unit, plain_array
-from .check import check_indices, check_positions
-from .clean import RepairedMesh, asked_for
-from .disk import disk_rim
-from .objects import takes_mesh
+from ..io.objects import takes_mesh
+from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, own_unit, plain_array
+from ..mesh.check import check_indices, check_positions
+from ..mesh.disk import disk_rim
+from .repair_mesh import RepairedMesh, asked_for
 from .surface import Surface
 
 

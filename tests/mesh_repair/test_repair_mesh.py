@@ -9,7 +9,7 @@ from corpus import CORPUS
 from igl_spheremap import MeshError, check_mesh, samples
 from igl_spheremap.io.files import read_mesh
 from igl_spheremap.mesh.arrays import weld
-from igl_spheremap.mesh.clean import repair_mesh
+from igl_spheremap.mesh_repair.repair_mesh import repair_mesh
 
 
 @pytest.fixture

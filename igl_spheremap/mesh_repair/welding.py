@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..mesh.arrays import FloatArray, IntArray, own_unit, weld
+from ..mesh.edges import components, shared_edges
 from . import LARGEST_WELD
-from .arrays import FloatArray, IntArray, own_unit, weld
-from .edges import components, shared_edges
 
 #: Least ratio between distances that a tolerance parts: from here on a power of ten lies between them.
 _GAP = 10.0

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .arrays import BoolArray, FloatArray, IntArray
-from .edges import components, shared_edges
-from .measure import enclosed_volume
+from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.edges import components, shared_edges
+from ..mesh.measure import enclosed_volume
 
 #: Rounds of pairing at most: an edge that is still non-manifold after bodies were separated joins them in the next
 #: round, which may make neighbouring edges non-manifold. Of 300 random bodies of voxels none took more than two.

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import FloatArray, IntArray
-from .edges import half_edges_from
+from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.edges import half_edges_from
 
 #: How much wider each ring of a cap is than the one around it. At 1.3 a cap has two thirds more vertices, and angles at
 #: rims are no closer to those of the closed surface (benchmarks/tried.md).

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
-from ..balance import ON_SPHERE
 from ..errors import check_number
-from ..mesh.objects import takes_mesh
+from ..io.objects import takes_mesh
+from ..maps.options import Method
+from ..maps.sphere_map import SphereMap
+from ..maps.spherical_conformal_map import spherical_conformal_map
 from ..result.run import Listener
-from .options import Method
-from .sphere_map import SphereMap
-from .spherical_conformal_map import spherical_conformal_map
+from . import ON_SPHERE
 
 
 @takes_mesh

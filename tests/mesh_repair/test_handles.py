@@ -12,7 +12,7 @@ from triangulations import delaunay_sphere
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.check import check_faces
-from igl_spheremap.mesh.handles import cutting_loops, short_loop
+from igl_spheremap.mesh_repair.handles import cutting_loops, short_loop
 
 
 def torus(n, k, r, rng=None):

@@ -3,7 +3,7 @@
 import time
 
 import igl_spheremap as ism
-from igl_spheremap.mesh.timings import phase, timed, timings
+from igl_spheremap.timings import phase, timed, timings
 
 
 def test_a_stage_counts_what_no_stage_within_it_counts():

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError, Remedy
-from .arrays import FloatArray, IntArray, count, examples, listed, own_unit, place
-from .edges import direction_components, pinched_vertices, shared_edges
+from ..mesh.arrays import FloatArray, IntArray, count, examples, listed, own_unit, place
+from ..mesh.edges import direction_components, pinched_vertices, shared_edges
 from .handles import short_loop
 from .seam import TIPS
 from .surface import Surface, holes_text

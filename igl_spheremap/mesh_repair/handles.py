@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning_tree
 
-from .arrays import FloatArray, IntArray
-from .edges import edge_keys
+from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.edges import edge_keys
 
 #: Classes are counted modulo this prime: products stay within int64. A loop that does not separate the surface is taken
 #: for one that does with a chance of 5e-10.

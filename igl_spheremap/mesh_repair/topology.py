@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .arrays import BoolArray, IntArray
-from .edges import components, direction_components, next_corners, shared_edges
+from ..mesh.arrays import BoolArray, IntArray
+from ..mesh.edges import components, direction_components, next_corners, shared_edges
 
 
 @dataclass(frozen=True)

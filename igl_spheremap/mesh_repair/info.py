@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, Remedy
+from ..io.objects import takes_mesh
 from ..mesh.arrays import check_rows, check_triangles, listed_words
 from ..mesh.check import check_mesh
-from ..mesh.clean import repair_mesh
 from ..mesh.disk import check_disk
-from ..mesh.objects import takes_mesh
-from ..mesh.quality import MeshQuality, mesh_quality
-from ..mesh.topology import Topology, topology_of, usable_faces
 from ..operators.laplacian import build_operators
-from .findings import Finding
+from ..result.findings import Finding
+from .quality import MeshQuality, mesh_quality
+from .repair_mesh import repair_mesh
+from .topology import Topology, topology_of, usable_faces
 
 #: Components that a sentence describes one by one.
 _DESCRIBED = 5

@@ -9,11 +9,11 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, Remedy, check_number, within
+from ..io.objects import takes_mesh
+from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
+from ..mesh.check import check_mesh, check_positions, checked
 from . import LARGEST_WELD
-from .arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
-from .check import check_mesh, check_positions, checked
-from .explain import repair_by
-from .objects import takes_mesh
+from .refusal import repair_by
 from .surface import Surface
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.mesh.quality import mesh_quality
+from igl_spheremap.mesh_repair.quality import mesh_quality
 from igl_spheremap.operators.laplacian import build_operators
 
 OCTAHEDRON = np.vstack([np.eye(3), -np.eye(3)])

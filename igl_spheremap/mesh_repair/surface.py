@@ -5,11 +5,18 @@ from __future__ import annotations
 import igl
 import numpy as np
 
-from .arrays import BoolArray, FloatArray, IntArray, listed_words, own_unit, place
-from .edges import components, direction_components, edge_keys, marked, next_corners, shared_edges
+from ..mesh.arrays import BoolArray, FloatArray, IntArray, listed_words, own_unit, place
+from ..mesh.edges import (
+    components,
+    direction_components,
+    edge_keys,
+    marked,
+    next_corners,
+    shared_edges,
+)
+from ..mesh.measure import enclosed_volume
 from .handles import cutting_loops
 from .holes import cap, conormals, rims, simple_rims
-from .measure import enclosed_volume
 from .seam import seam
 from .sheets import part_sheets
 from .welding import welded

@@ -1,0 +1,1 @@
+"""How deep the folds of a surface are, and data smoothed on it."""
