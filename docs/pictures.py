@@ -47,8 +47,8 @@ from igl_spheremap.draw.folds import Clusters
 from igl_spheremap.draw.lens import follow, look_at
 from igl_spheremap.draw.palette import FACTORS, LINES, SURFACE
 from igl_spheremap.draw.plot import fit, new_figure, pose
+from igl_spheremap.draw.run import plot_run
 from igl_spheremap.errors import DisplayError
-from igl_spheremap.result.recording import plot_run
 from igl_spheremap.verify.signs import folded_faces
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -13,9 +13,9 @@ from .errors import FoldingsRemain as FoldingsRemain
 from .errors import MapError as MapError
 from .errors import MeshError as MeshError
 from .io.files import read_mesh as read_mesh
-from .io.files import write_mesh as write_mesh
 from .io.plane_map import read_plane_map as read_plane_map
 from .io.plane_map import write_plane_map as write_plane_map
+from .io.write_mesh import write_mesh as write_mesh
 from .io.written_map import read_map as read_map
 from .io.written_map import write_map as write_map
 from .maps.algorithms import algorithm_1 as algorithm_1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from igl_spheremap.io.files import write_mesh
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.samples import sphere
 
 #: Places of the bumps, which no turn and no mirror takes to each other, and their heights.

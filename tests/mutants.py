@@ -22,9 +22,10 @@ from pathlib import Path
 import numpy as np
 
 import igl_spheremap as ism
-from igl_spheremap.io.files import read_mesh, read_sphere, write_mesh
+from igl_spheremap.io.files import read_mesh, read_sphere
 from igl_spheremap.io.records import Label
 from igl_spheremap.io.scalars import read_labels, read_scalars, write_scalars
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.io.written_map import read_map, read_mark
 from igl_spheremap.shapes.harmonics.files import read_coefficients
 

@@ -31,9 +31,9 @@ from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.apps.cli.parser import COMMANDS, build_parser
 from igl_spheremap.apps.reproduce.figures import FIGURES
 from igl_spheremap.apps.reproduce.tables import TABLES as REPRODUCED_TABLES
-from igl_spheremap.io.files import write_mesh
 from igl_spheremap.io.formats import FORMATS
 from igl_spheremap.io.scalars import write_scalars
+from igl_spheremap.io.write_mesh import write_mesh
 
 DOCS = ROOT / "docs"
 REPRODUCED = DOCS / "reproduction"

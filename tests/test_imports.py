@@ -15,8 +15,20 @@ from igl_spheremap.apps.cli.parser import COMMANDS, GROUPS, SHAPES
 
 ROOT = Path(igl_spheremap.__file__).parent
 ARCHITECTURE = ROOT.parent / "docs" / "architecture.md"
-FRONT = {"__init__.py", "__main__.py", "_version.py", "errors.py", "lazy.py", "pyvista.py"}
+FRONT = {
+    "__init__.py",
+    "__main__.py",
+    "_version.py",
+    "errors.py",
+    "gate.py",
+    "lazy.py",
+    "pyvista.py",
+    "timings.py",
+    "wings.py",
+}
 DOORS = {"": ROOT / "__init__.py", "shapes": ROOT / "shapes" / "__init__.py"}
+#: Calls a wing when the spine asks for one: what it imports is imported then.
+WINGS = ROOT / "wings.py"
 
 
 def modules_at(name):
@@ -62,11 +74,18 @@ def room(path):
     return "/".join(parts[: 2 if parts[:1] == ("shapes",) else 1])
 
 
-def rooms():
-    """The rooms in the order of the table."""
+def tables():
+    """The rooms of each table, in order: the spine, the wings, those of several surfaces, the programs."""
     if not ARCHITECTURE.exists():
         pytest.skip("the docs are not installed with the package")
-    return re.findall(r"^\| `([\w/]+)/` \|", ARCHITECTURE.read_text("utf-8"), re.MULTILINE)
+    text = ARCHITECTURE.read_text("utf-8")
+    found = [re.findall(r"^\| `([\w/]+)/` \|", part, re.MULTILINE) for part in text.split("\n\n")]
+    return [names for names in found if names]
+
+
+def rooms():
+    """The rooms in the order of the tables."""
+    return [name for table in tables() for name in table]
 
 
 def test_the_table_lists_the_rooms_and_the_root_holds_the_front_door():
@@ -78,11 +97,52 @@ def test_the_table_lists_the_rooms_and_the_root_holds_the_front_door():
 def test_imports_run_towards_the_top_of_the_table():
     order = ["", *rooms()]
     for path in files():
-        if path in DOORS.values() or path in (ROOT / "__main__.py", ROOT / "pyvista.py"):
+        if path in DOORS.values() or path in (ROOT / "__main__.py", ROOT / "pyvista.py", WINGS):
             continue  # the front doors collect everything
         for other in imported(path):
             assert other not in DOORS.values(), f"{path} imports a front door"
             assert order.index(room(other)) <= order.index(room(path)), f"{path} imports {other}"
+
+
+def test_the_spine_imports_no_wing():
+    """Not even in a function, or for type checkers: what it asks of wings is in one file, which it calls."""
+    spine = tables()[0]
+    assert len(spine) == 12
+    for path in files():
+        if room(path) in spine:
+            assert {room(other) for other in imported(path)} <= {"", *spine}, path
+
+
+#: Imports every wing in vain.
+ALONE = """
+import sys
+from importlib.abc import MetaPathFinder
+
+class NoWings(MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        room = name.removeprefix("igl_spheremap.").split(".")[0]
+        assert room == name or room not in {wings}, name
+
+sys.meta_path.insert(0, NoWings())
+import numpy as np
+import igl_spheremap as ism
+
+v = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+f = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+maps = [ism.spherical_conformal_map(v, f), ism.spherical_conformal_map(v, f, method="lai2014")]
+maps += [ism.algorithm_2(v, f), ism.sphere_map(v, f, maps[0].sphere), ism.repair_foldings(v, f, v)]
+assert all(ism.certify(each).folding_free for each in maps)
+print(*sorted(name for name in sys.modules if name.startswith("igl_spheremap.")))
+"""
+
+
+def test_the_spine_maps_without_the_wings():
+    """Where no wing can be imported, arrays are mapped by every method, and the maps are certified."""
+    wings = {name.split("/")[0] for table in tables()[1:] for name in table}
+    code = ALONE.replace("{wings}", repr(wings))
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert not run.returncode, run.stderr
+    assert "igl_spheremap.maps.methods" in run.stdout.split()
 
 
 def test_no_file_imports_what_imports_it():
@@ -94,7 +154,8 @@ def test_no_file_imports_what_imports_it():
             return
         way.append(path)
         for other in sorted(imported(path)):
-            visit(other)
+            if path != WINGS:
+                visit(other)
         way.pop()
         done.add(path)
 
@@ -110,11 +171,14 @@ def test_witnesses_import_no_solver():
         assert {room(p) for p in reached(path)} <= allowed
 
 
-def reached(path):
-    """Files that a file imports, and those that they import."""
+def reached(path, by_wings=False):
+    """Files that a file imports, and those that they import; and those that calls of wings import, if asked."""
     found, todo = set(), [path]
     while todo:
-        other = imported(todo.pop()) - found
+        one = todo.pop()
+        if one == WINGS and not by_wings:
+            continue
+        other = imported(one) - found
         found |= other
         todo += other
     return found
@@ -129,7 +193,9 @@ def test_the_first_door_needs_nothing_of_the_second():
     first = [path for path in files() if not {path, *path.parents} & {*others}]
     assert len(demos) == 6
     for path in [*first, *commands, *demos, apps / "report.py"]:
-        assert not [other for other in reached(path) if room(other).startswith("shapes")], path
+        assert not [
+            other for other in reached(path, by_wings=True) if room(other).startswith("shapes")
+        ], path
     assert not [path for path in demos if "shapes" in path.read_text("utf-8")]
 
 

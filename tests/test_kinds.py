@@ -7,7 +7,7 @@ import pytest
 from doors import PUBLIC
 
 import igl_spheremap as ism
-from igl_spheremap.errors import _kinds
+from igl_spheremap.gate import _kinds
 
 TRIANGLE = {"v": np.eye(3), "f": [[0, 1, 2]]}
 #: Stand-ins for records, which are known by the names of their classes.

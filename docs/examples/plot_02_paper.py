@@ -7,7 +7,7 @@ recording keeps energies and foldings.
 """
 
 import igl_spheremap as ism
-from igl_spheremap.result.recording import plot_run
+from igl_spheremap.draw.run import plot_run
 
 v, f = ism.samples.make("dino", n_vertices=1500)
 recording = ism.Recording(f)

@@ -28,6 +28,7 @@ from ..draw.markup import (
 )
 from ..draw.palette import ANGLES, AREAS, FOLDED, fitting
 from ..draw.plot import fit, pose
+from ..draw.run import plot_run
 from ..errors import DisplayError, import_optional
 from ..io.replacing import make_folder, replacing
 from ..maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows
@@ -35,7 +36,7 @@ from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
 from ..plane.plane_map import PlaneMap, plane_findings
-from ..result.recording import Recording, plot_run
+from ..result.recording import Recording
 from ..result.result import result_rows
 from ..result.run import title_of
 from ..verify.certificate import Certificate

@@ -5,7 +5,7 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from ..errors import check_number
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..maps.options import Method
 from ..maps.sphere_map import SphereMap
 from ..maps.spherical_conformal_map import spherical_conformal_map

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..mesh.arrays import FloatArray, IntArray, check_rows, count, examples
 from ..mesh.check import Mesh, check_mesh
 from ..operators.laplacian import (

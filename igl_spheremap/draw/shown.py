@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import gate
+from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray, own_unit
 from ..mesh.check import Mesh
 from ..mesh.disk import Disk
@@ -74,8 +74,12 @@ class Shown:
     @gate
     def _repr_html_(self) -> str:
         """What notebooks show."""
-        drawing = self._drawing()
-        return f'<div class="shown">{_STYLE}{picture(png(drawing.image()), drawing.caption)}{self._figures()}</div>'
+        return notebook_html(self._drawing(), self._figures())
+
+
+def notebook_html(drawing: Drawing, figures: str) -> str:
+    """A drawing with its caption above a table."""
+    return f'<div class="shown">{_STYLE}{picture(png(drawing.image()), drawing.caption)}{figures}</div>'
 
 
 def area_drawing(

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, check_number
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh, check_mesh
 from ..operators.factor.factor import Factor

@@ -5,21 +5,18 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 from pathlib import Path
-from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .. import samples
-from ..errors import MeshError, gate
-from ..mesh.arrays import IntArray, check_rows, check_triangles
+from ..errors import MeshError
+from ..gate import gate
+from ..mesh.arrays import IntArray, check_rows
 from ..mesh_repair.topology import closed_parts
 from .formats import PathLike, format_of
 from .hemispheres import structure_of
-from .objects import MeshLike, vertices_and_faces
 from .reading import opening, reading
-from .records import LoadedMesh, Metadata, RawMesh
-from .replacing import replacing
+from .records import LoadedMesh, RawMesh
 
 #: What names of samples begin with.
 SAMPLE = "sample:"
@@ -159,54 +156,3 @@ def _part(path: Path, part: int, triangulate: bool) -> LoadedMesh:
         )
     used, faces = np.unique(mesh.f[parts[part]], return_inverse=True)
     return LoadedMesh(mesh.v[used], faces.reshape(-1, 3).astype(np.int64), structure_of(path))
-
-
-@gate
-def write_mesh(
-    path: PathLike,
-    v: ArrayLike | MeshLike,
-    f: ArrayLike | None = None,
-    *,
-    force: bool = False,
-    metadata: Metadata | None = None,
-) -> None:
-    """Write a triangle mesh; the end of the file's name decides the format.
-
-    The file is written under a temporary name and renamed. OBJ, OFF, PLY, VTK, NPZ and .tab are exact; STL, glTF, GIFTI
-    and FreeSurfer files hold float32. STL files hold no vertices, but triangles: the order of the vertices is lost.
-
-    Parameters
-    ----------
-    path : str or path-like
-        The new file.
-    v : (n, 3) array_like
-        Vertex positions, any units; or a mesh object, which needs no `f`.
-    f : (m, 3) array_like
-        0-based faces.
-    force : bool
-        Replace an existing file.
-    metadata : dict, optional
-        As `read_mesh` gave it; nothing by default.
-
-    Raises
-    ------
-    FileError
-        If the file exists and `force` is not set, or it can't be written; nothing is left behind.
-    MeshError
-        If the arrays are not of that shape.
-
-    Examples
-    --------
-    >>> import os, tempfile
-    >>> import igl_spheremap as ism
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     ism.write_mesh(f"{folder}/ball.ply", *ism.samples.sphere(42))
-    ...     os.listdir(folder)
-    ['ball.ply']
-    """
-    rows, triangles = vertices_and_faces(v) if f is None else (cast(ArrayLike, v), f)
-    x, faces = check_rows(rows, name="vertices"), check_triangles(triangles)
-    kind = format_of(path)
-    with replacing(path, force) as partial:
-        known = {"name": Path(path).stem} | structure_of(path) | dict(metadata or {})
-        kind.functions.write(partial, x, faces, known)

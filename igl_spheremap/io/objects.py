@@ -1,22 +1,16 @@
-"""Mesh objects, of this package and of others, in the place of `v, f`: the gate of every public function of both."""
+"""Mesh objects, of this package and of others, and names of files, in the place of `v, f`."""
 
 from __future__ import annotations
 
-import difflib
-import inspect
 import os
-from collections.abc import Callable, Mapping
-from importlib import import_module
-from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar, cast, overload
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, gate
-
-P = ParamSpec("P")
-R = TypeVar("R")
-R_co = TypeVar("R_co", covariant=True)
+from ..errors import MeshError
+from .files import read_mesh, read_sphere
 
 #: Where meshes keep their vertices and faces: trimesh and libraries like it; what checks, readers and repairs return;
 #: nilearn; LaPy.
@@ -27,83 +21,32 @@ _HOLDERS = ("points", "agg_data", "parts", "to_mesh")
 _TRIANGLES, _NO_SURFACE = ("triangle", 5), ("vertex", "line", 1, 2, 3, 4)
 
 
-class _Triangles(Protocol):
-    @property
-    def vertices(self) -> Any: ...
-    @property
-    def faces(self) -> Any: ...
+def arrays_of_mesh(
+    names: Sequence[str], places: int, args: tuple[Any, ...], options: dict[str, Any]
+) -> tuple[tuple[Any, ...], dict[str, Any]]:
+    """The arguments of a function of `v, f`, for which a mesh object, with its caps, or a reader's tuple may stand."""
+    if len(args) > places:
+        args = _of_reader(args)
+    given = args[0] if args else options.get("v")
+    if "f" not in options and (is_mesh(given) or (len(args) == 1 and "f" in names)):
+        given = _opened(given)
+        if "caps" in names and (caps := getattr(given, "caps", None)) is not None:
+            options.setdefault("caps", caps)
+        options.pop("v", None)
+        args = (*vertices_and_faces(given), *args[1:])
+    return args, options
 
 
-class _Pair(Protocol):
-    @property
-    def v(self) -> Any: ...
-    @property
-    def f(self) -> Any: ...
+def sphere_and_faces(given: Any) -> tuple[ArrayLike, ArrayLike | None]:
+    """The positions and the faces of a mesh object or of a sphere's file; what is no mesh comes back, without faces."""
+    if isinstance(given, str | os.PathLike):
+        given = read_sphere(given)
+    return vertices_and_faces(given) if is_mesh(given) else (given, None)
 
 
-class _Cells(Protocol):
-    @property
-    def points(self) -> Any: ...
-
-
-class _Nilearn(Protocol):
-    @property
-    def coordinates(self) -> Any: ...
-    @property
-    def faces(self) -> Any: ...
-
-
-#: What stands for `v, f`: a mesh of this package or of another one, the name of a file, or a pair.
-MeshLike = (
-    _Triangles | _Pair | _Cells | _Nilearn | str | os.PathLike[str] | tuple[ArrayLike, ArrayLike]
-)
-
-
-class TakesMesh(Protocol[P, R_co]):
-    """A function of `v, f` and more, which takes a mesh object in their place."""
-
-    @overload
-    def __call__(self, v: ArrayLike, f: ArrayLike, *args: P.args, **kwargs: P.kwargs) -> R_co: ...
-    @overload
-    def __call__(self, v: MeshLike, *args: P.args, **kwargs: P.kwargs) -> R_co: ...
-    def __call__(self, *args: Any, **kwargs: Any) -> R_co: ...
-
-
-def takes_mesh(function: Callable[Concatenate[ArrayLike, ArrayLike, P], R]) -> TakesMesh[P, R]:
-    """The `gate` of a public function of `v, f`, which lets it take a mesh object in their place, caps included.
-
-    Options that the function does not have are refused by a TypeError that names the call that has them.
-
-    >>> @takes_mesh
-    ... def count(v, f):
-    ...     return len(v), len(f)
-    >>> from igl_spheremap import samples
-    >>> count(samples.sphere(42)) == count(*samples.sphere(42)) == (42, 80)
-    True
-    """
-    parameters = inspect.signature(function).parameters
-    names, places = (
-        list(parameters),
-        sum(each.kind is each.POSITIONAL_OR_KEYWORD for each in parameters.values()),
-    )
-
-    def arrays(
-        args: tuple[Any, ...], kwargs: dict[str, Any]
-    ) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        args = _of_reader(args) if len(args) > places else args
-        given = args[0] if args else kwargs.get("v")
-        if "f" not in kwargs and (is_mesh(given) or (len(args) == 1 and "f" in names)):
-            given = _opened(given)
-            if "caps" in names and (caps := getattr(given, "caps", None)) is not None:
-                kwargs.setdefault("caps", caps)
-            kwargs.pop("v", None)
-            args = (*vertices_and_faces(given), *args[1:])
-        for name in kwargs:
-            if name not in names:
-                raise TypeError(_unknown(function, names, name))
-        return args, kwargs
-
-    return cast("TakesMesh[P, R]", gate(function, arrays))
+def faces_of(given: Any) -> Any:
+    """The faces of a mesh object or a file; what is no mesh comes back."""
+    return vertices_and_faces(given)[1] if is_mesh(given) else given
 
 
 def _of_reader(args: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -132,7 +75,7 @@ def is_mesh(given: object) -> bool:
 def _opened(given: Any) -> Any:
     """The mesh in a file, in a scene of trimesh, or in a PolyMesh of one part; anything else as it is."""
     if isinstance(given, str | os.PathLike):
-        return from_file(given, "read_mesh")
+        return read_mesh(given)
     if hasattr(given, "geometry") and hasattr(given, "to_mesh"):
         return given.to_mesh()
     if isinstance(parts := getattr(given, "parts", None), Mapping):
@@ -143,11 +86,6 @@ def _opened(given: Any) -> Any:
             )
         return next(iter(parts.values()))
     return given
-
-
-def from_file(path: str | os.PathLike[str], reader: str) -> Any:
-    """What a reader of `io.files`, which stands on this room, makes of a file."""
-    return getattr(import_module("..io.files", __package__), reader)(path)
 
 
 def vertices_and_faces(mesh: Any) -> tuple[ArrayLike, ArrayLike]:
@@ -187,25 +125,3 @@ def vertices_and_faces(mesh: Any) -> tuple[ArrayLike, ArrayLike]:
             f"the cells of the {kind} are not triangles alone ({found}); give its surface, triangulated"
         )
     return mesh.points, cells[next(iter(surface))]
-
-
-def _unknown(function: Callable[..., Any], names: list[str], name: str) -> str:
-    """Why an option is refused, and which call takes it: a method's record, or another function of the same room."""
-    called = getattr(function, "__name__", "the function")
-    what = f"{called} takes no {name}"
-    if close := difflib.get_close_matches(name, names[2:], n=1, cutoff=0.7):
-        return f"{what}; did you mean {close[0]}?"
-    front = import_module(__name__.partition(".")[0])
-    room = function.__module__.rpartition(".")[0]
-    calls: list[str] = []
-    for word in front.__all__:
-        one = getattr(front, word)
-        is_method = isinstance(one, type) and "Method" in [base.__name__ for base in one.__mro__]
-        if not is_method and not (callable(one) and one.__module__.startswith(f"{room}.")):
-            continue
-        parameters = list(inspect.signature(one).parameters)
-        if name in parameters and parameters[:2] == ["v", "f"]:
-            calls.append(f"{word}(v, f, {name}=...)")
-        elif name in parameters and "method" in names and is_method:
-            calls.insert(0, f"method={word}({name}=...)")
-    return f"{what}; " + (f"{calls[0]} does" if calls else f"it takes {', '.join(names)}")

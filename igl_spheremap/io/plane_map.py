@@ -10,22 +10,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import FileError, MeshError, gate, shown
+from ..errors import FileError, MeshError, shown
+from ..gate import MeshLike, gate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, plain_array
 from ..mesh.disk import check_disk
 from ..plane.plane_map import PlaneMap, given_map, unit_square
 from ..resampling.texture import checker_image, plane_atlas
 from ..verify.certificate import Certificate
 from . import npz
-from .files import read_mesh, write_mesh
+from .files import read_mesh
 from .formats import PathLike, format_of
 from .obj import ObjTexture, texture
-from .objects import MeshLike, vertices_and_faces
+from .objects import vertices_and_faces
 from .patch import SUFFIXES, Patch, read_patch, write_patch
 from .reading import reading
 from .replacing import replacing
 from .text import write_text
 from .textured import texture_of, write_textured
+from .write_mesh import write_mesh
 from .written_map import make_mark
 
 

@@ -9,12 +9,12 @@ import numpy as np
 
 from ..errors import FileError, MeshError, printable
 from ..mesh.arrays import FloatArray, IntArray
-from .files import write_mesh
 from .formats import PathLike, format_of
 from .npz import LABEL_TABLE
 from .reading import read_lines, reading
 from .records import Label, Metadata
 from .replacing import replacing
+from .write_mesh import write_mesh
 
 
 def read_scalars(path: PathLike) -> dict[str, FloatArray]:

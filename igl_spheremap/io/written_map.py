@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from .._version import __version__
-from ..errors import FileError, MeshError, gate
+from ..errors import FileError, MeshError
+from ..gate import gate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows
 from ..mesh.check import check_faces

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
 from ..paper.algorithm_1 import algorithm_1 as paper_algorithm_1

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..angles.plan import POOR
 from ..descent.energies import HarmonicEnergy
 from ..errors import FoldingsRemain, MeshError, Remedy
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
 from ..result.run import History, Iterate, Listener, Round, Run, Status

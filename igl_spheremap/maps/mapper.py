@@ -10,8 +10,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from ..errors import gate
-from ..io.objects import MeshLike
+from ..gate import MeshLike, gate
 from ..mesh.check import check_mesh, move_mesh
 from ..operators.laplacian import build_operators
 from ..result.run import History, Listener

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-from ..draw.markup import table
-from ..draw.shown import Drawing, area_drawing
-from ..errors import FoldingsRemain, Remedy, gate
+from .. import wings
+from ..errors import FoldingsRemain, Remedy
+from ..gate import gate
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..result.findings import Finding, angles, areas, energy, verdict
-from ..result.recording import plot_run
-from ..result.result import Result, result_rows
-from ..result.run import History, Listener, Run, Status
+from ..result.result import Result
+from ..result.run import Listener, Run, Status
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_differences, conformal_factor, log_area_ratios
 
@@ -21,6 +20,8 @@ from ..verify.distortion import angle_differences, conformal_factor, log_area_ra
 @dataclass(frozen=True, eq=False, repr=False)
 class SphereMap(Result):
     """A map of a closed genus-0 mesh to the unit sphere.
+
+    Notebooks show it as a picture of the surface and its image above a table of its figures.
 
     Attributes
     ----------
@@ -96,13 +97,7 @@ class SphereMap(Result):
         FileError
             If matplotlib is not installed.
         """
-        return plot_run(
-            self.history,
-            None,
-            self.angle_differences(),
-            self.log_area_ratios(),
-            title=f"method {self.method}",
-        )
+        return wings.plot(self)
 
     def _rebalanced(self, balance: float, listener: Listener | None) -> SphereMap:
         conformal = self.conformal or self
@@ -113,29 +108,12 @@ class SphereMap(Result):
             raise FoldingsRemain(
                 f"a map with foldings can't be balanced; remove them ({repair} does)", self
             )
-        from ..balance.family import balanced_map  # here, since reading a map needs no solver
+        return wings.rebalanced(self, balance, listener)
 
-        history = History(listener, conformal.run)
-        x, certificate, run = balanced_map(
-            self.mesh, conformal.sphere, self.sphere, balance, history
-        )
-        run = replace(
-            conformal.run,
-            status=run.status,
-            energy=run.energy,
-            notes=(*conformal.notes, *run.notes),
-            gauge=run.gauge,
-        )
-        run = history.complete(run, conformal.method, conformal.settings | {"balance": balance})
-        return SphereMap(self.mesh, x, certificate, run, conformal)
-
-    def _drawing(self) -> Drawing:
-        return area_drawing(
-            self.mesh, self.sphere, self.log_area_ratios(), self.certificate, "on the sphere"
-        )
-
-    def _figures(self) -> str:
-        return table(result_rows(self, map_findings(self)))
+    @gate
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        return wings.notebook(self)
 
 
 def map_findings(result: SphereMap) -> list[Finding]:

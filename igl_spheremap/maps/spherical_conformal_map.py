@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from ..angles.effort import Effort
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..result.run import History, Listener
 from ..timings import timed
 from .options import Auto, Gauge, Method, Polish, method_of

@@ -13,7 +13,7 @@ from ..descent.energies import Energy, HarmonicEnergy, LandmarkEnergy, OwnEnergy
 from ..descent.minimize import minimize
 from ..descent.problem import Problem, SobolevH2, p_harmonic_problem
 from ..errors import MeshError
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..mesh.arrays import FloatArray, check_directions, plain_array, real_array
 from ..mesh.check import Mesh, check_mesh
 from ..paper.algorithm_1 import cayley_bb

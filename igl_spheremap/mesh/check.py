@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Protocol, cast, runtime_checkable
 
 import numpy as np
@@ -12,9 +11,9 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from ..errors import MeshError, Remedy, gate
-from ..io.objects import MeshLike, from_file, is_mesh, takes_mesh, vertices_and_faces
-from ..mesh_repair.refusal import Refusal
+from .. import wings
+from ..errors import MeshError, Remedy
+from ..gate import MeshLike, gate, takes_mesh
 from ..timings import phase
 from .arrays import (
     BoolArray,
@@ -173,25 +172,20 @@ def rows_and_faces(
 
     A TypeError where faces are missing.
     """
-    rows, faces, own = (
-        cast(ArrayLike, x),
-        cast("ArrayLike | Mesh | None", f),
-        cast("ArrayLike | Mesh | None", None),
-    )
+    rows, own = cast(ArrayLike, x), cast("ArrayLike | Mesh | None", None)
     if isinstance(x, MapLike):
         rows, own = x.sphere, x.mesh
-    elif is_mesh(x):
-        rows, own = vertices_and_faces(
-            from_file(x, "read_sphere") if isinstance(x, str | os.PathLike) else x
-        )
-    faces = own if faces is None else faces
-    if faces is None:
+    elif not isinstance(x, np.ndarray):
+        rows, own = wings.sphere_and_faces(x)
+    if f is None:
+        f = own
+    elif not isinstance(f, Mesh | np.ndarray):
+        f = wings.faces_of(f)
+    if f is None:
         raise TypeError(
             "faces are missing: give positions and faces, or a SphereMap or a mesh alone"
         )
-    if not isinstance(faces, Mesh) and is_mesh(faces):
-        faces = vertices_and_faces(faces)[1]
-    return rows, faces
+    return rows, cast("ArrayLike | Mesh", f)
 
 
 @gate
@@ -265,12 +259,13 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
             f"{n or 'no'} vertices: a closed surface has at least 4, and 4 faces; give a closed mesh"
         )
     check_indices(f, n)
-    m, edges, refusal = len(f), half_edges(f, n), Refusal(f, n, v, asked)
+    m, edges = len(f), half_edges(f, n)
+    refusal = partial(wings.refusal, f, n, v, asked)
     if edges is None:
-        refusal.half_edges()
+        refusal().half_edges()
     alone = np.diff(edges.indptr) == 1
     if alone.any():
-        refusal.unreferenced(np.flatnonzero(alone))
+        refusal().unreferenced(np.flatnonzero(alone))
     twin = np.empty(3 * m + n, dtype=np.int32)
     twin[edges.half] = edges.twin
     twin = twin[: 3 * m]
@@ -280,9 +275,9 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
         (ones, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m)
     )
     if len(breadth_first_order(neighbours, 0, return_predecessors=False)) < m:
-        refusal.components(connected_components(neighbours, directed=False)[1])
+        refusal().components(connected_components(neighbours, directed=False)[1])
     if n - 3 * m // 2 + m != 2:
-        refusal.characteristic(twin)
+        refusal().characteristic(twin)
     return edges
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import wings
 from ..errors import Remedy
-from ..io.objects import takes_mesh
-from ..mesh_repair.holes import rims
-from ..mesh_repair.refusal import Refusal
+from ..gate import takes_mesh
 from ..timings import phase
 from .arrays import BoolArray, FloatArray, IntArray, check_triangles, listed_words, place
 from .check import (
@@ -21,7 +21,7 @@ from .check import (
     check_positions,
     normalised,
 )
-from .edges import components, pinched_vertices, shared_edges
+from .edges import components, pinched_vertices, rims, shared_edges
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,39 +103,41 @@ def disk_rim(f: IntArray, v: FloatArray, asked: Remedy = Remedy("repair_disk")) 
     """The boundary loop of a disk; a MeshError if the faces form none, with places by the positions v."""
     n, m = len(v), len(f)
     check_indices(f, n)
-    refusal = Refusal(f, n, v, asked)
+    refusal = partial(wings.refusal, f, n, v, asked)
     start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
     _, edge, one, other = shared_edges(f, n)
     faces_at = np.bincount(edge)
     if (start == stop).any() or (faces_at > 2).any() or (start[one] == start[other]).any():
-        refusal.half_edges()
+        refusal().half_edges()
     unused = np.flatnonzero(np.bincount(start, minlength=n) == 0)
     if len(unused):
-        refusal.unreferenced(unused)
+        refusal().unreferenced(unused)
     parts, label = components(one // 3, other // 3, m)
     if parts > 1:
-        refusal.components(label)
+        refusal().components(label)
     order = np.argsort(edge, kind="stable")
     open_edges = order[faces_at[edge[order]] == 1]
     if not len(open_edges):
-        refusal.refuse(
+        refusal().refuse(
             "closed surface: it has no boundary",
             "map it to the sphere "
             f"({Remedy('spherical_conformal_map')} does), or cut it open along a seam",
         )
-    refusal.pinched(pinched_vertices(start, np.r_[one, other], np.r_[other, one]))
+    pinched = pinched_vertices(start, np.r_[one, other], np.r_[other, one])
+    if len(pinched):
+        refusal().pinched(pinched)
     loops = sorted(
         (np.array(rim) for rim in rims(start[open_edges], stop[open_edges])), key=len, reverse=True
     )
     places = f"{listed_words([len(loop) for loop in loops])} edges, near {place(v[loops[0]], v)}"
     if len(loops) > 1:
-        refusal.refuse(
+        refusal().refuse(
             f"{len(loops)} boundary loops, of {places} and {place(v[loops[1]], v)}",
             "a disk has one: fill the other holes",
         )
     handles = (1 - (n - len(faces_at) + m)) // 2
     if handles:
-        refusal.refuse(
+        refusal().refuse(
             f"{handles} handle{'s' * (handles > 1)} and a boundary loop of {places}: no map to the plane is "
             "free of foldings",
             "fill the hole, cut the handles, and cut it open along a seam",

@@ -131,6 +131,20 @@ def components(i: IntArray, j: IntArray, size: int) -> tuple[int, NDArray[np.int
     return int(number), label
 
 
+def rims(start: NDArray[np.integer], stop: NDArray[np.integer]) -> list[list[int]]:
+    """The cycles that edges start -> stop form, each vertex having one edge that leaves it."""
+    onward = dict(zip(start.tolist(), stop.tolist(), strict=True))
+    found = []
+    while onward:
+        at, after = onward.popitem()
+        rim = [at]
+        while after != rim[0]:
+            rim.append(after)
+            after = onward.pop(after)
+        found.append(rim)
+    return found[::-1]
+
+
 def pinched_vertices(tail: IntArray, half: IntArray, twin: NDArray[np.integer]) -> IntArray:
     """Vertices with several fans of faces, by the tails of all half-edges and pairs `half`, `twin` of opposite ones."""
     # A fan is a class of half-edges with one tail; a half-edge goes on to the next one of its twin.

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import half_edges_from
@@ -24,20 +22,6 @@ _ONWARD = 2
 #: edges to 0, .004 and .06 of their size.
 _SMOOTHINGS = 4
 _TINY = np.finfo(np.float64).tiny
-
-
-def rims(start: NDArray[Any], stop: NDArray[Any]) -> list[list[int]]:
-    """The cycles that edges start -> stop form, each vertex having one edge that leaves it."""
-    onward = dict(zip(start.tolist(), stop.tolist(), strict=True))
-    found = []
-    while onward:
-        at, after = onward.popitem()
-        rim = [at]
-        while after != rim[0]:
-            rim.append(after)
-            after = onward.pop(after)
-        found.append(rim)
-    return found[::-1]
 
 
 def simple_rims(rim: Sequence[int], vertex: Sequence[int]) -> Iterator[tuple[list[int], int]]:

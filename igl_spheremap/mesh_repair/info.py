@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, Remedy
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..mesh.arrays import check_rows, check_triangles, listed_words
 from ..mesh.check import check_mesh
 from ..mesh.disk import check_disk

@@ -106,7 +106,9 @@ class Refusal:
     def characteristic(self, twin: NDArray[np.int32]) -> NoReturn:
         """Refuse pinched vertices, or else handles."""
         m = len(self.f)
-        self.pinched(pinched_vertices(np.roll(self.f, -1, axis=1).ravel(), np.arange(3 * m), twin))
+        pinched = pinched_vertices(np.roll(self.f, -1, axis=1).ravel(), np.arange(3 * m), twin)
+        if len(pinched):
+            self.pinched(pinched)
         genus = (2 - (self.n - 3 * m // 2 + m)) // 2
         where = f"Euler characteristic {2 - 2 * genus}"
         if self.v is not None:
@@ -119,14 +121,13 @@ class Refusal:
             "cut and fill the handles",
         )
 
-    def pinched(self, bad: IntArray) -> None:
-        """Refuse vertices with several fans of faces, if there are any."""
-        if len(bad):
-            self.refuse(
-                f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
-                f"{examples(bad)}",
-                "give each sheet a vertex of its own",
-            )
+    def pinched(self, bad: IntArray) -> NoReturn:
+        """Refuse vertices with several fans of faces."""
+        self.refuse(
+            f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
+            f"{examples(bad)}",
+            "give each sheet a vertex of its own",
+        )
 
     def _open(self, edges: IntArray) -> NoReturn:
         """Refuse edges with one face: holes, or seams whose two sides have vertices at the same places."""

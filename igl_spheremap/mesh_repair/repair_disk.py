@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, check_whole, shown, within
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, own_unit, plain_array
 from ..mesh.check import check_indices, check_positions
 from ..mesh.disk import disk_rim

@@ -9,7 +9,7 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, Remedy, check_number, within
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
 from ..mesh.check import check_mesh, check_positions, checked
 from . import LARGEST_WELD

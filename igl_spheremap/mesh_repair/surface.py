@@ -12,11 +12,12 @@ from ..mesh.edges import (
     edge_keys,
     marked,
     next_corners,
+    rims,
     shared_edges,
 )
 from ..mesh.measure import enclosed_volume
 from .handles import cutting_loops
-from .holes import cap, conormals, rims, simple_rims
+from .holes import cap, conormals, simple_rims
 from .seam import seam
 from .sheets import part_sheets
 from .welding import welded

@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from ..errors import FactorisationFailed
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.measure import (

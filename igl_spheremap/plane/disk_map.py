@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..balance import ON_SPHERE
 from ..errors import FoldingsRemain, check_number
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..mesh.disk import Disk, check_disk
 from ..result.run import History, Listener, Status
 from ..timings import phase, timed

@@ -14,7 +14,7 @@ from ..balance.energy import BalancedEnergy
 from ..balance.family import MOST_WEIGHT, POWER, minimize_balanced
 from ..balance.flat_faces import FlatFaces
 from ..errors import check_number
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..mesh.arrays import FloatArray, own_unit
 from ..mesh.disk import Disk, check_disk
 from ..mesh.measure import surface_area

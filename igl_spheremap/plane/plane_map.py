@@ -9,8 +9,8 @@ import numpy as np
 
 from ..draw.markup import table
 from ..draw.plot import plot_plane
-from ..draw.shown import Drawing, area_drawing
-from ..errors import gate
+from ..draw.shown import Drawing, Shown, area_drawing
+from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.disk import Disk
 from ..result.findings import Finding, angles, areas, edges, verdict
@@ -25,7 +25,7 @@ _NEARLY = 1 - 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PlaneMap(Result):
+class PlaneMap(Shown, Result):
     """A map of a surface with one boundary loop to the plane.
 
     Attributes

@@ -22,15 +22,8 @@ from pathlib import Path
 from typing import Any
 
 from .._version import __version__
-from ..errors import (
-    WorkersUnavailable,
-    check_kinds,
-    check_number,
-    check_whole,
-    import_optional,
-    one_line,
-    shown,
-)
+from ..errors import WorkersUnavailable, check_number, check_whole, import_optional, one_line, shown
+from ..gate import check_kinds
 from .child import ProcessPool, WorkerDied
 from .job import Job, JobT, Task, failed, run_in_child, run_job
 from .manifest import JobResult

@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from ..balance import CONFORMAL
-from ..errors import check_kind, check_list, check_number, gate
+from ..errors import check_list, check_number
+from ..gate import check_kind, gate
 from ..io.files import own_name
 from ..io.formats import format_of
 from ..maps.options import Auto, Method, method_of

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import distance_transform_edt, map_coordinates
 from scipy.sparse import csr_matrix, identity, vstack
 
-from ..errors import gate
+from ..gate import gate
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_directions, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.edges import edge_keys

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..draw.markup import table
 from ..draw.shown import Drawing, Shown, place_drawing
-from ..errors import MeshError, check_list, gate
+from ..errors import MeshError, check_list
+from ..gate import gate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ..mesh.check import check_faces

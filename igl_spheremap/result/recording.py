@@ -1,35 +1,22 @@
-"""A listener that keeps the iterates of a run, so that nothing is run twice to be shown; and plots of a run."""
+"""A listener that keeps the iterates of a run, so that nothing is run twice to be shown."""
 
 from __future__ import annotations
 
-import math
 import threading
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..draw.palette import FOLDED, GUIDE, INK, LINES
-from ..draw.plot import SMALL, extremes, new_figure, plot_angles, plot_areas
 from ..errors import check_number
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import IntArray
 from ..verify.signs import folded_faces
-from .run import History, Iterate, Step, iterations_in
+from .run import History, Iterate, Step
 
 #: Bytes of positions that a recording holds by default: 400 iterates of 40,000 vertices.
 BUDGET = 400_000_000
 #: Iterates on each side of the beginning of a stage that are never dropped: the step that leads there and the next one.
 _AROUND = 2
-#: Stages that minimise another energy than the one before them.
-_OWN_ENERGY = ("opening", "balance")
-#: Energies that end nearer to 4 pi than this are plotted less 4 pi: the harmonic energy, with or without landmarks.
-_NEAR_4_PI = 1.0
-#: Values in a wider ratio than this need a logarithmic axis.
-_WIDE = 30.0
-#: Axes of counts up to this have a tick for each number.
-_FEW = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,121 +164,3 @@ class Recording(History):
 
 def _stage(step: Step) -> tuple[str, int]:
     return step.stage, step.round
-
-
-def plot_run(
-    history: Sequence[Step],
-    foldings: ArrayLike | None,
-    differences: FloatArray,
-    ratios: FloatArray,
-    *,
-    title: str = "",
-) -> Any:
-    """Plot energy and folded faces of every iterate, and what the result does to angles and areas.
-
-    It takes angle differences (m, 3) in degrees and logarithms of area ratios (m,). A sentence stands in place of a
-    curve of two points, or of zeros; without foldings there is none of them. Lai et al., Figs. 4 and 10.
-    """
-    at, values, name = objective(history)
-    counts = None if foldings is None else np.asarray(foldings)
-    said = []
-    if curved := len(values) > 2:
-        said.append(iterations_in(sum(step.iteration > 0 for step in history)))
-    elif len(values):
-        said.append(f"{name}: {' to '.join(f'{value:.3g}' for value in values)}")
-    if counts is not None and not counts.any():
-        said.append("no face is folded in any iterate")
-        counts = None
-    columns = curved + (counts is not None)
-    shape = (2, 2) if columns == 2 else (1, columns + 2)  # four in a row would be small
-    figure, axes = new_figure(*shape, "\n".join(filter(None, (title, "; ".join(said)))), (3.6, 3.0))
-    *curves, angles, areas = axes.ravel()
-    if curved:
-        energy = curves[0]
-        drawn = extremes(values)
-        energy.plot(at[drawn], values[drawn], color=LINES[0], marker=_marker(values))
-        linear = linear_below(values)
-        if np.isfinite(linear):
-            energy.set_yscale(
-                *(("symlog",) if linear else ("log",)), **({"linthresh": linear} if linear else {})
-            )
-        energy.set_title(name, fontsize=SMALL + 1)
-    if counts is not None:
-        most = counts.max()
-        drawn = extremes(counts)
-        curves[-1].plot(drawn, counts[drawn], color=FOLDED, marker=_marker(counts))
-        if most > _FEW:
-            curves[-1].set_yscale("symlog", linthresh=1)
-            curves[-1].set_ylim(bottom=-0.2)
-        else:
-            curves[-1].set(ylim=(-0.1, most + 0.1), yticks=range(most + 1))
-        curves[-1].set_title("folded faces", fontsize=SMALL + 1)
-    for ax in curves:
-        ax.xaxis.get_major_locator().set_params(integer=True)
-        ax.set_xlabel("iterate", fontsize=SMALL)
-        ax.tick_params(labelsize=SMALL)
-        _mark_rounds(ax, history)
-    plot_angles(angles, differences)
-    plot_areas(areas, ratios)
-    return figure
-
-
-def objective(history: Sequence[Step]) -> tuple[IntArray, FloatArray, str]:
-    """Places in the history, values and name of what was minimised last.
-
-    It is the harmonic energy minus 4 pi, its value for a smooth conformal map; or another energy minus its minimum.
-
-    >>> at, values, name = objective([Step("harmonic", 0, 0, 13.0, 0.0, 0.0), Step("balance", 0, 0, 5.0, 0.0, 0.0),
-    ...                               Step("balance", 0, 1, 3.0, 0.0, 0.0)])
-    >>> at.tolist(), values.tolist(), name
-    ([1, 2], [2.0, 0.0], 'energy of the balance above its minimum')
-    """
-    kinds = [step.stage if step.stage in _OWN_ENERGY else "" for step in history]
-    same = [
-        k for k, kind in enumerate(kinds) if kind == kinds[-1] and math.isfinite(history[k].energy)
-    ]
-    at, energies = np.array(same, dtype=np.int64), np.array([history[k].energy for k in same])
-    if not same:
-        return at, energies, "energy"
-    least = float(energies.min())
-    if not kinds[-1] and abs(least - 4 * math.pi) < _NEAR_4_PI:
-        return at, energies - 4 * math.pi, "energy minus 4π"
-    return (
-        at,
-        energies - least,
-        f"energy{f' of the {kinds[-1]}' if kinds[-1] else ''} above its minimum",
-    )
-
-
-def linear_below(values: FloatArray) -> float:
-    """Size of values below which an axis that shows all of them is linear, and logarithmic beyond.
-
-    0 where a logarithmic axis serves; infinity where a linear one does.
-
-    >>> [linear_below(np.array(values)) for values in ([200.0, 1e-3], [2e-3, -1e-3], [9.0, -0.01])]
-    [0.0, inf, 0.01]
-    """
-    above, below = max(float(values.max(initial=0)), 0.0), max(-float(values.min(initial=0)), 0.0)
-    if below:
-        return below if above > _WIDE * below else math.inf
-    positive = values[values > 0]
-    return 0.0 if len(positive) > 1 and above > _WIDE * float(positive.min()) else math.inf
-
-
-def _marker(values: NDArray[Any]) -> str | None:
-    return "." if len(values) < 30 else None
-
-
-def round_starts(history: Sequence[Step]) -> list[tuple[int, str]]:
-    """Places in the history where a round of Algorithm 2 begins, and the stage that begins it."""
-    return [
-        (k, step.stage) for k, step in enumerate(history) if k and step.round > history[k - 1].round
-    ]
-
-
-def _mark_rounds(ax: Any, history: Sequence[Step]) -> None:
-    """A line where each round begins."""
-    for k, stage in round_starts(history):
-        ax.axvline(k, color=GUIDE, linestyle=":", linewidth=1)
-        ax.annotate(stage, (k, 1), xycoords=("data", "axes fraction"), fontsize=SMALL, color=INK, rotation=90,
-                    ha="left", va="top")  # fmt: skip

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..draw.shown import Shown
-from ..errors import check_number, gate
+from ..errors import check_number
+from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.disk import Disk
@@ -26,10 +26,8 @@ def _of_run(name: str, doc: str) -> Any:
     return property(attrgetter(f"run.{name}"), doc=doc)
 
 
-class Result(Shown):
+class Result:
     """A map that was made, with its certificate, and how it came about.
-
-    Notebooks show it as a picture of the surface and its image above a table of its figures.
 
     Attributes
     ----------

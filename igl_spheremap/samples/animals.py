@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..errors import check_number, gate
+from ..errors import check_number
+from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray
 from .implicit import Limb, SmoothUnion, limb, mesh_implicit
 

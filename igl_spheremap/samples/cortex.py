@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import check_number, gate
+from ..errors import check_number
+from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray
 from .implicit import SmoothUnion, limb, mesh_implicit
 

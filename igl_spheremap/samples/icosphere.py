@@ -5,8 +5,12 @@ from __future__ import annotations
 import igl
 import numpy as np
 
-from ..errors import check_number, gate
+from ..errors import check_number
+from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray
+
+#: Vertices of a sample at most: a number with too many zeros ends in an error, and not in the swap file.
+MOST_VERTICES = 1e9
 
 
 @gate
@@ -42,10 +46,6 @@ def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     v = np.einsum("ij,ijk->ik", weight[first], corners[corner[first]])
     f = index.reshape(len(sides), points)[:, triangles].reshape(-1, 3)
     return v / np.linalg.norm(v, axis=1, keepdims=True), np.ascontiguousarray(f, dtype=np.int64)
-
-
-#: Vertices of a sample at most: a number with too many zeros ends in an error, and not in the swap file.
-MOST_VERTICES = 1e9
 
 
 def _lattice(k: int) -> tuple[IntArray, IntArray]:

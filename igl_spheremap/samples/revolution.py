@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from ..errors import check_number, gate
+from ..errors import check_number
+from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray
 from .icosphere import MOST_VERTICES
 from .rings import loft

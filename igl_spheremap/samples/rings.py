@@ -9,7 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..errors import check_number, gate
+from ..errors import check_number
+from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray
 from .icosphere import MOST_VERTICES
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import gate
+from ..gate import gate
 from ..mesh.arrays import FloatArray, check_rows
 from .rows import row_dots
 

@@ -6,7 +6,7 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..io.objects import takes_mesh
+from ..gate import takes_mesh
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, own_unit
 from ..mesh.check import Mesh, check_indices, check_positions
 from ..mesh.disk import Disk

@@ -12,8 +12,9 @@ import pytest
 from file_names import ALL, EXACT, ROUNDED, needs
 
 from igl_spheremap import FileError, MeshError, check_mesh, io
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
 from igl_spheremap.io.formats import FORMATS, format_of
+from igl_spheremap.io.write_mesh import write_mesh
 
 
 @pytest.mark.parametrize("name", EXACT)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from igl_spheremap import MeshError
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
 from igl_spheremap.io.scalars import read_scalars, write_scalars
+from igl_spheremap.io.write_mesh import write_mesh
 
 freesurfer = pytest.importorskip("nibabel.freesurfer")
 

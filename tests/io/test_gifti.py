@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from igl_spheremap import MeshError
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
+from igl_spheremap.io.write_mesh import write_mesh
 
 nibabel = pytest.importorskip("nibabel")
 

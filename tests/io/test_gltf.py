@@ -17,8 +17,9 @@ from igl_spheremap import (
     samples,
     spherical_conformal_map,
 )
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
 from igl_spheremap.io.textured import read_textured, write_textured
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.resampling.texture import checker_image, texture_atlas
 
 pytest.importorskip("trimesh")

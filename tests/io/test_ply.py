@@ -9,7 +9,8 @@ import pytest
 
 from igl_spheremap import FileError, MeshError
 from igl_spheremap.draw.palette import colours
-from igl_spheremap.io.files import read_mesh, read_sphere, write_mesh
+from igl_spheremap.io.files import read_mesh, read_sphere
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.io.written_map import write_map
 from igl_spheremap.verify.distortion import vertex_maps
 

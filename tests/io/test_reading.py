@@ -15,8 +15,9 @@ import pytest
 from file_names import needs
 
 from igl_spheremap import FileError, MeshError
-from igl_spheremap.io.files import read_mesh, read_sphere, write_mesh
+from igl_spheremap.io.files import read_mesh, read_sphere
 from igl_spheremap.io.scalars import read_scalars
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.io.written_map import read_map, read_mark
 from igl_spheremap.shapes.harmonics.files import read_coefficients
 

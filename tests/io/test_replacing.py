@@ -14,8 +14,9 @@ import pytest
 from file_names import ALL, needs
 
 from igl_spheremap import FileError
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
 from igl_spheremap.io.replacing import remove_partial_files, replacing
+from igl_spheremap.io.write_mesh import write_mesh
 
 
 def test_nothing_is_overwritten_without_force(ball, tmp_path):

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from igl_spheremap import FileError, MeshError
-from igl_spheremap.io.files import write_mesh
 from igl_spheremap.io.scalars import read_scalars, write_scalars
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.samples import sphere
 from igl_spheremap.verify.distortion import vertex_maps
 

@@ -7,9 +7,10 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
 from igl_spheremap.io.scalars import read_scalars, write_scalars
 from igl_spheremap.io.templates import coarser, template_files
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.samples import sphere
 from igl_spheremap.sphere.rows import unit_rows
 

@@ -9,8 +9,9 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap import MeshError
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
 from igl_spheremap.io.scalars import read_scalars
+from igl_spheremap.io.write_mesh import write_mesh
 
 #: Point data of all types, as columns and as rows of several numbers.
 TYPES = ("i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8")

@@ -11,8 +11,9 @@ from triangulations import icosphere
 
 import igl_spheremap as ism
 from igl_spheremap import FileError, angle_differences, samples, spherical_conformal_map
-from igl_spheremap.io.files import read_mesh, read_sphere, write_mesh
+from igl_spheremap.io.files import read_mesh, read_sphere
 from igl_spheremap.io.float32 import Float32Map
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.io.written_map import certify_radius, make_mark, read_mark, write_map
 from igl_spheremap.verify.certificate import certify
 

@@ -10,7 +10,8 @@ from triangulations import delaunay_sphere, icosphere
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.check import check_faces
-from igl_spheremap.mesh_repair.holes import cap, rims, simple_rims
+from igl_spheremap.mesh.edges import rims
+from igl_spheremap.mesh_repair.holes import cap, simple_rims
 
 V, F = icosphere(3)
 

@@ -10,7 +10,8 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.errors import WorkersUnavailable
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.io.written_map import read_mark
 from igl_spheremap.populations.engine import Engine
 from igl_spheremap.populations.map_many import manifest_of, map_many, targets_of

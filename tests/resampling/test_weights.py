@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.io.files import write_mesh
 from igl_spheremap.io.scalars import read_scalars, write_scalars
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.resampling.transfer import regular_mesh, transfer, transfer_matrix
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import igl_spheremap as ism
-from igl_spheremap.result.recording import Recording, linear_below, objective, plot_run
+from igl_spheremap.draw.run import linear_below, objective, plot_run
+from igl_spheremap.result.recording import Recording
 from igl_spheremap.result.run import Iterate, Step
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from ...draw import palette
 from ...draw.plot import extremes
+from ...draw.run import linear_below, objective, round_starts
 from ...mesh.arrays import FloatArray, IntArray
-from ...result.recording import linear_below, objective, round_starts
 from ...result.run import Step
 from .window import imgui, implot
 

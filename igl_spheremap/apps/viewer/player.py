@@ -20,8 +20,8 @@ from ...draw.folds import Clusters
 from ...draw.lens import follow
 from ...draw.plot import fit, pose
 from ...errors import check_number
+from ...gate import takes_mesh
 from ...io.files import read_mesh
-from ...io.objects import takes_mesh
 from ...maps.options import METHODS, Method, method_of
 from ...maps.sphere_map import SphereMap
 from ...maps.spherical_conformal_map import spherical_conformal_map

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from ...errors import gate
+from ...gate import gate
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from ...errors import FileError, MeshError, Remedy, gate
+from ...errors import FileError, MeshError, Remedy
+from ...gate import gate
 from ...io import npz
 from ...io.formats import PathLike
 from ...io.reading import reading

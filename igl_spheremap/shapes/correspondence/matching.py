@@ -11,18 +11,9 @@ from numpy.typing import ArrayLike
 
 from ...balance import AREA_PRESERVING
 from ...balance.balanced_spherical_map import balanced_spherical_map
-from ...errors import (
-    FoldingsRemain,
-    MapError,
-    MeshError,
-    Remedy,
-    check_list,
-    check_number,
-    gate,
-    within,
-)
+from ...errors import FoldingsRemain, MapError, MeshError, Remedy, check_list, check_number, within
 from ...features.feature_surface import FeatureSurface, check_varies
-from ...io.objects import MeshLike
+from ...gate import MeshLike, gate
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...maps.variational import check_landmarks, match_landmarks

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...errors import gate
+from ...gate import gate
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import HALF_DIGITS, FloatArray, IntArray, own_unit
 from ...mesh.edges import marked

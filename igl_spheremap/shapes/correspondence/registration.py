@@ -13,7 +13,9 @@ from numpy.typing import ArrayLike
 
 from ...draw.markup import table
 from ...draw.shown import Drawing
-from ...errors import check_number, gate
+from ...draw.sphere_map import sphere_drawing, sphere_figures
+from ...errors import check_number
+from ...gate import gate
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
@@ -108,14 +110,14 @@ class Registration(OfMap):
         return f"Registration({len(self.map.sphere)} vertices; correlation at {reached})"
 
     def _drawing(self) -> Drawing:
-        return self.map._drawing()
+        return sphere_drawing(self.map)
 
     def _figures(self) -> str:
         stages = [
             (stage.name, f"{stage.correlation.mean():.3f}", f"{stage.strain:.3f}")
             for stage in self.stages
         ]
-        return table(stages, ("stage", "correlation", "strain")) + self.map._figures()
+        return table(stages, ("stage", "correlation", "strain")) + sphere_figures(self.map)
 
     @property
     def rotation(self) -> FloatArray:

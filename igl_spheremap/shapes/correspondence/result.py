@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ...draw.shown import Shown
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...result.result import Result
@@ -11,7 +12,7 @@ from ...result.run import Run
 from ...verify.certificate import Certificate
 
 
-class OfMap(Result):
+class OfMap(Shown, Result):
     """A result whose certificate and run are those of a map, with notes of its own."""
 
     map: SphereMap

@@ -13,7 +13,8 @@ from scipy.sparse import csr_array
 from ...draw.markup import table
 from ...draw.plot import pose
 from ...draw.shown import Drawing, place_drawing
-from ...errors import MeshError, gate
+from ...errors import MeshError
+from ...gate import gate
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray, check_rows, own_unit
 from ...resampling.locate import Location, locator_of

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from ...errors import check_number, gate
+from ...errors import check_number
+from ...gate import gate
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray, check_directions
 from ...resampling.transfer import transfer

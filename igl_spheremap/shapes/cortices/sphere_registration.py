@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Literal
 
-from ...errors import gate
+from ...gate import gate
 from ...io.formats import Convention
 from ...populations.engine import USUAL, Engine
 from ...populations.map_many import manifest_of

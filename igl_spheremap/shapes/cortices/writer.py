@@ -8,10 +8,10 @@ import igl
 import numpy as np
 
 from ...features.feature_surface import depth_potential
-from ...io.files import write_mesh
 from ...io.hemispheres import Names
 from ...io.records import Label, LoadedMesh
 from ...io.scalars import write_scalars
+from ...io.write_mesh import write_mesh
 from ...io.written_map import write_sphere
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ...errors import MeshError
 from ...io import npz
-from ...io.files import write_mesh
 from ...io.reading import reading
 from ...io.tables import SEPARATORS, read_cells
+from ...io.write_mesh import write_mesh
 from ...mesh.arrays import FloatArray
 from .files import distinct
 from .group import Group

@@ -12,13 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import MeshError, gate
+from ...errors import MeshError
+from ...gate import gate
 from ...io import npz
-from ...io.files import write_mesh
 from ...io.reading import reading
 from ...io.replacing import make_folder
 from ...io.scalars import write_scalars
 from ...io.tables import write_cells
+from ...io.write_mesh import write_mesh
 from ...io.written_map import write_map
 from ...mesh.arrays import FloatArray, IntArray
 from .group import Group, Member

@@ -13,7 +13,7 @@ from ...draw.markup import table
 from ...draw.palette import round_up, sizes
 from ...draw.plot import pose
 from ...draw.shown import Drawing, Shown
-from ...errors import gate
+from ...gate import gate
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray, own_unit, real_array

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import t
 
-from ...errors import MeshError, Remedy, check_whole, gate
+from ...errors import MeshError, Remedy, check_whole
+from ...gate import gate
 from ...mesh.arrays import FloatArray, IntArray, own_unit, plain_array, real_array
 from .group import Group
 

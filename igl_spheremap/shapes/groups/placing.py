@@ -9,8 +9,8 @@ import numpy as np
 
 from ...balance.balanced_spherical_map import balanced_spherical_map
 from ...errors import MeshError, Remedy
+from ...gate import MeshLike
 from ...io.files import read_mesh
-from ...io.objects import MeshLike
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from ...balance import AREA_PRESERVING
 from ...draw.markup import table
 from ...draw.shown import Drawing, Shown, place_drawing
-from ...errors import MeshError, check_list, check_number, gate
+from ...errors import MeshError, check_list, check_number
+from ...gate import gate
 from ...io import npz
 from ...io.npz import read_arrays, save_arrays
 from ...io.written_map import read_map

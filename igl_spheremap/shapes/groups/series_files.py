@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from ...io import npz
-from ...io.files import write_mesh
 from ...io.replacing import make_folder
 from ...io.tables import write_cells
+from ...io.write_mesh import write_mesh
 from ...mesh.arrays import FloatArray
 from .files import write_mean
 from .series import Series

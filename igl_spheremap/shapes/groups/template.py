@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...balance import AREA_PRESERVING
-from ...errors import MeshError, check_list, check_number, check_whole, gate, one_line
+from ...errors import MeshError, check_list, check_number, check_whole, one_line
+from ...gate import gate
 from ...io.npz import read_arrays, save_arrays
 from ...io.written_map import read_map
 from ...maps.sphere_map import SphereMap

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import FileError, MeshError, Remedy, gate
+from ...errors import FileError, MeshError, Remedy
+from ...gate import gate
 from ...io import npz
 from ...io.formats import PathLike
 from ...io.reading import reading

@@ -7,7 +7,8 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...errors import MeshError, check_whole, gate
+from ...errors import MeshError, check_whole
+from ...gate import gate
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray, check_rows, plain_array
 from ...resampling.transfer import check_map, transfer, weighted

@@ -14,8 +14,8 @@ from ...balance.balanced_spherical_map import balanced_spherical_map
 from ...draw.markup import table
 from ...draw.palette import sequential
 from ...draw.shown import Drawing, Shown, place_drawing
-from ...errors import MeshError, check_number, check_whole, gate
-from ...io.objects import takes_mesh
+from ...errors import MeshError, check_number, check_whole
+from ...gate import gate, takes_mesh
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import HALF_DIGITS, FloatArray, IntArray, check_rows, check_values, own_unit
 from ...mesh.measure import face_areas, vertex_areas

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import FileError
-from ...io.files import own_name, read_sphere, write_mesh
+from ...io.files import own_name, read_sphere
 from ...io.replacing import REPLACE
+from ...io.write_mesh import write_mesh
 from ...maps.given_sphere import sphere_map
 from ...mesh.arrays import FloatArray
 from ...populations.job import Job, Task, check_places

@@ -18,7 +18,8 @@ from shell import one_line
 import igl_spheremap as ism
 from igl_spheremap import samples
 from igl_spheremap.apps.cli import main
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
+from igl_spheremap.io.write_mesh import write_mesh
 
 
 @pytest.mark.corpus

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from ....draw.palette import colours
 from ....draw.plot import upright
 from ....errors import MeshError, import_optional
-from ....io.files import write_mesh
 from ....io.formats import format_of
 from ....io.scalars import write_scalars
 from ....io.textured import TexturedMesh, read_picture, read_textured, write_textured
+from ....io.write_mesh import write_mesh
 from ....mesh.arrays import FloatArray, own_unit
 from ....plane.plane_map import unit_square
 from ....resampling.texture import (

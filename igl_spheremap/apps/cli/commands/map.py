@@ -5,10 +5,11 @@ from argparse import Namespace
 from typing import Any
 
 from ....balance.balanced_spherical_map import balanced_spherical_map
+from ....draw.run import plot_run
 from ....io.written_map import SphereCheck, write_map
 from ....maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows
 from ....result.findings import certificate_numbers
-from ....result.recording import Recording, plot_run
+from ....result.recording import Recording
 from ....result.result import run_findings
 from ....result.run import Listener
 from ....verify.certificate import Certificate

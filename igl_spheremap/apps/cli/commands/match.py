@@ -5,9 +5,9 @@ from argparse import Namespace
 import numpy as np
 
 from ....balance import AREA_PRESERVING
-from ....io.files import write_mesh
 from ....io.formats import format_of
 from ....io.scalars import read_landmarks
+from ....io.write_mesh import write_mesh
 from ....mesh.arrays import IntArray
 from ....result.findings import certificate_numbers
 from ....shapes.correspondence.files import write_surface_map

@@ -5,10 +5,10 @@ from argparse import Namespace
 import numpy as np
 from scipy.sparse import csr_array, save_npz
 
-from ....io.files import write_mesh
 from ....io.formats import format_of
 from ....io.replacing import replacing
 from ....io.scalars import write_scalars
+from ....io.write_mesh import write_mesh
 from ....resampling.transfer import transfer, transfer_matrix
 from ....resampling.weights import apply_matrix, largest
 from ..exits import UsageError

@@ -18,7 +18,8 @@ from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.commands import batch
 from igl_spheremap.apps.cli.commands.batch import counts
 from igl_spheremap.apps.cli.exits import Exit
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.populations.table import Row
 
 

@@ -10,7 +10,8 @@ from scipy.spatial import ConvexHull
 from shell import SAMPLE, one_line
 
 from igl_spheremap.apps.cli import main
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
+from igl_spheremap.io.write_mesh import write_mesh
 
 
 def test_check_needs_one_archive_only(tmp_path, capsys):

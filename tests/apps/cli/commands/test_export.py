@@ -10,8 +10,9 @@ from scipy.spatial import cKDTree
 
 from igl_spheremap import samples, spherical_conformal_map
 from igl_spheremap.apps.cli import main
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
 from igl_spheremap.io.textured import write_textured
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.io.written_map import write_sphere
 from igl_spheremap.mesh.check import check_faces
 from igl_spheremap.resampling.texture import plane_atlas

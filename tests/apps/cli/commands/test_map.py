@@ -17,8 +17,9 @@ from igl_spheremap import balanced_spherical_map, samples
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.commands import map as map_command
 from igl_spheremap.apps.cli.parser import build_parser
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
 from igl_spheremap.io.float32 import Float32Map
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.io.written_map import read_map
 from igl_spheremap.maps.options import METHODS, Auto
 from igl_spheremap.verify.certificate import certify

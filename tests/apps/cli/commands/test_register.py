@@ -10,8 +10,9 @@ from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
 from igl_spheremap.io.scalars import read_scalars, write_scalars
+from igl_spheremap.io.write_mesh import write_mesh
 
 SOURCE = "sample:pear:n_vertices=800"
 V, F = ism.samples.make("pear", n_vertices=800)

@@ -9,7 +9,8 @@ import pytest
 from shell import SAMPLE, one_line
 
 from igl_spheremap.apps.cli import main
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
+from igl_spheremap.io.write_mesh import write_mesh
 
 
 def test_a_folded_map_is_repaired_where_it_folds(sphere, tmp_path, capsys):

@@ -7,7 +7,8 @@ from shell import SAMPLE, one_line
 
 from igl_spheremap import samples
 from igl_spheremap.apps.cli import main
-from igl_spheremap.io.files import read_mesh, write_mesh
+from igl_spheremap.io.files import read_mesh
+from igl_spheremap.io.write_mesh import write_mesh
 
 
 def test_resample_to_a_regular_sphere_and_to_another_map(sphere, tmp_path, capsys):

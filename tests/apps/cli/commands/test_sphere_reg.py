@@ -10,7 +10,8 @@ from shell import read_table
 
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
-from igl_spheremap.io.files import read_sphere, write_mesh
+from igl_spheremap.io.files import read_sphere
+from igl_spheremap.io.write_mesh import write_mesh
 
 pytest.importorskip("nibabel")
 

@@ -11,9 +11,9 @@ from shell import one_line
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.io.files import write_mesh
 from igl_spheremap.io.records import Label
 from igl_spheremap.io.scalars import read_scalars, write_scalars
+from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.resampling.transfer import regular_mesh
 
 

@@ -1,0 +1,67 @@
+"""Meshes to files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import cast
+
+from numpy.typing import ArrayLike
+
+from ..gate import MeshLike, gate
+from ..mesh.arrays import check_rows, check_triangles
+from .formats import PathLike, format_of
+from .hemispheres import structure_of
+from .objects import vertices_and_faces
+from .records import Metadata
+from .replacing import replacing
+
+
+@gate
+def write_mesh(
+    path: PathLike,
+    v: ArrayLike | MeshLike,
+    f: ArrayLike | None = None,
+    *,
+    force: bool = False,
+    metadata: Metadata | None = None,
+) -> None:
+    """Write a triangle mesh; the end of the file's name decides the format.
+
+    The file is written under a temporary name and renamed. OBJ, OFF, PLY, VTK, NPZ and .tab are exact; STL, glTF, GIFTI
+    and FreeSurfer files hold float32. STL files hold no vertices, but triangles: the order of the vertices is lost.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The new file.
+    v : (n, 3) array_like
+        Vertex positions, any units; or a mesh object, which needs no `f`.
+    f : (m, 3) array_like
+        0-based faces.
+    force : bool
+        Replace an existing file.
+    metadata : dict, optional
+        As `read_mesh` gave it; nothing by default.
+
+    Raises
+    ------
+    FileError
+        If the file exists and `force` is not set, or it can't be written; nothing is left behind.
+    MeshError
+        If the arrays are not of that shape.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> import igl_spheremap as ism
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ism.write_mesh(f"{folder}/ball.ply", *ism.samples.sphere(42))
+    ...     os.listdir(folder)
+    ['ball.ply']
+    """
+    rows, triangles = vertices_and_faces(v) if f is None else (cast(ArrayLike, v), f)
+    x, faces = check_rows(rows, name="vertices"), check_triangles(triangles)
+    kind = format_of(path)
+    with replacing(path, force) as partial:
+        known = {"name": Path(path).stem} | structure_of(path) | dict(metadata or {})
+        kind.functions.write(partial, x, faces, known)
