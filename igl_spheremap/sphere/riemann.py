@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, gate
+from ..errors import MeshError
+from ..gate import gate
 from ..mesh.arrays import (
     HALF_DIGITS,
     ComplexArray,
