@@ -4,6 +4,7 @@ from . import samples as samples
 from . import shapes as shapes
 from .angles.effort import Effort as Effort
 from .apps.viewer.player import play as play
+from .apps.viewer.scene import add_to_polyscope as add_to_polyscope
 from .apps.viewer.show import screenshot as screenshot
 from .apps.viewer.show import show as show
 from .balance.balanced_spherical_map import balanced_spherical_map as balanced_spherical_map
