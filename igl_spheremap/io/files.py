@@ -33,7 +33,8 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
         ``sample:NAME[:key=value,...]``, a shape of `igl_spheremap.samples`. ``FILE:K`` is the closed part K of a file,
         counted from 0 in the order of their first faces.
     triangulate : bool
-        Cut polygons into triangles; by default they are refused.
+        Cut polygons into triangles, each in its plane, so that concave ones keep their shape; by default they are
+        refused.
 
     Returns
     -------
@@ -97,13 +98,10 @@ def _read(path: PathLike, sphere: bool = False, triangulate: bool = False) -> Lo
     with reading(path):
         raw: RawMesh = format_of(path).functions.read(path)
         positions = raw.sphere if sphere and raw.sphere is not None else raw.v
-        v, f = check_rows(positions, name="vertices"), raw.faces.triangles(triangulate)
-        return LoadedMesh(
-            v,
-            f,
-            structure_of(path) | dict(raw.metadata),
-            int(np.count_nonzero(raw.faces.sizes > 3)),
-        )
+        v = check_rows(positions, name="vertices")
+        f, polygons, concave = raw.faces.cut(v) if triangulate else (raw.faces.triangles(), 0, 0)
+        metadata = structure_of(path) | dict(raw.metadata)
+        return LoadedMesh(v, f, metadata, polygons, concave)
 
 
 def part_of(name: PathLike) -> tuple[Path, int | None]:

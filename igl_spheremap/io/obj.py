@@ -64,5 +64,5 @@ def texture(data: bytes) -> ObjTexture | None:
         raise MeshError(
             f"faces name texture coordinates beyond the {len(uv)} that it has; write it anew"
         )
-    corners = (Polygons(each, faces.counts).triangles(triangulate=True) for each in (vertex, row))
+    corners = (Polygons(each, faces.counts).triangles() for each in (vertex, row))
     return ObjTexture(numbers(uv, 2, "texture coordinate"), *corners)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, Remedy
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_triangles
+from ..mesh_repair.polygons import cut_polygons
 
 Metadata = Mapping[str, Any]
 
@@ -22,29 +23,30 @@ class Polygons:
     corners: IntArray
     sizes: IntArray
 
-    def triangles(self, triangulate: bool = False) -> IntArray:
-        """The faces as (m, 3) triangles; polygons are refused, or cut into fans about their first corner.
+    def triangles(self) -> IntArray:
+        """The faces as (m, 3) triangles; polygons are refused.
 
         Examples
         --------
-        >>> Polygons(np.arange(4), np.array([4])).triangles(triangulate=True).tolist()
-        [[0, 1, 2], [0, 2, 3]]
+        >>> Polygons(np.arange(6), np.array([3, 3])).triangles().tolist()
+        [[0, 1, 2], [3, 4, 5]]
         """
-        if (self.sizes == 3).all():
-            return np.ascontiguousarray(self.corners.reshape(-1, 3))
         self._refuse(np.flatnonzero(self.sizes < 3), "remove them")
-        if not triangulate:
-            self._refuse(
-                np.flatnonzero(self.sizes > 3),
-                "triangulate them",
-                Remedy("read_mesh", {"triangulate": True}, "path"),
-            )
-        fans = self.sizes - 2
-        first = np.repeat(np.cumsum(self.sizes) - self.sizes, fans)
-        step = np.arange(len(first)) - np.repeat(np.cumsum(fans) - fans, fans)
-        return np.column_stack(
-            [self.corners[first], self.corners[first + step + 1], self.corners[first + step + 2]]
+        self._refuse(
+            np.flatnonzero(self.sizes > 3),
+            "triangulate them",
+            Remedy("read_mesh", {"triangulate": True}, "path"),
         )
+        return np.ascontiguousarray(self.corners.reshape(-1, 3))
+
+    def cut(self, v: FloatArray) -> tuple[IntArray, int, int]:
+        """The faces as triangles, polygons cut, and how many of these there were, and concave ones among them."""
+        self._refuse(np.flatnonzero(self.sizes < 3), "remove them")
+        polygons = int(np.count_nonzero(self.sizes > 3))
+        if not polygons:
+            return self.triangles(), 0, 0
+        cut = cut_polygons(v, self.corners, self.sizes)
+        return self.corners[cut.triangles], polygons, int(np.count_nonzero(cut.concave))
 
     def _refuse(self, bad: IntArray, hint: str, remedy: Remedy | None = None) -> None:
         if len(bad):
@@ -110,12 +112,15 @@ class LoadedMesh:
         holes and cuts (NPZ files of maps).
     triangulated : int
         Number of polygons of the file that were cut into triangles.
+    concave : int
+        Number of these in which a corner turns inwards.
     """
 
     v: FloatArray
     f: IntArray
     metadata: Metadata = field(default_factory=dict)
     triangulated: int = 0
+    concave: int = 0
 
     @property
     def caps(self) -> BoolArray | None:

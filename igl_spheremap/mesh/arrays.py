@@ -145,9 +145,20 @@ def _transposed(array: NDArray[Any]) -> str:
     return " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
 
 
-def count(items: NDArray[Any], singular: str, plural: str | None = None) -> str:
-    """`3 faces`, or `1 face`."""
-    return f"{len(items)} {singular if len(items) == 1 else plural or singular + 's'}"
+def plural(number: int, singular: str, several: str | None = None) -> str:
+    """A number of things.
+
+    >>> plural(1, "face"), plural(3, "face"), plural(2, "vertex", "vertices")
+    ('1 face', '3 faces', '2 vertices')
+    """
+    if number == 1:
+        return f"1 {singular}"
+    return f"{number} {singular + 's' if several is None else several}"
+
+
+def count(items: NDArray[Any], singular: str, several: str | None = None) -> str:
+    """How many items there are: `3 faces`, or `1 face`."""
+    return plural(len(items), singular, several)
 
 
 def listed(items: NDArray[Any], most: int = 5) -> str:

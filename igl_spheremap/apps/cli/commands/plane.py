@@ -25,7 +25,7 @@ from ....verify.certificate import Certificate
 from ...report import write_plane_report
 from ..arguments import repair_options
 from ..exits import Exit, UsageError, usage
-from ..inputs import STREAM, InputMap, InputMesh, load_pair, read_any
+from ..inputs import STREAM, InputMap, InputMesh, load_pair, read_any, triangulated
 from ..output import Findings, check_outputs, check_plots
 from ..workflow import map_and_report
 
@@ -130,10 +130,11 @@ def _load(args: Namespace) -> InputMesh:
     with naming(args.source), usage("--"):
         # the faces of a patch may touch at vertices, or leave some apart
         disk = repair_disk(v, f, **options)
-    if disk.actions:
-        args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(disk.actions)}")
+    done = triangulated(mesh) + disk.actions
+    if done:
+        args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(done)}")
     rows = np.where(disk.vertex_source < 0, -1, rows[disk.vertex_source])
-    return InputMesh(args.source, disk.v, disk.f, repairs=disk.actions, caps=disk.caps, rows=rows)
+    return InputMesh(args.source, disk.v, disk.f, repairs=done, caps=disk.caps, rows=rows)
 
 
 def _disk_options(args: Namespace) -> dict[str, Any]:
