@@ -23,7 +23,7 @@ from ..result.run import History, Iterate, Listener, Run, Status
 from ..sphere.rows import weighted_sum
 from ..timings import phase, timed
 from ..verify.certificate import Certificate
-from .disk_map import DiskMap, map_conformally
+from .disk_map import DiskMap, map_conformally, map_doubled
 from .plane_map import PlaneMap, upright
 from .problem import RADIUS, FreeProblem
 from .tutte import by_lengths, tutte_map
@@ -46,7 +46,7 @@ class FlatMap(PlaneMap):
     plane : (n, 2) float64 array
         Images of the vertices, in the input's order and units: the image has the area of the source.
     conformal : DiskMap, optional
-        The map to the disk that it started from; none if it was unrolled.
+        The map to the disk that it could start from; none if it was unrolled, or if doubling folds faces.
 
     Examples
     --------
@@ -75,14 +75,14 @@ def flatten(
 ) -> FlatMap:
     """Lay a surface with one boundary loop out in the plane with least distortion, and certify the map.
 
-    A surface that can be unrolled is laid out face by face, whatever `balance` is: lengths are kept to 1e-6, those of
-    flat surfaces to 1e-9. On any other, and where that layout overlaps itself, Newton steps minimise an energy that is
-    nearly the sum over faces of squared logarithms of stretches; `balance` is the weight of the part that changes
-    areas, 1 - `balance` of the part that changes angles. They start from the conformal disk, or from Tutte's map whose
-    boundary keeps its lengths, whichever has the lower sum. No step folds a face or lets the boundary cross itself,
-    which exact arithmetic decides, so that the map is injective. A note says where a layout would overlap; where
-    lengths are off by a factor of 10 or more, and `balance` is not 0, the status is ``SHORT``, and a note names the
-    factor.
+    A surface that can be unrolled is laid out face by face, whatever `balance` is: lengths are kept to 1e-6, those
+    of flat surfaces to 1e-9. On any other, and where that layout overlaps itself, Newton steps minimise an energy
+    that is nearly the sum over faces of squared logarithms of stretches; `balance` is the weight of the part that
+    changes areas, 1 - `balance` of the part that changes angles. They start from Tutte's map whose boundary keeps
+    its lengths, or from the conformal disk if doubling finds one, whichever has the lower sum. No step folds a face
+    or lets the boundary cross itself, which exact arithmetic decides, so that the map is injective. A note says
+    where a layout would overlap; where lengths are off by a factor of 10 or more, and `balance` is not 0, the
+    status is ``SHORT``, and a note names the factor.
 
     Parameters
     ----------
@@ -145,11 +145,18 @@ def _flattened(
                 return FlatMap(
                     disk, q, certificate, history.complete(_UNROLLED, "flatten", settings)
                 )
-    start = start or map_conformally(disk, History(history))
-    p, run = start.plane, start.run
-    if run.status is not Status.STOPPED:
+    tutte = tutte_map(disk, by_lengths(disk))
+    starts = [tutte] if Certificate.of_plane(tutte, disk.f, disk.rim).folding_free else []
+    if start is None:
+        # Sliding is dear, and finds no better start than Tutte's map.
+        start = (map_doubled if starts else map_conformally)(disk, History(history))
+    if start is not None:
+        starts.append(start.plane)
+    if start is not None and start.status is Status.STOPPED:
+        p, run = start.plane, start.run
+    else:
         with phase("flatten"):
-            p, run = _spread(disk, p, balance, history)
+            p, run = _spread(disk, starts, balance, history)
     q, certificate = _placed(disk, p)
     if isometry is not None:
         run = replace(
@@ -166,18 +173,16 @@ def _flattened(
 
 
 def _spread(
-    disk: Disk, conformal: FloatArray, balance: float, listener: Listener
+    disk: Disk, starts: list[FloatArray], balance: float, listener: Listener
 ) -> tuple[FloatArray, Run]:
-    """Minimise the energy of a balance over maps with a free boundary, from the better one of two disks.
+    """Minimise the energy of a balance over maps with a free boundary, from the best of some disks.
 
     Where a surface is long, thin or bent, the conformal disk has lengths that differ by factors without bound; Tutte's
     map has those of the boundary.
     """
     source = FlatFaces.of(disk.unit, disk.f)
     energy = BalancedEnergy(source, min(balance, MOST_WEIGHT), POWER, np.zeros(len(disk.f)))
-    tutte = tutte_map(disk, by_lengths(disk))
-    lower = energy.by_face(RADIUS * tutte).sum() < energy.by_face(RADIUS * conformal).sum()
-    p = tutte if lower and Certificate.of_plane(tutte, disk.f, disk.rim).folding_free else conformal
+    p = min(starts, key=lambda p: energy.by_face(RADIUS * p).sum())
     minimum = minimize_balanced(
         partial(FreeProblem, disk=disk),
         VertexSystem(disk.f, len(disk.v)),

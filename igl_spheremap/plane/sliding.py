@@ -80,10 +80,10 @@ def conformal_disk(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
 
     It folds only if rounding folds every start.
     """
-    if found := _doubled(disk, listener, symmetric=True):
+    if found := doubled(disk, listener, symmetric=True):
         return found
     p, run = slid_map(disk, listener)
-    if run.status is Status.STALLED and (found := _doubled(disk, listener, symmetric=False)):
+    if run.status is Status.STALLED and (found := doubled(disk, listener, symmetric=False)):
         return found
     note = "the doubled surface folds faces: the boundary was slid along the circle instead"
     return p, replace(
@@ -91,7 +91,7 @@ def conformal_disk(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
     )
 
 
-def _doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArray, Run] | None:
+def doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArray, Run] | None:
     """The map by doubling, if it is free of foldings, or was stopped."""
     if len(disk.f) == 1:  # a triangle has no double
         return None

@@ -208,3 +208,17 @@ def test_status_and_notes_say_where_lengths_are_far_off():
         assert (flat.status is ism.Status.SHORT) == far
         assert any(f"a factor of up to {off:.3g}" in note for note in flat.run.notes) == far
     assert len(seen) == 3
+
+
+def test_where_doubling_folds_a_map_that_keeps_the_boundary_is_start_enough():
+    """A crumpled fan: most of its vertices lie on the boundary, whose double folds."""
+    n = 60
+    rng, turn = np.random.default_rng(0), np.linspace(0, 1.5 * np.pi, n)
+    rim = rng.uniform(0.7, 1, n)[:, None] * np.column_stack((np.cos(turn), np.sin(turn)))
+    v = np.vstack(([0, 0, 0], np.column_stack((rim, 0.3 * rng.normal(size=n)))))
+    i = np.arange(1, n)
+    flat = ism.flatten(v, np.column_stack((0 * i, i, i + 1)))
+    assert flat.certificate.folding_free
+    assert flat.conformal is None
+    again = flat.rebalance(0.7)
+    np.testing.assert_array_equal(again.plane, flat.plane)
