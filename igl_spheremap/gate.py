@@ -4,12 +4,26 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, wraps
 from inspect import signature
 from numbers import Integral, Real
-from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar, cast, overload
+from sys import modules
+from types import NoneType, SimpleNamespace, UnionType
+from typing import (
+    Any,
+    Concatenate,
+    Literal,
+    ParamSpec,
+    Protocol,
+    TypeVar,
+    Union,
+    cast,
+    get_args,
+    get_origin,
+    get_type_hints,
+    overload,
+)
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +34,6 @@ from .errors import OfListener, shown
 P = ParamSpec("P")
 R = TypeVar("R")
 R_co = TypeVar("R_co", covariant=True)
-T = TypeVar("T")
 
 
 class _Triangles(Protocol):
@@ -103,14 +116,14 @@ def gate(
     The function ignores overflow, division by zero and the like, and checks its results wherever these matter. First of
     all `prepare` makes its arguments, positional ones and others, of those that are given.
     """
-    hints = {name: str(one.annotation) for name, one in signature(function).parameters.items()}
+    names = list(signature(function).parameters)
 
     @wraps(function)
     def guarded(*args: P.args, **options: P.kwargs) -> R:
         if prepare is not None:
             args, options = prepare(args, options)
-        check_kinds(hints, dict(zip(hints, args, strict=False)) | options)
-        with _silent():
+        check_kinds(function, dict(zip(names, args, strict=False)) | options)
+        with np.errstate(all="ignore"):
             try:
                 return function(*args, **options)
             except OfListener as raised:
@@ -119,102 +132,84 @@ def gate(
     return guarded
 
 
-@contextmanager
-def _silent() -> Iterator[None]:
-    with np.errstate(all="ignore"):
-        yield
+def check_kinds(annotated: Any, values: Mapping[str, object]) -> None:
+    """Raise a TypeError that names the first argument of a function, or field of a record, that has another kind.
 
-
-def check_kinds(hints: Mapping[str, str], values: Mapping[str, object]) -> None:
-    """Raise a TypeError that names the first value of another kind than its annotation says.
-
-    Arrays, meshes and whatever else is not in `_KINDS` is checked where it is used.
-
-    >>> check_kinds({"force": "bool"}, {"force": "no"})
+    >>> def write(force: bool = False): ...
+    >>> check_kinds(write, {"force": "no"})
     Traceback (most recent call last):
         ...
     TypeError: force is 'no'; give True or False
     """
+    kinds = kinds_of(annotated)
     for name, value in values.items():
-        if name in hints:
-            check_kind(value, name, hints[name])
-
-
-def check_kind(value: T, name: str, hint: str) -> T:
-    """The value of an argument, if it is of the kind that an annotation says; else a TypeError that names it."""
-    kinds = _kinds(hint)
-    if kinds and not any(fits(value) for fits, _ in kinds):
-        said = " or ".join(dict.fromkeys(said for _, said in kinds if said))
-        raise TypeError(f"{name} is {shown(value)}; give {said}")
-    return value
+        taken = kinds.get(name, ())
+        if taken and not any(fits(value) for fits, _ in taken):
+            said = " or ".join(dict.fromkeys(said for _, said in taken if said))
+            raise TypeError(f"{name} is {shown(value)}; give {said}")
 
 
 @cache
-def _kinds(hint: str) -> tuple[tuple[Callable[[object], bool], str], ...]:
-    """The tests of values that an annotation allows, each with its words; none if `_KINDS` lacks a word of it."""
-    words = [word.strip().partition("[")[0] for word in hint.split(" | ")]
-    return tuple(_KINDS[word] for word in words) if set(words) <= _KINDS.keys() else ()
+def kinds_of(annotated: Any) -> dict[str, tuple[Kind, ...]]:
+    """The kinds that each argument of a function, or field of a record, takes.
+
+    There are none for arrays, meshes, and whatever else is checked where it is used.
+    """
+    hints = {name: hint for name, hint in annotated.__annotations__.items() if name != "return"}
+    names = vars(modules[annotated.__module__])
+    found = get_type_hints(SimpleNamespace(__annotations__=hints), names)
+    return {name: _kinds(hint) for name, hint in found.items()}
+
+
+def _kinds(hint: Any) -> tuple[Kind, ...]:
+    """The kinds of an annotation; none if one of its alternatives is of no kind."""
+    parts = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    origins = [get_origin(part) or part for part in parts]
+    if os.PathLike in origins:
+        origins.remove(str)  # both are the name of a file
+    kinds = [_kind(origin) for origin in origins]
+    known = tuple(kind for kind in kinds if kind is not None)
+    return known if len(known) == len(kinds) else ()
+
+
+def _kind(origin: Any) -> Kind | None:
+    """The kind that a class stands for: one of `_KINDS`, or a record, whose class says `_in_words` how one is made."""
+    if origin in _KINDS:
+        return _KINDS[origin]
+    words = vars(origin).get("_in_words") if isinstance(origin, type) else None
+    if words is None:
+        return None
+    return lambda value: isinstance(value, origin), words
 
 
 def _of(*kinds: type) -> Callable[[object], bool]:
-    return lambda value: (
-        isinstance(value, kinds) and not (isinstance(value, bool) and bool not in kinds)
-    )
-
-
-def _record(name: str) -> Callable[[object], bool]:
-    """Whether a value is of a class of that name, which need not be imported."""
-    return lambda value: any(kind.__name__ == name for kind in type(value).__mro__)
+    """Whether a value is of these classes, of which a bool is none."""
+    return lambda value: isinstance(value, kinds) and not isinstance(value, bool)
 
 
 def _several(value: object) -> bool:
     return isinstance(value, Iterable) and not isinstance(value, str | bytes | os.PathLike)
 
 
-_TEXT = _of(str), "a text"
-_PATH = _of(str, os.PathLike), "the name of a file"
-_FUNCTION = callable, "a function"
-#: A test of values for each word of annotations, and its words in messages; those of records say how to make one.
-_KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
-    "None": (lambda value: value is None, ""),
-    # numpy's, too
-    "bool": (lambda value: type(value).__name__ in ("bool", "bool_"), "True or False"),
-    "int": (_of(Integral), "a whole number"),
-    "float": (_of(Real), "a number"),
-    "Mapping": (_of(Mapping), "a dict"),
-    "Metadata": (_of(Mapping), "a dict"),
-    "PathLike": _PATH,
-    "os.PathLike": _PATH,
-    "Listener": _FUNCTION,
-    "Callable": _FUNCTION,
-    **dict.fromkeys(
-        (
-            "str",
-            "Literal",
-            "Gauge",
-            "PaperGauge",
-            "Polish",
-            "Kind",
-            "Basis",
-            "Resampling",
-            "Projection",
-        ),
-        _TEXT,
-    ),
-    **dict.fromkeys(("Sequence", "Iterable", "tuple", "list"), (_several, "a list")),
-    **{
-        name: (_record(name), said)
-        for name, said in {
-            "SphereMap": "a SphereMap, as balanced_spherical_map(v, f) makes one, "
-            "and sphere_map(v, f, x) of positions x",
-            "PlaneMap": "a map as flatten(v, f) makes one",
-            "SurfaceMap": "a SurfaceMap, as shapes.match makes one",
-            "Group": "a Group, as shapes.template makes one",
-            "SphereLocator": "a SphereLocator",
-            "SphericalHarmonics": "SphericalHarmonics, as shapes.spherical_harmonics makes them",
-            "Method": "a record of options, such as Auto()",
-            "Effort": "an Effort",
-            "Engine": "an Engine",
-        }.items()
-    },
+#: A test of values, and its words in messages.
+Kind = tuple[Callable[[object], bool], str]
+_TEXT: Kind = (_of(str), "a text")
+_DICT: Kind = (_of(Mapping), "a dict")
+_LIST: Kind = (_several, "a list")
+#: The kinds by the classes of annotations.
+_KINDS: dict[Any, Kind] = {
+    NoneType: (lambda value: value is None, ""),
+    bool: (lambda value: isinstance(value, bool | np.bool_), "True or False"),
+    int: (_of(Integral), "a whole number"),
+    float: (_of(Real), "a number"),
+    str: _TEXT,
+    Literal: _TEXT,
+    os.PathLike: (_of(str, os.PathLike), "the name of a file"),
+    Callable: (callable, "a function"),
+    Mapping: _DICT,
+    dict: _DICT,
+    Sequence: _LIST,
+    Iterable: _LIST,
+    tuple: _LIST,
+    list: _LIST,
 }

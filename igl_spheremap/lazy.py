@@ -1,4 +1,4 @@
-"""Public names that are imported at their first use, as the stub of their package lists them."""
+"""Public names that are imported at their first use."""
 
 from __future__ import annotations
 
@@ -11,15 +11,9 @@ if TYPE_CHECKING:
 
 
 def attach(
-    package: str, folder: str
+    package: str, places: dict[str, str]
 ) -> tuple[Callable[[str], object], Callable[[], list[str]], list[str]]:
-    """`__getattr__`, `__dir__` and `__all__` of a package in a folder, of its stub's lines `from .M import N as N`.
-
-    `lazy_loader.attach_stub` does this, too, but imports `ast` for it, which takes five times what all else takes here.
-    """
-    with open(f"{folder}/__init__.pyi", encoding="utf-8") as stub:
-        words = [line.split() for line in stub if line.startswith("from .")]
-    places = {name: module.removeprefix(".") or name for _, module, _, name, *_ in words}
+    """`__getattr__`, `__dir__` and `__all__` of a package, by the module in it of each name; a module has its own."""
     public = sorted(places)
 
     def get(name: str) -> object:

@@ -15,7 +15,7 @@ from doors import PUBLIC
 
 from igl_spheremap import errors
 from igl_spheremap.apps.cli.exits import Exit
-from igl_spheremap.apps.cli.parser import COMMANDS
+from igl_spheremap.apps.cli.table import COMMANDS
 
 SNAPSHOT = Path(__file__).with_name("api.txt")
 

@@ -28,7 +28,8 @@ from benchmarks.pages import fill
 from benchmarks.reproduction import settings
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
-from igl_spheremap.apps.cli.parser import COMMANDS, build_parser
+from igl_spheremap.apps.cli.parser import build_parser
+from igl_spheremap.apps.cli.table import COMMANDS
 from igl_spheremap.apps.reproduce.figures import FIGURES
 from igl_spheremap.apps.reproduce.tables import TABLES as REPRODUCED_TABLES
 from igl_spheremap.io.formats import FORMATS

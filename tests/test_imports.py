@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import igl_spheremap
-from igl_spheremap.apps.cli.parser import COMMANDS, GROUPS, SHAPES
+from igl_spheremap.apps.cli.table import COMMANDS, GROUPS, SHAPES
 
 ROOT = Path(igl_spheremap.__file__).parent
 ARCHITECTURE = ROOT.parent / "docs" / "architecture.md"

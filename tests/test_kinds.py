@@ -7,13 +7,19 @@ import pytest
 from doors import PUBLIC
 
 import igl_spheremap as ism
-from igl_spheremap.gate import _kinds
+from igl_spheremap.gate import kinds_of
 
 TRIANGLE = {"v": np.eye(3), "f": [[0, 1, 2]]}
-#: Stand-ins for records, which are known by the names of their classes.
+#: Records without contents, of the classes that arguments are of.
 RECORDS = [
-    type(name, (), {})()
-    for name in ("SphereMap", "PlaneMap", "SurfaceMap", "Group", "SphericalHarmonics")
+    object.__new__(type("Empty", (kind,), {"__repr__": lambda self: "Empty()"}))
+    for kind in (
+        ism.SphereMap,
+        ism.DiskMap,
+        ism.shapes.SurfaceMap,
+        ism.shapes.Group,
+        ism.shapes.SphericalHarmonics,
+    )
 ]
 #: Values of all kinds: what an argument takes is given to it, what it does not take must be refused.
 VALUES = [
@@ -32,18 +38,18 @@ VALUES = [
     np.zeros((2, 2, 2)),
     object(),
 ]
+FUNCTIONS = {name: inspect.unwrap(one) for name, one in PUBLIC.items() if inspect.isfunction(one)}
 CASES = [
-    pytest.param(function, argument, id=f"{name}-{argument}")
-    for name, function in PUBLIC.items()
-    if inspect.isfunction(function)
-    for argument, parameter in inspect.signature(function).parameters.items()
-    if _kinds(str(parameter.annotation))
+    pytest.param(PUBLIC[name], argument, id=f"{name}-{argument}")
+    for name, function in FUNCTIONS.items()
+    for argument, kinds in kinds_of(function).items()
+    if kinds
 ]
 
 
-def taken(parameter, value):
+def taken(function, argument, value):
     """Whether an annotation takes a value."""
-    kinds = _kinds(str(parameter.annotation))
+    kinds = kinds_of(inspect.unwrap(function))[argument]
     return not kinds or any(fits(value) for fits, _ in kinds)
 
 
@@ -51,15 +57,26 @@ def taken(parameter, value):
 def test_an_argument_of_another_kind_is_named(function, argument):
     parameters = inspect.signature(function).parameters
     given = {
-        name: TRIANGLE.get(name, next(value for value in VALUES if taken(one, value)))
+        name: TRIANGLE.get(name, next(value for value in VALUES if taken(function, name, value)))
         for name, one in parameters.items()
         if one.default is one.empty or name in TRIANGLE
     }
-    wrong = [value for value in VALUES if not taken(parameters[argument], value)]
+    wrong = [value for value in VALUES if not taken(function, argument, value)]
     assert len(wrong) > 5
     for value in wrong:
         with pytest.raises(TypeError, match=rf"^{argument} is [^\n]*; give [^\n]*$"):
             function(**given | {argument: value})
+
+
+def test_what_the_gate_leaves_to_others_is_arrays_meshes_and_records_of_options():
+    left = {
+        str(function.__annotations__[argument]).removesuffix(" | None")
+        for function in FUNCTIONS.values()
+        for argument, kinds in kinds_of(function).items()
+        if not kinds
+    }
+    arrays = {hint for hint in left if "ArrayLike" in hint or "MeshLike" in hint}
+    assert left - arrays == {"IntArray", "Lai2014"}
 
 
 def test_the_gate_takes_what_numpy_counts_and_paths_are():

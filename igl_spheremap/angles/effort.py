@@ -55,6 +55,8 @@ class Effort:
     True
     """
 
+    _in_words = "an Effort"
+
     systems: int = 20
     holes: int = 5
     least_gain: float = 0.015

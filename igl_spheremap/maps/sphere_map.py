@@ -38,6 +38,11 @@ class SphereMap(Result):
         The conformal map that a balanced one started from.
     """
 
+    _in_words = (
+        "a SphereMap, as balanced_spherical_map(v, f) makes one, "
+        "and sphere_map(v, f, x) of positions x"
+    )
+
     mesh: Mesh
     sphere: FloatArray
     certificate: Certificate

@@ -42,6 +42,8 @@ class PlaneMap(Shown, Result):
         The conformal map that it started from.
     """
 
+    _in_words = "a map as flatten(v, f) makes one"
+
     mesh: Disk
     plane: FloatArray
     certificate: Certificate

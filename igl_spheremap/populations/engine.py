@@ -67,6 +67,8 @@ class Engine:
     1
     """
 
+    _in_words = "an Engine"
+
     executor: Executor | None = None
     processes: int | None = None
     resume: bool = True
@@ -75,7 +77,7 @@ class Engine:
     retries: int = 1
 
     def __post_init__(self) -> None:
-        check_kinds(self.__annotations__, vars(self))
+        check_kinds(Engine, vars(self))
         if self.executor is not None and not callable(getattr(self.executor, "submit", None)):
             raise TypeError(
                 f"executor is {shown(self.executor)}; give one of concurrent.futures, or of a Dask client"

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from ..balance import CONFORMAL
-from ..errors import check_list, check_number
-from ..gate import check_kind, gate
+from ..errors import check_list, check_number, shown
+from ..gate import gate
 from ..io.files import own_name
 from ..io.formats import format_of
 from ..maps.options import Auto, Method, method_of
@@ -104,10 +104,11 @@ def map_many(
     ['certified', 'certified']
     """
     check_number(balance, "balance", most=1)
-    names = [
-        os.fspath(check_kind(source, "sources", "PathLike"))
-        for source in check_list(sources, "sources")
-    ]
+    names = []
+    for source in check_list(sources, "sources"):
+        if not isinstance(source, str | os.PathLike):
+            raise TypeError(f"sources is {shown(source)}; give the name of a file")
+        names.append(os.fspath(source))
     targets = targets_of(out, names)
     repairs = None
     if repair is not False:

@@ -114,6 +114,8 @@ class SphereLocator:
     True
     """
 
+    _in_words = "a SphereLocator"
+
     @gate
     def __init__(self, x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> None:
         certificate = x.certificate if isinstance(x, SphereMap) and f is None else None

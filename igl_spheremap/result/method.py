@@ -16,6 +16,8 @@ _hints = cache(get_type_hints)  # 0.5 ms
 class Method(ABC):
     """A method and its options."""
 
+    _in_words = "a record of options, such as Auto()"
+
     #: What users call it.
     name: ClassVar[str]
 

@@ -28,6 +28,23 @@ SHOWN = dict(zip(("foldings", "angles", "areas", "checkerboard"), SUBJECTS, stri
 #: What colours can show that a map carries from one surface to another.
 CARRIED = ("checkerboard", "places", "distortion")
 
+#: What each option of a method does, which the player shows beside it.
+TIPS = {
+    "delta": "Factor by which a refused step is shortened.",
+    "gradient_tolerance": "The descent ends when the L2 norm of the tangential gradient is at most this.",
+    "max_iterations": "Most iterations of each minimisation.",
+    "may_fold": "Take steps that fold faces, too.",
+    "plateau": "The descent ends, too, when its energy fell by less than this share over 100 iterations.",
+    "rho": "Share of the predicted decrease that a step must reach.",
+    "rounds": "How often foldings are removed at most; 0 is Algorithm 1 alone.",
+    "step": "Step size, from 0 to 2, in units of 1 / (sum of the sizes of a vertex's row of the Laplacian).",
+    "tau": "Step that the first iteration tries, the source having unit area.",
+    "tolerance": "Steps end when the energy is this far above its minimum, in units of the discretisation error.",
+    "tutte": "Make the Tutte (barycentric) map first; without it the descent starts at the Gauss map.",
+    "tutte_plateau": "The Tutte map ends when its energy fell by less than this share over 100 iterations.",
+    "xi": "Weight of earlier energies in the search: 0 is the monotone Armijo search, 1 averages over all iterates.",
+}
+
 
 @dataclass(frozen=True)
 class Pictures:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
 import os
-import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
@@ -31,7 +29,7 @@ from ...result.recording import Frame, Recording
 from ...result.run import Listener
 from .app import App, SaveWidgets, file_stem, present
 from .background_run import ShownRun, Source
-from .choices import KEEP, SIZE, SUBJECTS
+from .choices import KEEP, SIZE, SUBJECTS, TIPS
 from .curves import energy_plot, folding_plot
 from .grid import Grid, Part, text_width
 from .map_view import count_foldings, edge_width
@@ -67,18 +65,6 @@ def parameters(method: Method) -> dict[str, bool | int | float]:
     """
     values = {field.name: getattr(method, field.name) for field in fields(method)}
     return {name: value for name, value in values.items() if type(value) in (bool, int, float)}
-
-
-def descriptions(method: Method) -> dict[str, str]:
-    """What each option of a method does, from its documentation.
-
-    >>> descriptions(METHODS["lai2014"]())["delta"]
-    'Factor by which a refused step is shortened.'
-    """
-    # without the indent, which Python 3.13 takes away itself
-    text = inspect.getdoc(type(method)) or ""
-    found = re.findall(r"^(\w+) : .*((?:\n {4}.*)+)", text, re.MULTILINE)
-    return {name: " ".join(lines.split()) for name, lines in found}
 
 
 class Player(App):
@@ -396,7 +382,7 @@ class Player(App):
         imgui.EndDisabled()
 
     def _parameter_widgets(self) -> None:
-        values, described = parameters(self.method), descriptions(self.method)
+        values = parameters(self.method)
         widest = max(map(text_width, values), default=0.0)
         for name, value in values.items():
             imgui.SetNextItemWidth(imgui.GetContentRegionAvail()[0] - widest - 8)
@@ -407,7 +393,7 @@ class Player(App):
                 changed, value = imgui.InputInt(label, value)
             else:
                 changed, value = imgui.InputDouble(label, value, format="%.1e")
-            tip(described.get(name, ""))
+            tip(TIPS[name])
             if not changed:
                 continue
             try:

@@ -67,6 +67,8 @@ class SurfaceMap(OfMap):
     (True, 0.0)
     """
 
+    _in_words = "a SurfaceMap, as shapes.match makes one"
+
     map: SphereMap
     target: SphereMap
     landmarks: IntArray

@@ -105,6 +105,8 @@ class Group(Shown):
         Reasons to doubt the mean: that it did not settle, that the bodies are symmetric, or of two kinds.
     """
 
+    _in_words = "a Group, as shapes.template makes one"
+
     vertices: FloatArray
     faces: IntArray
     sphere: FloatArray

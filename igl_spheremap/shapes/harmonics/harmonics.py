@@ -81,6 +81,8 @@ class SphericalHarmonics(Shown):
     ((16, 3), 3)
     """
 
+    _in_words = "SphericalHarmonics, as shapes.spherical_harmonics makes them"
+
     coefficients: FloatArray
     source: Expanded | None = None
     notes: tuple[str, ...] = ()

@@ -6,7 +6,7 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
-from igl_spheremap.apps.cli.parser import COMMANDS
+from igl_spheremap.apps.cli.table import COMMANDS
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import pytest
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Interrupt, Shell
-from igl_spheremap.apps.cli.parser import COMMANDS
+from igl_spheremap.apps.cli.table import COMMANDS
 from igl_spheremap.errors import Remedy, said_by
 
 V, F = ism.samples.sphere(42)

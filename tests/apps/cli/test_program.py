@@ -18,7 +18,8 @@ import igl_spheremap as ism
 from igl_spheremap import MeshError, samples, write_mesh
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.commands import map as map_command
-from igl_spheremap.apps.cli.parser import COMMANDS, GROUPS, build_parser
+from igl_spheremap.apps.cli.parser import build_parser
+from igl_spheremap.apps.cli.table import COMMANDS, GROUPS
 from igl_spheremap.apps.reproduce.figures import FIGURES
 from igl_spheremap.apps.reproduce.items import ITEMS
 from igl_spheremap.apps.reproduce.tables import TABLES

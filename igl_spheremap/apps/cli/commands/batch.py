@@ -30,13 +30,6 @@ _STATUS = {
 
 
 def run_batch(args: Namespace) -> Exit:
-    """Map many files by processes or on a Dask cluster; run it again to continue.
-
-    igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4
-    igl-spheremap batch "subjects/*/surf/?h.white" --out {folder}/{name}.conformal --summary white.tsv
-    igl-spheremap batch cells.obj --parts --out cells/{stem}.ply
-    igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786 --timeout 600
-    """
     # all members are treated alike
     sources, method = list_sources(args), chosen_method(args, polish=None)
     if args.parts:

@@ -27,15 +27,6 @@ _DIGITS = 7
 
 
 def run_check(args: Namespace) -> Exit:
-    """Certify a map to the sphere, or of a surface with a boundary to the plane, from any program.
-
-    igl-spheremap check lh.pial lh.sphere.conformal
-    igl-spheremap check bunny.obj their_sphere.ply --json -
-    igl-spheremap check bunny_map.npz
-    igl-spheremap check lh.white their.sphere --directions
-    igl-spheremap check lh.white lh.cortex.patch.flat
-    igl-spheremap check face_flat.obj
-    """
     check_outputs(args)
     pair = load_map(args, args.reflect)
     if not isinstance(pair, InputMap):
@@ -122,10 +113,6 @@ def _rounding(x: FloatArray) -> float:
 
 
 def run_repair(args: Namespace) -> Exit:
-    """Remove the foldings of a map, from any program.
-
-    igl-spheremap repair lh.pial their.sphere repaired.sphere
-    """
     check_outputs(args, surface=True)
     pair = load_pair(args)
     source, x = pair.source, pair.x

@@ -39,16 +39,6 @@ _COLOURED = (".ply", ".glb")
 
 
 def run_export(args: Namespace) -> None:
-    """Write a texture, vertex colours or a scalar map of a mapped surface.
-
-    igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb
-    igl-spheremap export bunny.obj bunny_sphere.obj globe.obj --show equirectangular --image earth.png
-    igl-spheremap export fox.glb fox_sphere.npz fox_octahedral.glb --texture baked --repair
-    igl-spheremap export face.obj face_flat.obj face_new.obj --texture baked
-    igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles
-    igl-spheremap export lh.pial lh.sphere.conformal lh.factor.shape.gii --show factor
-    igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor
-    """
     target: str = args.target
     _check_export(args)
     check_outputs(args)

@@ -33,13 +33,6 @@ from ..output import Findings, check_outputs, target_format, write_target
 
 
 def run_grid(args: Namespace) -> None:
-    """Sample a mapped surface, or data over it, on a grid of the sphere.
-
-    igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss --rows 64
-    igl-spheremap grid bunny.ply bunny_sphere.ply bunny_mwss.npz --kind equiangular --rows 65 --columns 128
-    igl-spheremap grid lh.pial lh.sphere.conformal lh_sulc.png --data lh.sulc
-    igl-spheremap grid bunny.ply bunny_sphere.ply bunny_image.npz --kind octahedral --rows 129
-    """
     target: str = args.target
     if not target.lower().endswith((".png", ".npz", ".npy")):
         raise UsageError(f"OUT is a .png, .npz or .npy file, not {target}")
@@ -68,10 +61,6 @@ def run_grid(args: Namespace) -> None:
 
 
 def run_mesh(args: Namespace) -> None:
-    """Make a mesh of a geometry image: positions on the octahedral square.
-
-    igl-spheremap mesh bunny_image.npz bunny_regular.ply
-    """
     check_outputs(args, surface=True)
     with reading(Path(args.image)):
         archive = args.image.lower().endswith(".npz")
@@ -111,12 +100,6 @@ def _picture(grid: FloatArray) -> NDArray[np.uint8]:
 
 
 def run_harmonics(args: Namespace) -> Exit:
-    """Expand mapped surfaces, or data over one, in spherical harmonics.
-
-    igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --degree 15 --table errors.tsv
-    igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --align --surface reconstructed.ply
-    igl-spheremap harmonics "subjects/*.ply" spheres/{stem}.ply coefficients.tsv --align --modes 5
-    """
     if "{" in args.sphere:
         return _harmonics_of_all(args)
     if args.modes:

@@ -13,13 +13,6 @@ from ..output import LISTED, Findings, check_outputs
 
 
 def run_info(args: Namespace) -> None:
-    """Measure any mesh: its parts, holes and handles, sizes and angles, and what --repair would do.
-
-    igl-spheremap info sample:octopus
-    igl-spheremap info scan.stl
-    igl-spheremap info lh.pial --json -
-    igl-spheremap info cells.obj --parts
-    """
     check_outputs(args)
     if args.parts:
         _measure_parts(args)

@@ -22,15 +22,6 @@ from ..workflow import map_and_report
 
 
 def run_map(args: Namespace) -> Exit:
-    """Map a closed genus-0 mesh to the unit sphere and certify the map.
-
-    igl-spheremap map sample:bunny bunny_sphere.obj
-    igl-spheremap map lh.pial lh.sphere.conformal
-    igl-spheremap map bunny.ply bunny_map.npz --method lai2014 --json figures.json
-    igl-spheremap map bunny.ply bunny_sphere.ply --report bunny_report --plot bunny.svg
-    igl-spheremap map scan.stl sphere.ply --repair --keep-largest
-    igl-spheremap map bunny.ply bunny_sphere.ply --polish angles
-    """
     check_outputs(args, surface=True)
     check_plots(args)
     if args.radius is not None and target_format(args).name == "NPZ":

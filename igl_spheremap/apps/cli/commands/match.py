@@ -25,12 +25,6 @@ _MISSED = 1e-9
 
 
 def run_match(args: Namespace) -> Exit:
-    """Map one surface onto another with low distortion, bijectively, with landmarks met.
-
-    igl-spheremap match cat.ply horse.ply horse_as_cat.ply
-    igl-spheremap match cat.ply horse.ply cat_to_horse.npz --landmarks cat.vts horse.vts --video morph.gif
-    igl-spheremap match rh.white lh.white lh_on_rh.npz --reflect --feature sulc=rh.sulc,lh.sulc
-    """
     if args.source == args.other == STREAM:
         raise UsageError("stdin is read once: give one of the surfaces as a file")
     for path in args.overlay or ():

@@ -31,22 +31,10 @@ from ..workflow import map_and_report
 
 
 def run_disk(args: Namespace) -> Exit:
-    """Map a surface with one boundary loop to the unit disk and certify the map.
-
-    igl-spheremap disk face.ply face_disk.obj
-    igl-spheremap disk face.ply face_disk.npz --balance 1 --plot face_disk.png
-    """
     return _map_by(args, balanced_disk_map)
 
 
 def run_flatten(args: Namespace) -> Exit:
-    """Lay a surface with one boundary loop out in the plane, without folds and overlaps.
-
-    igl-spheremap flatten face.ply face_flat.obj
-    igl-spheremap flatten bunny.obj bunny_uv.obj --cut 4
-    igl-spheremap flatten scan.ply scan_flat.glb --repair --fill-holes --rim 0,0,-50
-    igl-spheremap flatten lh.white lh.cortex.patch.flat --patch lh.cortex.patch.3d
-    """
     return _map_by(args, flatten)
 
 

@@ -24,11 +24,6 @@ _GEOMETRY = [f"depth ({width:g})" for width in WIDTHS]
 
 
 def run_register(args: Namespace) -> Exit:
-    """Lay one mapped surface on another so that their features agree.
-
-    igl-spheremap register sub01.ply sub01_sphere.ply sub02.ply sub02_sphere.ply sub01_on_sub02.ply
-    igl-spheremap register rh.white rh.sphere lh.white lh.sphere rh.on_left.reg --reflect --feature sulc=rh.sulc,lh.sulc
-    """
     check_outputs(args, surface=True)
     stages = [stage for stage in args.stages.split(",") if stage]
     unknown = [stage for stage in stages if stage not in STAGES]

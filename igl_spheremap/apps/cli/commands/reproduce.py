@@ -6,11 +6,6 @@ from ...reproduce.items import ALL, ITEMS, reproduce
 
 
 def run_reproduce(args: Namespace) -> None:
-    """Compute the paper's tables and figures, beside its own numbers.
-
-    igl-spheremap reproduce table2
-    igl-spheremap reproduce all --meshes meshes --out reproduction
-    """
     names = ITEMS if ALL in args.names else tuple(dict.fromkeys(args.names))
     written = reproduce(
         names,

@@ -13,11 +13,6 @@ from .batch import list_sources, run_files
 
 
 def run_spharm_pdm(args: Namespace) -> Exit:
-    """Map and expand surfaces into the files that SPHARM-PDM's programs write, one process each.
-
-    igl-spheremap spharm-pdm "surfaces/*_surf.vtk" --out shapes
-    igl-spheremap spharm-pdm "surfaces/*.ply" --out shapes --template shapes/first_surf_SPHARM_ellalign.coef
-    """
     sources = list_sources(args)
     where = {"force": args.force, "folder": os.getcwd()}
     mapping = SphereMapping(Auto(polish=None), args.balance, None, **where)

@@ -12,12 +12,6 @@ from .batch import list_sources, run_files
 
 
 def run_sphere_reg(args: Namespace) -> Exit:
-    """Register cortical surfaces to fsaverage or fsLR, and write the files that pipelines expect.
-
-    igl-spheremap sphere-reg sub-01_hemi-L_white.surf.gii --to fsaverage --to fsLR --out derivatives
-    igl-spheremap sphere-reg "subjects/*/surf/?h.white" --out reg/{subject}/surf --names freesurfer --report quality
-    igl-spheremap sphere-reg lh.white --to fsaverage5 --labels {hemi}.aparc.annot --out lh_on_right --reflect
-    """
     sources = list_sources(args)
     args.progress.begin("looking for templates")
     task = SphereRegistration(reflect=args.reflect, force=args.force, folder=os.getcwd())

@@ -70,13 +70,6 @@ _TAKEN = {
 
 
 def run_template(args: Namespace) -> Exit:
-    """Make the mean of many surfaces, its modes, and a table of scores.
-
-    igl-spheremap template "subjects/*.ply" --out group
-    igl-spheremap template --add new.ply --out group
-    igl-spheremap template --design subjects.tsv --out group
-    igl-spheremap template --series "frames/*.ply" --out cell
-    """
     if bool(args.sources) + bool(args.add) + (args.design is not None) != 1:
         raise UsageError(
             "give surfaces of a new group, or one of --add NEW and --design TABLE for one that exists"

@@ -17,11 +17,6 @@ from ..output import Findings, check_outputs, mirrored, target_format, write_tar
 
 
 def run_resample(args: Namespace) -> None:
-    """Remesh a surface with the connectivity of a regular sphere, or of another map.
-
-    igl-spheremap resample lh.pial lh.sphere.conformal lh_ico5.surf.gii --to ico:5
-    igl-spheremap resample sub01.ply sub01_sphere.ply sub01_on_sub02.ply --to sub02_sphere.ply
-    """
     check_outputs(args, surface=True)
     pair = load_pair(args, args.reflect)
     source = pair.source
@@ -48,13 +43,6 @@ def run_resample(args: Namespace) -> None:
 
 
 def run_transfer(args: Namespace) -> None:
-    """Carry data over a mapped surface to another one, or to an icosphere.
-
-    igl-spheremap transfer lh.pial lh.sphere.conformal lh_thickness.shape.gii --data lh.thickness --to ico:5
-    igl-spheremap transfer a.ply a_sphere.ply b_parcels.npz --data parcels.npz --labels --to b_sphere.ply
-    igl-spheremap transfer lh.white lh.sphere.reg lh.aparc.label.gii --data lh.aparc.annot --to other.sphere
-    igl-spheremap transfer lh.white lh.sphere.reg lh.area5.shape.gii --data lh.area --to ico:5 --method adaptive-area
-    """
     check_outputs(args)
     if args.matrix is not None and not args.matrix.lower().endswith(".npz"):
         raise UsageError(f"--matrix {args.matrix}: SciPy keeps sparse matrices in .npz files")

@@ -25,12 +25,6 @@ _MAKING = ("--method", "--balance")
 
 
 def run_view(args: Namespace) -> None:
-    """Show a surface beside its sphere, or its map to the plane, in a window or as a picture.
-
-    igl-spheremap view sample:dino
-    igl-spheremap view lh.pial lh.sphere.conformal --show angles
-    igl-spheremap view bunny_map.npz --screenshot bunny.png
-    """
     if args.sphere is not None:
         refuse_flags(args, _MAKING, f"{args.sphere}, a map that is there,")
     check_outputs(args)
@@ -81,13 +75,6 @@ def _map(args: Namespace) -> tuple[InputMesh, SphereMap, str]:
 
 
 def run_play(args: Namespace) -> None:
-    """Watch a map being computed step by step, in a window, as a picture or as a video.
-
-    igl-spheremap play sample:dino
-    igl-spheremap play lh.pial --method auto
-    igl-spheremap play bunny.ply --video bunny.gif --json bunny_frames.json
-    igl-spheremap play sample:dino --screenshot dino.png
-    """
     check_outputs(args)
     method = chosen_method(args)
     pictures = pictures_of(args)

@@ -1,0 +1,727 @@
+"""The table of commands: what each does, examples, and its arguments; nothing here takes time to import.
+
+The work of a command is a function `run_...` of a module in `commands/`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from ...balance import AREA_PRESERVING, CONFORMAL, IN_PLANE
+from ...io.formats import CONVENTIONS
+from ...shapes.correspondence import STAGES, STIFFNESS, USUAL
+from ...shapes.harmonics import LARGEST_DEGREE
+from ..reproduce.items import ALL, ITEMS
+from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, SHOWN
+from . import arguments as shared
+from .arguments import (
+    COUNT,
+    FROM_ZERO,
+    POSITIVE,
+    POSITIVE_COUNT,
+    Argument,
+    argument,
+    choice,
+    goes_with,
+    number,
+    switch,
+)
+
+#: What shows a map between surfaces.
+_SHOWING = ("--show", "--screenshot", "--video")
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command: the name that is typed, the module of its work, what it does, command lines, and its arguments."""
+
+    name: str
+    module: str
+    purpose: str
+    examples: tuple[str, ...]
+    arguments: tuple[Argument, ...]
+
+    @property
+    def run(self) -> Callable[..., Any]:
+        """The command's work, imported now: help needs none of it."""
+        work = import_module(f"{__package__}.commands.{self.module}")
+        function: Callable[..., Any] = getattr(work, f"run_{self.name.replace('-', '_')}")
+        return function
+
+
+def _degree(least: int) -> Argument:
+    """The degree of an expansion."""
+    allowed = number(
+        f"from {least} to {LARGEST_DEGREE}", lambda n: least <= n <= LARGEST_DEGREE, int
+    )
+    return argument("--degree", "L", "the largest degree of harmonics", type=allowed, default=15)
+
+
+COMMANDS = (
+    Command(
+        "map",
+        "map",
+        "Map a closed genus-0 mesh to the unit sphere and certify the map.",
+        (
+            "igl-spheremap map sample:bunny bunny_sphere.obj",
+            "igl-spheremap map lh.pial lh.sphere.conformal",
+            "igl-spheremap map bunny.ply bunny_map.npz --method lai2014 --json figures.json",
+            "igl-spheremap map bunny.ply bunny_sphere.ply --report bunny_report --plot bunny.svg",
+            "igl-spheremap map scan.stl sphere.ply --repair --keep-largest",
+            "igl-spheremap map bunny.ply bunny_sphere.ply --polish angles",
+        ),
+        (
+            *shared.source(),
+            *shared.target(
+                "the sphere, same vertex order (but .stl); .npz holds the whole result; - for stdout"
+            ),
+            shared.method("auto"),
+            *shared.METHOD_OPTIONS,
+            shared.balance(CONFORMAL),
+            argument(
+                "--radius",
+                "R",
+                "of the sphere in OUT; without it 100 for GIFTI and FreeSurfer, 1 elsewhere",
+                type=POSITIVE,
+            ),
+            switch(
+                "--with-surface",
+                help="write the surface with the sphere beside it: x y z px py pz of a .ply file",
+            ),
+            shared.REPORT,
+            goes_with("--report", shared.UP),
+            argument(
+                "--plot", "FILE", "draw energy, foldings and angle differences: .png, .svg or .pdf"
+            ),
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "check",
+        "check",
+        "Certify a map to the sphere, or of a surface with a boundary to the plane, from any program.",
+        (
+            "igl-spheremap check lh.pial lh.sphere.conformal",
+            "igl-spheremap check bunny.obj their_sphere.ply --json -",
+            "igl-spheremap check bunny_map.npz",
+            "igl-spheremap check lh.white their.sphere --directions",
+            "igl-spheremap check lh.white lh.cortex.patch.flat",
+            "igl-spheremap check face_flat.obj",
+        ),
+        (
+            *shared.pair(optional=True),
+            switch(
+                "--directions",
+                help="certify the directions of the vertices, whatever their distances",
+            ),
+            shared.REFLECT,
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "disk",
+        "plane",
+        "Map a surface with one boundary loop to the unit disk and certify the map.",
+        (
+            "igl-spheremap disk face.ply face_disk.obj",
+            "igl-spheremap disk face.ply face_disk.npz --balance 1 --plot face_disk.png",
+        ),
+        (*shared.PLANE, shared.balance(CONFORMAL)),
+    ),
+    Command(
+        "flatten",
+        "plane",
+        "Lay a surface with one boundary loop out in the plane, without folds and overlaps.",
+        (
+            "igl-spheremap flatten face.ply face_flat.obj",
+            "igl-spheremap flatten bunny.obj bunny_uv.obj --cut 4",
+            "igl-spheremap flatten scan.ply scan_flat.glb --repair --fill-holes --rim 0,0,-50",
+            "igl-spheremap flatten lh.white lh.cortex.patch.flat --patch lh.cortex.patch.3d",
+        ),
+        (*shared.PLANE, shared.balance(IN_PLANE)),
+    ),
+    Command(
+        "info",
+        "info",
+        "Measure any mesh: its parts, holes and handles, sizes and angles, and what --repair would do.",
+        (
+            "igl-spheremap info sample:octopus",
+            "igl-spheremap info scan.stl",
+            "igl-spheremap info lh.pial --json -",
+            "igl-spheremap info cells.obj --parts",
+        ),
+        (*shared.source(), shared.PARTS, *shared.OUTPUT),
+    ),
+    Command(
+        "view",
+        "view",
+        "Show a surface beside its sphere, or its map to the plane, in a window or as a picture.",
+        (
+            "igl-spheremap view sample:dino",
+            "igl-spheremap view lh.pial lh.sphere.conformal --show angles",
+            "igl-spheremap view bunny_map.npz --screenshot bunny.png",
+        ),
+        (
+            *shared.source(),
+            argument(
+                "sphere", "SPHERE", "its map; without it it is made, or found in an .npz", nargs="?"
+            ),
+            shared.method("auto"),
+            shared.balance(CONFORMAL),
+            choice("--show", SHOWN, "what the colours show", default="foldings"),
+            *shared.pictures(),
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "play",
+        "view",
+        "Watch a map being computed step by step, in a window, as a picture or as a video.",
+        (
+            "igl-spheremap play sample:dino",
+            "igl-spheremap play lh.pial --method auto",
+            "igl-spheremap play bunny.ply --video bunny.gif --json bunny_frames.json",
+            "igl-spheremap play sample:dino --screenshot dino.png",
+        ),
+        (
+            *shared.source(nargs="?", default="sample:dino"),
+            shared.method("lai2014"),
+            *shared.ENDS,
+            argument("--rounds", "N", "the most rounds of Algorithm 2", type=COUNT),
+            argument(
+                "--keep",
+                "MB",
+                "megabytes of iterations to keep; of a run that takes more, starts, ends and changes "
+                "of foldings stay",
+                type=POSITIVE,
+                default=KEEP,
+            ),
+            *shared.pictures(),
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "repair",
+        "check",
+        "Remove the foldings of a map, from any program.",
+        ("igl-spheremap repair lh.pial their.sphere repaired.sphere",),
+        (
+            *shared.pair(),
+            *shared.target(
+                "the repaired map, same vertex order (but .stl) and radius; - for stdout"
+            ),
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "resample",
+        "transfer",
+        "Remesh a surface with the connectivity of a regular sphere, or of another map.",
+        (
+            "igl-spheremap resample lh.pial lh.sphere.conformal lh_ico5.surf.gii --to ico:5",
+            "igl-spheremap resample sub01.ply sub01_sphere.ply sub01_on_sub02.ply --to sub02_sphere.ply",
+        ),
+        (
+            *shared.pair("IN"),
+            *shared.target("the resampled surface; - for stdout"),
+            shared.TO,
+            shared.REFLECT,
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "transfer",
+        "transfer",
+        "Carry data over a mapped surface to another one, or to an icosphere.",
+        (
+            "igl-spheremap transfer lh.pial lh.sphere.conformal lh_thickness.shape.gii --data lh.thickness --to ico:5",
+            "igl-spheremap transfer a.ply a_sphere.ply b_parcels.npz --data parcels.npz --labels --to b_sphere.ply",
+            "igl-spheremap transfer lh.white lh.sphere.reg lh.aparc.label.gii --data lh.aparc.annot --to other.sphere",
+            "igl-spheremap transfer lh.white lh.sphere.reg lh.area5.shape.gii --data lh.area --to ico:5"
+            " --method adaptive-area",
+        ),
+        (
+            *shared.pair(),
+            *shared.target("the data at the vertices of --to, in a format of --data"),
+            argument("--data", "FILE", shared.DATA_HELP, required=True),
+            shared.TO,
+            switch(
+                "--labels",
+                help="take the value of the vertex with the largest weight, no weighted sum",
+            ),
+            choice(
+                "--method",
+                ("linear", "adaptive-area"),
+                "adaptive-area keeps integrals, as HCP's ADAP_BARY_AREA",
+                default="linear",
+            ),
+            argument(
+                "--matrix",
+                "FILE",
+                "write the weights by scipy.sparse.save_npz, for values @ matrix",
+            ),
+            shared.REFLECT,
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "export",
+        "export",
+        "Write a texture, vertex colours or a scalar map of a mapped surface.",
+        (
+            "igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb",
+            "igl-spheremap export bunny.obj bunny_sphere.obj globe.obj --show equirectangular --image earth.png",
+            "igl-spheremap export fox.glb fox_sphere.npz fox_octahedral.glb --texture baked --repair",
+            "igl-spheremap export face.obj face_flat.obj face_new.obj --texture baked",
+            "igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles",
+            "igl-spheremap export lh.pial lh.sphere.conformal lh.factor.shape.gii --show factor",
+            "igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor",
+        ),
+        (
+            *shared.pair(optional=True),
+            *shared.target(
+                "texture: .glb or .obj (with .mtl and .png); scalar map: .ply, .glb (colours), or a format of "
+                "--data of `transfer`"
+            ),
+            choice(
+                "--show",
+                ("octahedral", "equirectangular", "factor", "angles"),
+                "a texture by one of two projections, "
+                "octahedral without --show; or a scalar map: u of the conformal factor e^2u, or mean angle differences "
+                "at the vertices in degrees",
+            ),
+            choice(
+                "--texture",
+                ("carried", "baked"),
+                "SOURCE's own texture: on the map's image, or drawn anew for the "
+                "coordinates of --show or of a map to the plane",
+            ),
+            argument("--image", "FILE", "the picture of a texture; without it a checkerboard"),
+            shared.UP,
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "harmonics",
+        "harmonics",
+        "Expand mapped surfaces, or data over one, in spherical harmonics.",
+        (
+            "igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --degree 15 --table errors.tsv",
+            "igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --align --surface reconstructed.ply",
+            'igl-spheremap harmonics "subjects/*.ply" spheres/{stem}.ply coefficients.tsv --align --modes 5',
+        ),
+        (
+            *shared.pair("SURFACE"),
+            *shared.target(
+                ".coef as SPHARM-PDM writes it, or .npz; of many surfaces, "
+                "SPHERE being such as spheres/{stem}.ply, one .tsv, .csv or .npz table"
+            ),
+            _degree(0),
+            shared.DATA,
+            switch("--align", help="put shapes into the frames of their first-order ellipsoids"),
+            argument(
+                "--modes",
+                "K",
+                "of many surfaces: principal components, whose scores come first",
+                type=POSITIVE_COUNT,
+            ),
+            goes_with(
+                "--align",
+                argument("--template", "FILE", "an aligned shape, which directs the axes"),
+            ),
+            argument(
+                "--surface",
+                "FILE",
+                "write the surface that the coefficients describe, on the mesh of --to",
+            ),
+            goes_with("--surface", shared.TO),
+            argument("--table", "FILE", "write error and power by degree: .tsv or .csv"),
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "grid",
+        "harmonics",
+        "Sample a mapped surface, or data over it, on a grid of the sphere.",
+        (
+            "igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss --rows 64",
+            "igl-spheremap grid bunny.ply bunny_sphere.ply bunny_mwss.npz --kind equiangular --rows 65 --columns 128",
+            "igl-spheremap grid lh.pial lh.sphere.conformal lh_sulc.png --data lh.sulc",
+            "igl-spheremap grid bunny.ply bunny_sphere.ply bunny_image.npz --kind octahedral --rows 129",
+        ),
+        (
+            *shared.pair("SURFACE"),
+            *shared.target("a picture (.png), or the numbers (.npz, array `grid`, or .npy)"),
+            shared.DATA,
+            choice(
+                "--kind",
+                ("equirectangular", "equiangular", "gauss", "octahedral"),
+                "cell centres of a picture; equal "
+                "steps from pole to pole; Gauss-Legendre latitudes; or the square of which `mesh` makes a mesh again",
+                default="equirectangular",
+            ),
+            argument(
+                "--rows",
+                "N",
+                "rows; without it 180, of the octahedral square 181",
+                type=POSITIVE_COUNT,
+            ),
+            argument(
+                "--columns",
+                "N",
+                "columns; without it twice the rows, of the square as many",
+                type=POSITIVE_COUNT,
+            ),
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "mesh",
+        "harmonics",
+        "Make a mesh of a geometry image: positions on the octahedral square.",
+        ("igl-spheremap mesh bunny_image.npz bunny_regular.ply",),
+        (
+            argument(
+                "image",
+                "IMAGE",
+                "positions that `grid --kind octahedral` wrote: .npz (array `grid`) or .npy",
+            ),
+            *shared.target("the mesh"),
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "register",
+        "register",
+        "Lay one mapped surface on another so that their features agree.",
+        (
+            "igl-spheremap register sub01.ply sub01_sphere.ply sub02.ply sub02_sphere.ply sub01_on_sub02.ply",
+            "igl-spheremap register rh.white rh.sphere lh.white lh.sphere rh.on_left.reg --reflect"
+            " --feature sulc=rh.sulc,lh.sulc",
+        ),
+        (
+            *shared.pair(),
+            argument("other", "TARGET", "the surface to lay it on"),
+            argument("other_sphere", "TARGET_SPHERE", "its map"),
+            *shared.target("SOURCE's map in the frame of TARGET; - for stdout"),
+            shared.FEATURE,
+            argument(
+                "--stages", "LIST", f"which of {', '.join(STAGES)} to run", default=",".join(USUAL)
+            ),
+            argument(
+                "--stiffness",
+                "S",
+                "weight of the strains beside the features' differences",
+                type=POSITIVE,
+                default=STIFFNESS,
+            ),
+            switch(
+                "--reflect",
+                help="register the mirror image of SOURCE (x to -x); OUT fits SOURCE as it is",
+            ),
+            switch(
+                "--show",
+                help="open a window with both spheres, before and after, coloured by the first feature",
+            ),
+            argument("--screenshot", "OUT.png", "write that as a picture; needs no display"),
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "match",
+        "match",
+        "Map one surface onto another with low distortion, bijectively, with landmarks met.",
+        (
+            "igl-spheremap match cat.ply horse.ply horse_as_cat.ply",
+            "igl-spheremap match cat.ply horse.ply cat_to_horse.npz --landmarks cat.vts horse.vts --video morph.gif",
+            "igl-spheremap match rh.white lh.white lh_on_rh.npz --reflect --feature sulc=rh.sulc,lh.sulc",
+        ),
+        (
+            *shared.source("SOURCE"),
+            argument(
+                "other",
+                "TARGET",
+                "the surface to map it to; the map in an .npz is kept, others are mapped at "
+                "balance 1",
+            ),
+            *shared.target(
+                "TARGET's positions on the connectivity of SOURCE; .npz holds the whole map; - for stdout"
+            ),
+            argument(
+                "--landmarks",
+                ("SOURCE", "TARGET"),
+                "corresponding vertices, which are met exactly: .pinned or .vts lists",
+                nargs=2,
+            ),
+            shared.several(
+                "--curve",
+                ("SOURCE", "TARGET"),
+                "corresponding curves, such lists of neighbouring vertices, "
+                "which meet at the same share of their lengths",
+                nargs=2,
+            ),
+            switch("--soft", help="come near the landmarks, if they can't be met"),
+            shared.FEATURE,
+            argument(
+                "--feature-weight",
+                "W",
+                "of the features' squared differences beside the strain",
+                type=FROM_ZERO,
+                default=0.4,
+            ),
+            switch("--reflect", help="match the mirror image of SOURCE (x to -x); OUT has it, too"),
+            argument(
+                "--overlay",
+                ("ON_SOURCE", "ON_TARGET"),
+                "write the common refinement with its positions on each",
+                nargs=2,
+            ),
+            goes_with(
+                _SHOWING,
+                choice("--colours", CARRIED, "what pictures show on both", default=CARRIED[0]),
+            ),
+            switch("--show", help="open a window with both and what is between them"),
+            *(
+                goes_with(_SHOWING, each) if each[0][0] in ("--up", "--size") else each
+                for each in shared.pictures(CARRIED_SIZE)
+            ),
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "template",
+        "template",
+        "Make the mean of many surfaces, its modes, and a table of scores.",
+        (
+            'igl-spheremap template "subjects/*.ply" --out group',
+            "igl-spheremap template --add new.ply --out group",
+            "igl-spheremap template --design subjects.tsv --out group",
+            'igl-spheremap template --series "frames/*.ply" --out cell',
+        ),
+        (
+            shared.SOURCES,
+            argument(
+                "--out",
+                "DIR",
+                "folder of the group: archive, mean surface, table, page and the members' maps",
+                required=True,
+            ),
+            switch(
+                "--series", help="follow points of one body, whose frames IN are in their order"
+            ),
+            shared.several(
+                "--feature",
+                "NAME=PATTERN",
+                "data over the vertices of each IN, as "
+                "{folder}/{stem}.thickness or {folder}/{stem}.npz:NAME",
+            ),
+            argument("--modes", "K", "how many principal modes", type=POSITIVE_COUNT, default=10),
+            argument(
+                "--to",
+                "ico:K",
+                "the mean's mesh, of 10 * 4^K + 2 vertices; cortices need ico:5",
+                default="ico:4",
+            ),
+            shared.balance(AREA_PRESERVING),
+            switch("--rigid", help="keep the members' sizes; without it shapes are compared"),
+            shared.several("--exclude", "IN", "leave this one of the surfaces out"),
+            shared.RATINGS,
+            *shared.ENGINE,
+            argument(
+                "--add",
+                "NEW",
+                "place these surfaces into the group in DIR, which stays as it is",
+                nargs="+",
+                default=[],
+            ),
+            argument(
+                "--design",
+                "TABLE",
+                "test what depends on each column of this .tsv or .csv table beside the others; "
+                "the first one names the members of the group in DIR",
+            ),
+            argument(
+                "--of",
+                "DATA",
+                "what is tested: shapes, scores, or a feature of the group",
+                default="shapes",
+            ),
+            argument("--permutations", "N", "of a test", type=POSITIVE_COUNT, default=1000),
+            switch(
+                "--augment",
+                help="test with permuted copies of the covariates: for few members and skewed data",
+            ),
+            switch("-f", "--force", help="replace the group in DIR"),
+            *shared.OUTPUT,
+        ),
+    ),
+    Command(
+        "batch",
+        "batch",
+        "Map many files by processes or on a Dask cluster; run it again to continue.",
+        (
+            "igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4",
+            'igl-spheremap batch "subjects/*/surf/?h.white" --out {folder}/{name}.conformal --summary white.tsv',
+            "igl-spheremap batch cells.obj --parts --out cells/{stem}.ply",
+            "igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786"
+            " --timeout 600",
+        ),
+        (
+            shared.SOURCES,
+            shared.PARTS,
+            argument(
+                "--out",
+                "PATTERN",
+                "where each sphere goes: {folder}, {name} and {stem} are those of IN, such as "
+                "{folder}/lh.sphere.conformal or spheres/{stem}.ply",
+                required=True,
+            ),
+            shared.method("auto"),
+            *shared.METHOD_OPTIONS,
+            shared.balance(CONFORMAL),
+            *shared.MANY,
+            *shared.READING[1:],
+        ),
+    ),
+    Command(
+        "sphere-reg",
+        "sphere_reg",
+        "Register cortical surfaces to fsaverage or fsLR, and write the files that pipelines expect.",
+        (
+            "igl-spheremap sphere-reg sub-01_hemi-L_white.surf.gii --to fsaverage --to fsLR --out derivatives",
+            'igl-spheremap sphere-reg "subjects/*/surf/?h.white" --out reg/{subject}/surf --names freesurfer'
+            " --report quality",
+            "igl-spheremap sphere-reg lh.white --to fsaverage5 --labels {hemi}.aparc.annot --out lh_on_right --reflect",
+        ),
+        (
+            shared.SOURCES,
+            shared.several(
+                "--to",
+                "TEMPLATE",
+                "fsaverage (without --to), fsaverage3 to fsaverage7 or fsLR, from programs "
+                "on this machine; or NAME=SURFACE,SPHERE",
+                dest="templates",
+            ),
+            argument(
+                "--out",
+                "DIR",
+                "the folder for the files; {folder} is that of IN, {subject} its subject",
+                required=True,
+            ),
+            shared.several(
+                "--names",
+                "CONVENTION",
+                f"by whose files are named: {', '.join(CONVENTIONS)}; without it bids",
+                choices=CONVENTIONS,
+            ),
+            shared.several(
+                "--labels",
+                "FILE",
+                "labels on a template, .annot or .label.gii, to be carried to the "
+                "surfaces; {hemi} is lh or rh, {side} L or R",
+            ),
+            switch(
+                "--reflect",
+                help="register mirror images (x to -x) to the templates of the other side",
+            ),
+            choice("--hemi", ("L", "R"), "the side, where neither the name nor the file tells it"),
+            *shared.MANY,
+        ),
+    ),
+    Command(
+        "spharm-pdm",
+        "spharm_pdm",
+        "Map and expand surfaces into the files that SPHARM-PDM's programs write, one process each.",
+        (
+            'igl-spheremap spharm-pdm "surfaces/*_surf.vtk" --out shapes',
+            'igl-spheremap spharm-pdm "surfaces/*.ply" --out shapes --template shapes/first_surf_SPHARM_ellalign.coef',
+        ),
+        (
+            shared.SOURCES,
+            argument(
+                "--out",
+                "DIR",
+                "the folder for X_surf.vtk, X_para.vtk (the map), X_surf_SPHARM and its ellalign; "
+                "{folder} is that of IN",
+                required=True,
+            ),
+            _degree(1),
+            argument(
+                "--subdivision",
+                "N",
+                "parts of the icosahedron's edges: 10 N^2 + 2 points",
+                type=number("from 1 to 1000", lambda n: 1 <= n <= 1000, int),
+                default=10,
+            ),
+            argument(
+                "--template",
+                "FILE",
+                "an ellalign.coef that directs each body's axes; without it their own third "
+                "moments",
+            ),
+            shared.balance(AREA_PRESERVING),
+            *shared.MANY,
+        ),
+    ),
+    Command(
+        "reproduce",
+        "reproduce",
+        "Compute the paper's tables and figures, beside its own numbers.",
+        (
+            "igl-spheremap reproduce table2",
+            "igl-spheremap reproduce all --meshes meshes --out reproduction",
+        ),
+        (
+            argument(
+                "names",
+                "WHAT",
+                f"{', '.join(ITEMS)}, or {ALL}: four minutes",
+                nargs="+",
+                choices=(*ITEMS, ALL),
+            ),
+            argument(
+                "--meshes",
+                "DIR",
+                "counterparts of the paper's surfaces (docs/corpus.md); without it samples stand "
+                "in",
+                type=Path,
+            ),
+            argument(
+                "--out",
+                "DIR",
+                "where results and finished runs are kept; run again to continue",
+                type=Path,
+                default=Path("reproduction"),
+            ),
+            argument(
+                "--max-iterations",
+                "N",
+                "of each minimisation; without it the methods' own",
+                type=COUNT,
+            ),
+            switch("-q", "--quiet", help="print nothing"),
+        ),
+    ),
+)
+
+#: What the commands are about, in the order in which help lists them; those of `SHAPES` call `igl_spheremap.shapes`.
+SHAPES = "several surfaces, and harmonics (ism.shapes)"
+GROUPS = {
+    "a map and its certificate": ("map", "check", "repair", "view"),
+    "the paper": ("play", "reproduce"),
+    "surfaces, and what is done with a map": ("info", "export", "transfer", "resample"),
+    "surfaces with a boundary, in the plane": ("disk", "flatten"),
+    SHAPES: (
+        "match",
+        "register",
+        "sphere-reg",
+        "template",
+        "harmonics",
+        "grid",
+        "mesh",
+        "spharm-pdm",
+    ),
+    "many files": ("batch",),
+}
