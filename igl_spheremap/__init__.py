@@ -26,6 +26,7 @@ _MODULES = {
     "SphereMapper": "maps.mapper",
     "Status": "result.run",
     "Stereographic": "maps.options",
+    "add_to_polyscope": "apps.viewer.scene",
     "algorithm_1": "maps.algorithms",
     "algorithm_2": "maps.algorithms",
     "angle_differences": "verify.distortion",
