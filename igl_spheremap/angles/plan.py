@@ -62,6 +62,11 @@ class Plan:
         """How many candidates may start; 0 if the map is to stay as it is."""
         return self.itself + self.layouts
 
+    @property
+    def compares(self) -> bool:
+        """Whether angles of candidates decide anything."""
+        return self.starts > 1 or bool(np.isfinite(self.price))
+
     def __str__(self) -> str:
         """The plan in a sentence."""
         several = "1 layout" if self.layouts == 1 else f"up to {self.layouts} layouts"

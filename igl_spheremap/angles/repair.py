@@ -67,6 +67,7 @@ _FAILURES = (
 def repair(
     mesh: Mesh,
     x: FloatArray,
+    certificate: Certificate,
     run: Run,
     plan: Plan,
     operators: Operators,
@@ -74,15 +75,13 @@ def repair(
     *,
     centred: bool = False,
     effort: Effort = Effort(),  # noqa: B008
-) -> tuple[FloatArray, Run]:
+) -> tuple[FloatArray, Certificate, Run]:
     """Carry out a plan: free a map of foldings, improve its angles, and put it in the gauge of the result.
 
     Bodies with limbs too deep for float64 get the gauge "poles", unless `centred`.
     """
-    work, field = (
-        _Repair(mesh, x, run, plan, operators, listener, centred, effort),
-        list[Candidate](),
-    )
+    work = _Repair(mesh, x, certificate, run, plan, operators, listener, centred, effort)
+    field: list[Candidate] = []
     try:
         with work.attempt("repair"):
             field = work.field()
@@ -102,6 +101,7 @@ class _Repair:
         self,
         mesh: Mesh,
         x: FloatArray,
+        certificate: Certificate,
         run: Run,
         plan: Plan,
         operators: Operators,
@@ -109,7 +109,8 @@ class _Repair:
         centred: bool,
         effort: Effort,
     ) -> None:
-        self.mesh, self.x, self.run, self.plan, self.operators = mesh, x, run, plan, operators
+        self.mesh, self.x, self.certificate = mesh, x, certificate
+        self.run, self.plan, self.operators = run, plan, operators
         self.listener, self.centred, self.effort = listener, centred, effort
         self.rounds: list[Round] = []
         self.notes: list[str] = []
@@ -118,7 +119,8 @@ class _Repair:
     @cached_property
     def _system(self) -> VertexSystem:
         """Assembly of the systems with two unknowns a vertex."""
-        return VertexSystem(self.mesh.f, len(self.mesh.v), limbs=True)
+        backend = self.operators.factor.backend
+        return VertexSystem(self.mesh.f, len(self.mesh.v), backend, limbs=True)
 
     @contextmanager
     def attempt(self, name: str) -> Iterator[None]:
@@ -145,7 +147,7 @@ class _Repair:
 
     def starts(self) -> Iterator[Candidate]:
         """Candidates in the order in which they start, each made when it is asked for."""
-        first = self.record("map", self.x)
+        first = self.record("map", self.x, self.certificate)
         if self.plan.itself and (start := first or self.embedded(self.x)):
             yield start
         if self.plan.layouts:
@@ -153,7 +155,7 @@ class _Repair:
                 placed = unroll(self.mesh, self.x, self._system)
                 if placed is not None and placed.depth.max() > floor_of(np.float64):
                     y, stretch, gauge = on_float64(placed, self.mesh.angles, self.centred)
-                    if start := self.record("angles", y, stretch, gauge) or self.embedded(
+                    if start := self.record("angles", y, None, stretch, gauge) or self.embedded(
                         y, None, stretch, gauge
                     ):
                         yield start
@@ -178,9 +180,8 @@ class _Repair:
         """A map repaired locally, given what small moves make of it, if that is known; None unless the plan embeds."""
         if self.plan.embeds:
             with self.attempt("embedding"):
-                return self.record(
-                    "embedding", repair_locally(self.mesh, x, after=after), stretch, gauge
-                )
+                y, certificate = repair_locally(self.mesh, x, after=after)
+                return self.record("embedding", y, certificate, stretch, gauge)
         return None
 
     def steps(self, start: Candidate, least_gain: float, rough: bool = False) -> Candidate:
@@ -199,16 +200,25 @@ class _Repair:
                 damping=DAMPED if deep else HALF_DIGITS,
                 rough=rough,
             )
-            after = self.record("newton", x, start.stretch, start.gauge)
+            after = self.record("newton", x, None, start.stretch, start.gauge)
             if after and after.mean < start.mean:
                 return replace(after, further=further)
         return start
 
     def record(
-        self, name: str, x: FloatArray, stretch: float = 1.0, gauge: str = "centred"
+        self,
+        name: str,
+        x: FloatArray,
+        certificate: Certificate | None = None,
+        stretch: float = 1.0,
+        gauge: str = "centred",
     ) -> Candidate | None:
-        """Record a map; a candidate if it is certified."""
-        certificate, mean = Certificate.of(x, self.mesh.f), mean_angle_difference(self.mesh, x)
+        """Record a map; a candidate if it is certified. Angles are measured where more than one may follow."""
+        if certificate is None:
+            certificate = Certificate.of(x, self.mesh.f)
+        mean = np.nan
+        if self.plan.compares:
+            mean = mean_angle_difference(self.mesh, x)
         before = self.rounds[-1].foldings_after if self.rounds else certificate.foldings
         k, now, energy = (
             len(self.rounds),
@@ -236,19 +246,23 @@ class _Repair:
             raise OfListener(error) from None
         return Candidate(x, mean, stretch, gauge) if certificate.folding_free else None
 
-    def result(self, field: list[Candidate]) -> tuple[FloatArray, Run]:
+    def gauged(self, best: Candidate) -> tuple[FloatArray, Certificate]:
+        """A candidate's map in its gauge, and its certificate."""
+        if best.gauge == "centred":
+            with self.attempt("gauge"):
+                return restore_gauge(self.mesh, best.x)
+        return best.x, Certificate.of(best.x, self.mesh.f)
+
+    def result(self, field: list[Candidate]) -> tuple[FloatArray, Certificate, Run]:
         """The best candidate that is left in the package's gauge, or the first map, with the record."""
-        x, run = self.x, self.run
+        x, certificate, run = self.x, self.certificate, self.run
         best = min(field, key=attrgetter("mean"), default=None)
         if best is not None and best.x is not x:
-            x = best.x
-            if best.gauge == "centred":
-                with self.attempt("gauge"):
-                    x = restore_gauge(self.mesh, x)
+            x, certificate = self.gauged(best)
             energy = HarmonicEnergy(self.operators.L).evaluate(x)[0]
             run = replace(run, energy=energy, stretch=best.stretch, gauge=best.gauge)
         rounds = tuple(self.rounds) if len(self.rounds) > 1 else ()
-        return x, replace(run, rounds=rounds, notes=(*run.notes, *self.notes))
+        return x, certificate, replace(run, rounds=rounds, notes=(*run.notes, *self.notes))
 
 
 def left_out(name: str, error: Exception) -> str:

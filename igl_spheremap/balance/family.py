@@ -174,7 +174,9 @@ def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
     if laid_out is None:
         return x
     y = onto_sphere(laid_out, shorten_limbs(laid_out, mesh.angles, _STRETCHED)[0])
-    return y if Certificate.of(y, mesh.f).folding_free else repair_locally(mesh, y)
+    if Certificate.of(y, mesh.f).folding_free:
+        return y
+    return repair_locally(mesh, y)[0]
 
 
 def log_factor(source: FlatFaces, x: FloatArray) -> FloatArray:

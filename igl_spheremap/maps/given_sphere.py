@@ -208,11 +208,12 @@ def repair_foldings(
     y, _, notes = _not_mirrored(y, mesh, before)
     notes = [*_is_itself(mesh, rows), *notes]
     if before.orientation is None:
-        y = repair_locally(
+        y, after = repair_locally(
             mesh, y, None if listener is None else lambda part: record("repair", part)
         )
         record("repaired", y)
-    after = Certificate.of(y, mesh.f)
+    else:
+        after = Certificate.of(y, mesh.f)
     energy = HarmonicEnergy.of(mesh).evaluate(y)[0]
     done = Round(
         0,

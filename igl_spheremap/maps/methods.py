@@ -68,9 +68,10 @@ def auto(
     plan = plan_repair(mesh, x, certificate, options.polish, options.effort, large)
     try:
         if plan.starts:
-            x, run = repair(
+            x, certificate, run = repair(
                 mesh,
                 x,
+                certificate,
                 run,
                 plan,
                 operators,
@@ -78,7 +79,6 @@ def auto(
                 centred=options.gauge == "centred",
                 effort=options.effort,
             )
-            certificate = Certificate.of(x, mesh.f)
         elif listener is not None:
             listener(Iterate("repair", 0, 0, x, run.energy, 0.0))
     except StopIteration:
@@ -204,8 +204,7 @@ def in_gauge(mesh: Mesh, x: FloatArray, run: Run, gauge: PaperGauge = "centred")
         and not certificate.folding_free
         and Certificate.of(x, mesh.f).folding_free
     ):
-        y = repair_locally(mesh, y)
-        certificate = Certificate.of(y, mesh.f)
+        y, certificate = repair_locally(mesh, y)
         notes = (*notes, "the rounding of the last rotation folded faces, which were repaired")
     if not certificate.folding_free:
         mended = Remedy("repair_foldings", given="v, f, sphere")

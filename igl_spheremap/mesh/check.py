@@ -26,7 +26,7 @@ from .arrays import (
     plain_array,
 )
 from .edges import HalfEdges, half_edges
-from .measure import corner_angles, face_areas, vertex_shares
+from .measure import corner_angles, face_areas, vertex_normals, vertex_shares
 
 _EPS = np.finfo(float).eps
 #: Least ratio of area to squared extent: below, the area is rounding, and the extent sets the scale. Of samples that
@@ -53,6 +53,11 @@ class CheckedFaces:
     def angles(self) -> FloatArray:
         """Corner angles (m, 3), in radians."""
         return corner_angles(self.unit, self.f)
+
+    @cached_property
+    def normals(self) -> FloatArray:
+        """Area-weighted unit normals at the vertices (n, 3): the Gauss map."""
+        return vertex_normals(self.unit, self.f)
 
 
 @dataclass(frozen=True, eq=False)

@@ -97,7 +97,7 @@ class Safeguards(AsPrinted):
         elif not is_first:
             if has_few_foldings(certificate, self._mesh.f):
                 self._count("repaired", certificate.foldings)
-                x = repair_locally(self._mesh, x)
+                x, _ = repair_locally(self._mesh, x)
             self._most = self._foldings(x)
         return x
 

@@ -229,7 +229,8 @@ class Round:
     energy : float
         Harmonic energy of the map.
     mean_angle_difference : float
-        Mean over all corners of the size of the angle difference, in degrees.
+        Mean over all corners of the size of the angle difference, in degrees; NaN where nothing depended on it, as in
+        a repair without steps.
     status : Status
         How the minimisation ended.
     seconds : float
@@ -253,7 +254,9 @@ class Round:
             taken = iterations_in(self.iterations)
             folded = f"{self.foldings_before:,} folded faces, after {taken} {self.foldings_after:,}"
         collapsed = f"; {self.status.value}" if self.status is Status.COLLAPSED else ""
-        return f"{self.start}: {folded}, {self.mean_angle_difference:.3g} degrees off{collapsed}"
+        if np.isfinite(self.mean_angle_difference):
+            folded += f", {self.mean_angle_difference:.3g} degrees off"
+        return f"{self.start}: {folded}{collapsed}"
 
 
 @dataclass(frozen=True, eq=False)

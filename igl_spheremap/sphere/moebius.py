@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
-from ..mesh.measure import vertex_normals
 from ..timings import phase
 from .rows import row_dots, weighted_moment, weighted_sum
 
@@ -148,11 +147,10 @@ def turn_to_gauss_map(mesh: Mesh, x: FloatArray) -> FloatArray:
 
 def orientation_target(mesh: Mesh) -> FloatArray:
     """The vectors that a map in the gauge is turned to: normals plus 1/1000 of the position from the barycentre."""
-    normals = vertex_normals(mesh.unit, mesh.f)
     outward = mesh.unit - weighted_sum(mesh.A, mesh.unit)
-    inside_out = np.vdot(mesh.A, row_dots(normals, outward)) < 0
+    inside_out = np.vdot(mesh.A, row_dots(mesh.normals, outward)) < 0
     outward *= -_TIE_BREAK if inside_out else _TIE_BREAK
-    outward += normals  # algorithm (21)
+    outward += mesh.normals  # algorithm (21)
     return outward
 
 

@@ -19,7 +19,7 @@ from itertools import count
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..mesh.edges import touching
+from ..mesh.edges import Patch, touching
 from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces, orientation_signs
@@ -28,8 +28,8 @@ from .kernel import Stars, analytic_centres, centres_beside, stars_of
 
 #: Vertices are removed at first within this many rings around foldings, and around places where float64 was too coarse;
 #: the number is doubled until it suffices. With 2 and 8 one and two of 29 parts change, by less than .05 percent in sum
-#: (`python -m benchmarks versions . FOLDER/tune --every 8 --set untangle.embedding._REMOVED_RINGS=2`).
-_REMOVED_RINGS = 4
+#: (`python -m benchmarks versions . FOLDER/tune --every 8 --set untangle.embedding.REMOVED_RINGS=2`).
+REMOVED_RINGS = 4
 #: Each time after this many batches of collapses, a further ring around the foldings that are left is removed as well.
 #: A mesh of 48,000 vertices with a mirrored limb takes 1.9 s so, and 14 s if only vertices of folded faces are removed.
 _PATIENCE = 8
@@ -76,9 +76,27 @@ def progressive_embedding(
     with suppress(_TooCoarse):
         # bad positions must not decide what collapses where
         y = np.tile([0.0, 0.0, 1.0], (len(x), 1))
+        every = np.ones(len(x), bool)
         return _rebuild_locally(
-            y, f, np.ones(len(f), bool), np.ones(len(x), bool), unit_rows, listener, 0, False
+            y, f, np.ones(len(f), bool), every, ~every, unit_rows, listener, 0, False
         )
+    return x
+
+
+def embed_patch(
+    x: FloatArray, patch: Patch, listener: PositionsListener | None = None
+) -> FloatArray:
+    """Repair the foldings of a patch by progressive embedding; its positions themselves if that would move its rim.
+
+    `x` are the positions of its vertices. A patch of `REMOVED_RINGS` around the foldings nearly always suffices.
+    """
+    bad = folded_faces(x, patch.f)
+    if bad.any():
+        with suppress(_RegionTooSmall, _TooCoarse):
+            none = np.zeros(len(x), bool)
+            return _rebuild_locally(
+                x, patch.f, bad, none, patch.rim, unit_rows, listener, REMOVED_RINGS, True
+            )
     return x
 
 
@@ -94,12 +112,15 @@ def embed_locally(
     bad, forced, rings, keep = (
         folded_faces(x, f),
         np.zeros(len(x), dtype=bool),
-        _REMOVED_RINGS,
+        REMOVED_RINGS,
         True,
     )
     while 0 < bad.sum() <= len(f) / 2:
         try:
-            return _rebuild_locally(x, f, bad, forced, grid or unit_rows, listener, rings, keep)
+            fixed = np.zeros_like(forced)
+            return _rebuild_locally(
+                x, f, bad, forced, fixed, grid or unit_rows, listener, rings, keep
+            )
         except _RegionTooSmall:
             rings *= 2
         except _TooCoarse as failure:
@@ -115,8 +136,15 @@ def embed_locally(
 
 def fix_orientation(x: FloatArray, f: IntArray) -> FloatArray:
     """The map or its mirror image, whichever has more positively oriented faces."""
+    return oriented(x, f)[0]
+
+
+def oriented(x: FloatArray, f: IntArray) -> tuple[FloatArray, IntArray]:
+    """The same, and the orientations of its faces."""
     signs = orientation_signs(x, f)
-    return x if (signs >= 0).sum() >= len(f) / 2 else x * [1, 1, -1]
+    if (signs >= 0).sum() >= len(f) / 2:
+        return x, signs
+    return x * [1, 1, -1], -signs
 
 
 def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:
@@ -135,6 +163,7 @@ def _rebuild_locally(
     f: IntArray,
     bad: BoolArray,
     forced: BoolArray,
+    fixed: BoolArray,
     grid: Grid,
     listener: PositionsListener | None,
     rings: int,
@@ -142,13 +171,14 @@ def _rebuild_locally(
 ) -> FloatArray:
     """Remove and rebuild the forced vertices, and as few as possible around bad faces, within `rings` of both.
 
+    Those that are `fixed` stay.
     With `keep_positions` vertices return to where they were, or as near as their kernels allow; else they spread out.
     """
     around = forced.copy()
     around[f[bad]] = True
     faces = touching(f, dilate(f, around, rings))
     vertices, local = np.unique(f[faces], return_inverse=True)
-    frozen = np.zeros(len(x), dtype=bool)
+    frozen = fixed.copy()
     frozen[f[~faces]] = True
     mesh = ProgressiveMesh(local.reshape(-1, 3), x[vertices], frozen[vertices], grid)
     notify = None if listener is None else lambda part: listener(with_rows(x, vertices, part))

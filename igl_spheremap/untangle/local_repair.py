@@ -11,12 +11,21 @@ import numpy as np
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import marked, touching
+from ..mesh.measure import corner_angles
 from ..sphere.moebius import fix_gauge
 from ..sphere.rows import column_crosses, column_dots, sizes, unit_rows, weighted_sum
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
-from ..verify.signs import column_signs, folded_faces
-from .embedding import PositionsListener, dilate, fix_orientation, progressive_embedding, with_rows
+from ..verify.signs import column_signs, folded_faces, orientation_signs
+from .embedding import (
+    REMOVED_RINGS,
+    PositionsListener,
+    dilate,
+    embed_patch,
+    oriented,
+    progressive_embedding,
+    with_rows,
+)
 from .relax import AngleLoss, relax_angles
 
 #: Foldings of at most this share of the faces are few, and are repaired locally. Measured: with 1 percent folded that
@@ -60,31 +69,48 @@ def repair_locally(
     x: FloatArray,
     listener: PositionsListener | None = None,
     after: FloatArray | None = None,
-) -> FloatArray:
+) -> tuple[FloatArray, Certificate]:
     """A map free of foldings: by small moves, by embedding where folds are left, and by relaxing what moved.
 
     `listener` is called with the map after each round of small moves, and after each batch of embedded vertices.
-    `after` is what small moves make of the map, if that is known.
+    `after` is what small moves make of the map, if that is known. All is done on a patch around the foldings, unless
+    embedding has to move more.
     """
-    x = fix_orientation(x, mesh.f)
-    y = progressive_embedding(
-        small_moves(x, mesh.f, listener) if after is None else after, mesh.f, listener
-    )
-    moved = dilate(mesh.f, (y != x).any(axis=1), RELAXED_RINGS)
-    around = touching(mesh.f, moved)
-    return relax_angles(
-        y,
-        mesh.f[around],
-        AngleLoss(mesh.angles[around].T),
-        moved,
-        sweeps=_SWEEPS,
-        tolerance=_SETTLED,
-    )
+    x, signs = oriented(x, mesh.f)
+    y = x
+    if after is not None:
+        y, signs = after, orientation_signs(after, mesh.f)
+    rings = REMOVED_RINGS + _MOVED_RINGS  # around faces that small moves fold, too
+    patch = mesh.edges.patch(mesh.f[signs <= 0], rings)
+    notify = None
+    if listener is not None:
+        whole = y
+
+        def notify(part: FloatArray) -> None:
+            listener(with_rows(whole, patch.vertices, part))
+
+    part = y[patch.vertices]
+    if after is None:
+        part = small_moves(part, patch.f, notify)
+    y = _relaxed(mesh, x, with_rows(y, patch.vertices, embed_patch(part, patch, notify)))
+    certificate = Certificate.of(y, mesh.f)
+    if not certificate.folding_free:
+        y = _relaxed(mesh, x, progressive_embedding(y, mesh.f, listener))
+        certificate = Certificate.of(y, mesh.f)
+    return y, certificate
+
+
+def _relaxed(mesh: Mesh, before: FloatArray, x: FloatArray) -> FloatArray:
+    """A map relaxed towards the mesh's angles around what has moved."""
+    near = mesh.edges.within(np.flatnonzero((x != before).any(axis=1)), RELAXED_RINGS)
+    f = mesh.f[mesh.edges.faces_at(near)]
+    loss = AngleLoss(corner_angles(mesh.unit, f).T)
+    return relax_angles(x, f, loss, marked(near, len(x)), sweeps=_SWEEPS, tolerance=_SETTLED)
 
 
 def unfolded(mesh: Mesh, x: FloatArray) -> FloatArray:
     """The map itself, or repaired locally if a face folds."""
-    return repair_locally(mesh, x) if folded_faces(x, mesh.f).any() else x
+    return repair_locally(mesh, x)[0] if folded_faces(x, mesh.f).any() else x
 
 
 def small_moves(
@@ -103,16 +129,20 @@ def small_moves(
     """
     near = dilate(f, marked(f[folded_faces(x, f)], len(x)), _MOVED_RINGS)
     vertices, local = np.unique(f[touching(f, near)], return_inverse=True)
-    corners, movable = local.reshape(-1, 3).T, near[vertices]
+    faces, movable = local.reshape(-1, 3), near[vertices]
     y = best = x[vertices].T.copy()
-    bad = corners[:, column_signs(y.take(corners, axis=1)) <= 0]
-    fewest, since = bad.size, 0
-    while bad.size and since < _PATIENCE:
-        y = _projected(y, bad, movable)
+    folded = column_signs(y.take(faces.T, axis=1)) <= 0
+    fewest, since = folded.sum(), 0
+    while folded.any() and since < _PATIENCE:
+        bad = faces[folded]
+        y = _projected(y, bad.T, movable)
         if listener is not None:
             listener(with_rows(x, vertices, y.T))
-        bad = corners[:, column_signs(y.take(corners, axis=1)) <= 0]
-        best, fewest, since = (y, bad.size, 0) if bad.size < fewest else (best, fewest, since + 1)
+        changed = touching(faces, marked(bad, len(vertices)))
+        folded[changed] = column_signs(y.take(faces[changed].T, axis=1)) <= 0
+        since += 1
+        if folded.sum() < fewest:
+            best, fewest, since = y, folded.sum(), 0
     return with_rows(x, vertices, best.T)
 
 
@@ -148,17 +178,21 @@ def is_worse(mean: float, before: float) -> bool:
     return mean >= _WORSE * before
 
 
-def restore_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
+def restore_gauge(mesh: Mesh, x: FloatArray) -> tuple[FloatArray, Certificate]:
     """Put a certified map back into the package's gauge, which the repair has left, and certify it again.
 
     Returns `x` itself where the Moebius map would fold it although its centroid is nearly at the origin, or would spoil
-    the angles of huge faces.
+    the angles of huge faces: one that hardly moves the centroid changes no angle more than that.
     """
     y = fix_gauge(mesh, x)
-    if is_off_centre(mesh, x) and not Certificate.of(y, mesh.f).folding_free:
-        y = repair_locally(mesh, y)
-    worse = is_worse(mean_angle_difference(mesh, y), mean_angle_difference(mesh, x))
-    return y if not worse and Certificate.of(y, mesh.f).folding_free else x
+    certificate, worse = Certificate.of(y, mesh.f), False
+    if is_off_centre(mesh, x):
+        if not certificate.folding_free:
+            y, certificate = repair_locally(mesh, y)
+        worse = is_worse(mean_angle_difference(mesh, y), mean_angle_difference(mesh, x))
+    if worse or not certificate.folding_free:
+        return x, Certificate.of(x, mesh.f)
+    return y, certificate
 
 
 def is_off_centre(mesh: Mesh, x: FloatArray) -> bool:
