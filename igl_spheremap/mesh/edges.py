@@ -49,35 +49,6 @@ class HalfEdges:
     def __repr__(self) -> str:
         return f"HalfEdges({len(self.diagonal)} vertices, {len(self.faces)} faces)"
 
-    def within(self, vertices: IntArray, rings: int) -> IntArray:
-        """All vertices within `rings` edges of given ones, in ascending order, at the cost of their number."""
-        found = np.unique(vertices)
-        for _ in range(rings):
-            found = np.unique(
-                self.indices.take(self._of_rows(found))
-            )  # the diagonal adds themselves
-        return found
-
-    def faces_at(self, vertices: IntArray) -> IntArray:
-        """Faces that have one of several distinct vertices, in ascending order, at the cost of their number."""
-        half = self.half.take(self._of_rows(vertices))
-        return np.unique(half[half < self.faces.size] // 3)
-
-    def _of_rows(self, rows: IntArray) -> IntArray:
-        """Numbers of the entries in some rows."""
-        count = self.indptr[rows + 1] - self.indptr[rows]
-        return np.arange(count.sum()) + np.repeat(
-            self.indptr[rows] - np.cumsum(count) + count, count
-        )
-
-    def patch(self, vertices: IntArray, rings: int) -> Patch:
-        """The faces around all vertices within `rings` edges of given ones."""
-        faces = self.faces[self.faces_at(self.within(vertices, rings))].astype(np.int64)
-        names, local = np.unique(faces, return_inverse=True)
-        f = local.reshape(-1, 3)
-        valence = self.indptr[names + 1] - self.indptr[names] - 1
-        return Patch(names, f, np.bincount(f.ravel()) < valence)
-
 
 @dataclass(frozen=True, eq=False)
 class Patch:
@@ -96,6 +67,38 @@ class Patch:
     vertices: IntArray
     f: IntArray
     rim: BoolArray
+
+
+def patch_around(edges: HalfEdges, vertices: IntArray, rings: int) -> Patch:
+    """The faces around all vertices within `rings` edges of given ones, at the cost of their number."""
+    faces = edges.faces[faces_at(edges, within(edges, vertices, rings))].astype(np.int64)
+    names, local = np.unique(faces, return_inverse=True)
+    f = local.reshape(-1, 3)
+    valence = edges.indptr[names + 1] - edges.indptr[names] - 1
+    return Patch(names, f, np.bincount(f.ravel()) < valence)
+
+
+def within(edges: HalfEdges, vertices: IntArray, rings: int) -> IntArray:
+    """All vertices within `rings` edges of given ones, in ascending order."""
+    found = np.unique(vertices)
+    for _ in range(rings):
+        found = np.unique(
+            edges.indices.take(_of_rows(edges, found))
+        )  # the diagonal adds themselves
+    return found
+
+
+def faces_at(edges: HalfEdges, vertices: IntArray) -> IntArray:
+    """Faces that have one of several distinct vertices, in ascending order."""
+    half = edges.half.take(_of_rows(edges, vertices))
+    return np.unique(half[half < edges.faces.size] // 3)
+
+
+def _of_rows(edges: HalfEdges, rows: IntArray) -> IntArray:
+    """Numbers of the entries in some rows."""
+    first = edges.indptr[rows]
+    count = edges.indptr[rows + 1] - first
+    return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
 
 
 def marked(rows: IntArray, n: int) -> BoolArray:
