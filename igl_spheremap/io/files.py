@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import lru_cache
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -136,11 +137,14 @@ def parts_in(path: PathLike) -> list[str]:
 def _parts_of(path: Path, triangulate: bool) -> tuple[LoadedMesh, list[IntArray]]:
     """The mesh of a file, and the faces of its closed parts."""
     with opening(path):
-        return _split(path, path.stat().st_mtime_ns, triangulate)
+        content = sha256(path.read_bytes()).digest()
+    if format_of(path).name == "glTF":  # what it holds may lie in other files
+        return _split.__wrapped__(path, content, triangulate)
+    return _split(path, content, triangulate)
 
 
 @lru_cache(maxsize=1)  # parts are read one by one
-def _split(path: Path, changed: int, triangulate: bool) -> tuple[LoadedMesh, list[IntArray]]:
+def _split(path: Path, content: bytes, triangulate: bool) -> tuple[LoadedMesh, list[IntArray]]:
     mesh = read_mesh(path, triangulate=triangulate)
     return mesh, closed_parts(mesh.f, len(mesh.v))
 

@@ -16,6 +16,8 @@ from .reading import check_complete
 from .records import Metadata, RawMesh, of_triangles
 
 _TRIANGLES = b"\xff\xff\xfe"
+#: How the geometry of the volume begins, behind the triangles.
+_VOLUMES = struct.pack(">i", 20), struct.pack(">iii", 2, 0, 20)
 #: How curvature files begin, and files of quads.
 CURVATURE = b"\xff\xff\xff"
 
@@ -23,15 +25,20 @@ CURVATURE = b"\xff\xff\xff"
 def read(path: Path) -> RawMesh:
     """A surface in its own coordinates, with the geometry of its volume."""
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer geometry", "io")
+    volume = b""
     with path.open("rb") as file:
         if file.read(3) == _TRIANGLES:
             file.readline()
             file.readline()
-            _check_size(file, 12, *struct.unpack(">ii", file.read(8)))
-    v, f, volume = freesurfer.read_geometry(path, read_metadata=True)
-    return RawMesh(
-        v, of_triangles(f), {"volume": dict(volume)} if volume and "volume" in volume else {}
-    )
+            announced = struct.unpack(">ii", file.read(8))
+            _check_size(file, 12, *announced)
+            file.seek(12 * sum(announced), os.SEEK_CUR)
+            volume = file.read(12)
+    if not volume.startswith(_VOLUMES):  # nibabel would warn
+        v, f = freesurfer.read_geometry(path)
+        return RawMesh(v, of_triangles(f))
+    v, f, geometry = freesurfer.read_geometry(path, read_metadata=True)
+    return RawMesh(v, of_triangles(f), {"volume": dict(geometry)})
 
 
 def _check_size(file: BinaryIO, size: int, *announced: int) -> None:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 from io import BytesIO
+from itertools import chain
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +17,7 @@ from numpy.typing import NDArray
 from ..draw.plot import vertical
 from ..errors import MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
-from .reading import check_expansion, check_regular
+from .reading import beside, check_complete, check_expansion
 from .records import Metadata, RawMesh, of_triangles
 
 _MAGIC = b"glTF"
@@ -22,54 +25,147 @@ _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "
 #: Types of numbers.
 _KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _RGB = ("red", "green", "blue")
+_OF_PART = (
+    512  # bytes that a part takes at least where it is drawn: the node that draws it takes some
+)
 _DEEPEST = 64  # nodes below one another; trimesh takes time by the square of their number
 
 
 def read(path: Path) -> RawMesh:
     """All meshes of a scene as one, in the scene's coordinates; seams of textures hold their vertices twice."""
-    v, f = joined(parts(path))
+    v, f = joined(Scene(path).parts())
     return RawMesh(v, of_triangles(f))
 
 
-def parts(path: Path, textures: bool = False) -> list[Any]:
-    """The meshes of a scene as trimesh reads them, in the scene's coordinates."""
-    trimesh = import_optional("trimesh", "glTF", "io")
-    data = path.read_bytes()
-    binary = data.startswith(_MAGIC)
-    head = 20 + int.from_bytes(data[12:16], "little")
-    tree = json.loads(data[20:head] if binary else data)
-    if not textures:
-        tree["images"] = []
-    named = [
-        entry
-        for entry in (*tree.get("buffers", []), *tree.get("images", []))
-        if not entry.get("uri", "data:").startswith("data:")
-    ]
-    stored = len(data)
-    if len({entry["uri"] for entry in named}) < len(named):
-        raise MeshError("it names a file twice, for two buffers or pictures; write it anew")
-    for entry in named:  # trimesh reads pipes and devices, too
-        check_regular(path.parent / entry["uri"])
-        content = (path.parent / entry["uri"]).read_bytes()
-        entry["uri"], stored = _embedded(content), stored + len(content)
-    _check_tree(tree, stored)
-    sparse = [entry for entry in tree.get("accessors", []) if "sparse" in entry]
-    if named or sparse:
-        if binary and "uri" not in tree["buffers"][0]:
-            tree["buffers"][0]["uri"] = _embedded(data[head + 8 :])
-        for entry in sparse:
-            _fill(tree, entry)
-        binary, data = False, json.dumps(tree).encode()
-    scene = trimesh.load_scene(
-        BytesIO(data),
-        file_type="glb" if binary else "gltf",
-        process=False,
-        skip_materials=not textures,
+class Scene:
+    """The tree of a scene, and its buffers, each read once from the file or from those beside it."""
+
+    def __init__(self, path: Path) -> None:
+        data = path.read_bytes()
+        chunk = b""
+        if data.startswith(_MAGIC):
+            text = _chunk(data, 12)
+            chunk = _chunk(data, 20 + len(text))
+        else:
+            text = data
+        self.path, self.tree = path, json.loads(text)
+        if str(self.tree.get("asset", {}).get("version", 2)).startswith("1."):
+            raise MeshError("it is of version 1 of glTF; write it as glTF 2.0")
+        entries = self.tree.get("buffers", [])
+        named = [os.path.realpath(self._place(entry)) for entry in entries if _is_named(entry)]
+        if len(set(named)) < len(named):
+            raise MeshError("it names a file twice, for two buffers; write it anew")
+        self.buffers = [self._content(entry, chunk) for entry in entries]
+        _check_tree(self.tree, len(data) + sum(map(os.path.getsize, named)))
+
+    def _place(self, entry: dict[str, Any]) -> Path:
+        return beside(self.path, unquote(entry["uri"]))
+
+    def _content(self, entry: dict[str, Any], otherwise: bytes) -> bytes:
+        """What an entry's URI stands for; of one without a URI, the content that is given."""
+        if "uri" not in entry:
+            return otherwise
+        if _is_named(entry):
+            return self._place(entry).read_bytes()
+        return base64.b64decode(entry["uri"].partition(",")[2])
+
+    def _view(self, number: int) -> bytes:
+        """The part of a buffer that a view shows."""
+        view = self.tree["bufferViews"][number]
+        at, buffer = view.get("byteOffset", 0), self.buffers[view["buffer"]]
+        end = at + view["byteLength"]
+        check_complete(0 <= at <= end <= len(buffer), f"{len(buffer)} bytes", f"{end} of a buffer")
+        return buffer[at:end]
+
+    def parts(self) -> list[Any]:
+        """The meshes as trimesh reads them, in the scene's coordinates; it sees neither other files nor pictures."""
+        trimesh = import_optional("trimesh", "glTF", "io")
+        accessors = [self._filled(entry) for entry in self.tree.get("accessors", [])]
+        views = self.tree.get("bufferViews", [])
+        content = [self._view(k) for k in range(len(views))]
+        start = np.cumsum([0, *map(len, content)]).tolist()
+        tree = self.tree | {
+            "accessors": accessors,
+            "bufferViews": [
+                view | {"buffer": 0, "byteOffset": at}
+                for view, at in zip(views, start[:-1], strict=True)
+            ],
+            "buffers": [{"byteLength": start[-1]}],
+            "images": [],
+            # texture coordinates come with a material only
+            "materials": [{} for _ in self.tree.get("materials", [])],
+        }
+        scene = trimesh.load_scene(
+            BytesIO(_glb(tree, b"".join(content))), file_type="glb", process=False
+        )
+        meshes = [part for part in scene.dump() if isinstance(part, trimesh.Trimesh)]
+        if not meshes:
+            raise MeshError("no triangles in the glTF file; give a closed triangle mesh")
+        return meshes
+
+    def _filled(self, accessor: dict[str, Any]) -> dict[str, Any]:
+        """An accessor whose sparse values are put into its array, which becomes a buffer; trimesh leaves them out."""
+        if "sparse" not in accessor:
+            return accessor
+        sparse, count, width = accessor["sparse"], accessor["count"], _WIDTHS[accessor["type"]]
+        kind = _KINDS[accessor["componentType"]]
+        array = np.zeros((count, width), dtype=kind)
+        if "bufferView" in accessor:
+            array[:] = self._rows(accessor, count, kind, width)
+        indices = sparse["indices"]
+        places = self._rows(indices, sparse["count"], _KINDS[indices["componentType"]], 1)
+        array[places[:, 0]] = self._rows(sparse["values"], sparse["count"], kind, width)
+        self.buffers.append(array.tobytes())
+        views = self.tree["bufferViews"]
+        views.append({"buffer": len(self.buffers) - 1, "byteLength": array.nbytes})
+        full = {name: value for name, value in accessor.items() if name != "sparse"}
+        return full | {"bufferView": len(views) - 1, "byteOffset": 0}
+
+    def _rows(self, entry: dict[str, Any], count: int, kind: str, width: int) -> NDArray[Any]:
+        """Read `count` rows from the place in a buffer that an entry of the tree names."""
+        view = self.tree["bufferViews"][entry["bufferView"]]
+        at, size = view.get("byteOffset", 0) + entry.get("byteOffset", 0), np.dtype(kind).itemsize
+        strides = view.get("byteStride", size * width), size
+        return np.ndarray((count, width), kind, self.buffers[view["buffer"]], at, strides)
+
+    def picture(self) -> bytes | None:
+        """The content of the picture of all parts' base colour; None if a part has none."""
+        tree, used = self.tree, set()
+        shown = {node["mesh"] for node in tree.get("nodes", []) if "mesh" in node}
+        for part in chain.from_iterable(tree["meshes"][k]["primitives"] for k in shown):
+            if "material" not in part:
+                return None
+            texture = _base_colour(tree["materials"][part["material"]])
+            if texture is None:
+                return None
+            entry = tree["textures"][texture["index"]]
+            used.add(entry.get("extensions", {}).get("EXT_texture_webp", entry)["source"])
+        found = set()
+        for k in sorted(used):
+            image = tree["images"][k]
+            found.add(
+                self._view(image["bufferView"])
+                if "bufferView" in image
+                else self._content(image, b"")
+            )
+        return only_picture(found)
+
+
+def only_picture(contents: set[bytes]) -> bytes | None:
+    """The one picture of a surface; a MeshError if there are several, None if there is none."""
+    if len(contents) > 1:
+        raise MeshError(
+            f"{len(contents)} pictures; join them into one, as a renderer's baking does"
+        )
+    return next(iter(contents), None)
+
+
+def _base_colour(material: dict[str, Any]) -> dict[str, Any] | None:
+    """The texture of a material's colour; older files have it in an extension."""
+    older = material.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness", {})
+    return material.get("pbrMetallicRoughness", {}).get(
+        "baseColorTexture", older.get("diffuseTexture")
     )
-    meshes = [part for part in scene.dump() if isinstance(part, trimesh.Trimesh)]
-    if not meshes:
-        raise MeshError("no triangles in the glTF file; give a closed triangle mesh")
-    return meshes
 
 
 def joined(meshes: list[Any]) -> tuple[FloatArray, IntArray]:
@@ -81,34 +177,28 @@ def joined(meshes: list[Any]) -> tuple[FloatArray, IntArray]:
     )
 
 
-def _embedded(content: bytes) -> str:
-    return f"data:application/octet-stream;base64,{base64.b64encode(content).decode('ascii')}"
+def _is_named(entry: dict[str, Any]) -> bool:
+    """Whether the content of an entry of the tree lies in another file."""
+    return not entry.get("uri", "data:").startswith("data:")
 
 
-def _fill(tree: dict[str, Any], accessor: dict[str, Any]) -> None:
-    """Put the sparse values of an accessor into its array, which becomes a buffer; trimesh leaves them out."""
-    sparse, count, width = accessor.pop("sparse"), accessor["count"], _WIDTHS[accessor["type"]]
-    kind = _KINDS[accessor["componentType"]]
-    array = np.zeros((count, width), dtype=kind)
-    if "bufferView" in accessor:
-        array[:] = _rows(tree, accessor, count, kind, width)
-    places = _rows(
-        tree, sparse["indices"], sparse["count"], _KINDS[sparse["indices"]["componentType"]], 1
-    )
-    array[places[:, 0]] = _rows(tree, sparse["values"], sparse["count"], kind, width)
-    tree["buffers"].append({"uri": _embedded(array.tobytes()), "byteLength": array.nbytes})
-    tree["bufferViews"].append({"buffer": len(tree["buffers"]) - 1, "byteLength": array.nbytes})
-    accessor |= {"bufferView": len(tree["bufferViews"]) - 1, "byteOffset": 0}
+def _chunk(data: bytes, at: int) -> bytes:
+    """The content of the chunk of a .glb file that begins there; none at its end."""
+    size = int.from_bytes(data[at : at + 4], "little")
+    rest = max(len(data) - at - 8, 0)
+    check_complete(size <= rest, f"{rest} bytes", f"{size} bytes of a chunk")
+    return data[at + 8 : at + 8 + size]
 
 
-def _rows(
-    tree: dict[str, Any], entry: dict[str, Any], count: int, kind: str, width: int
-) -> NDArray[Any]:
-    """Read `count` rows from the place in a buffer that an entry of the tree names."""
-    view = tree["bufferViews"][entry["bufferView"]]
-    data = base64.b64decode(tree["buffers"][view["buffer"]]["uri"].partition(",")[2])
-    at, size = view.get("byteOffset", 0) + entry.get("byteOffset", 0), np.dtype(kind).itemsize
-    return np.ndarray((count, width), kind, data, at, (view.get("byteStride", size * width), size))
+def _glb(tree: dict[str, Any], binary: bytes) -> bytes:
+    """A .glb file of a tree and its one buffer."""
+    head = json.dumps(tree).encode()
+    pieces = [_MAGIC, (2).to_bytes(4, "little"), b""]
+    for content, kind, filler in ((head, b"JSON", b" "), (binary, b"BIN\0", b"\0")):
+        rest = -len(content) % 4
+        pieces += [(len(content) + rest).to_bytes(4, "little"), kind, content, rest * filler]
+    pieces[2] = (4 + sum(map(len, pieces))).to_bytes(4, "little")
+    return b"".join(pieces)
 
 
 def _check_tree(tree: dict[str, Any], stored: int) -> None:
@@ -120,16 +210,15 @@ def _check_tree(tree: dict[str, Any], stored: int) -> None:
         for entry in tree.get("accessors", [])
     ]
     views = [abs(view["byteLength"]) for view in tree.get("bufferViews", [])]
+    meshes = [
+        sum(
+            _OF_PART + sizes[part["attributes"]["POSITION"]] + sizes[part.get("indices", 0)]
+            for part in mesh["primitives"]
+        )
+        for mesh in tree.get("meshes", [])
+    ]
     nodes = tree.get("nodes", [])
-    parts = [
-        part
-        for node in nodes
-        if "mesh" in node
-        for part in tree["meshes"][node["mesh"]]["primitives"]
-    ]
-    drawn = [
-        sizes[k] for part in parts for k in (part["attributes"]["POSITION"], part.get("indices", 0))
-    ]
+    drawn = [meshes[node["mesh"]] for node in nodes if "mesh" in node]
     check_expansion(sum(sizes) + sum(views) + sum(drawn), stored)
     level = set(range(len(nodes)))
     for _ in range(_DEEPEST):

@@ -3,38 +3,62 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import stat
-import warnings
+import struct
+import tokenize
+import zipfile
+import zlib
 from collections.abc import Iterator
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
+from xml.parsers.expat import ExpatError
 
 import numpy as np
 
-from ..errors import FileError, MeshError, within
+from ..errors import FileError, MeshError, shown, within
 from .formats import PathLike
 
 #: How many times its size a file may expand to: structured grids take 8 times, repeated bytes 1,000 times.
 _EXPANSION = 64
 #: Bytes that any file may expand to: the shortest ones are mostly header.
 _ALWAYS = 1 << 20
+#: Folders of files that the system makes up when they are read: some have no end, or hold secrets of the process.
+_OF_THE_SYSTEM = ("/proc/", "/sys/")
+#: What parsers raise on damaged files. All else, such as a caller's time limit, ends the call.
+_OF_PARSERS = (
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    ArithmeticError,
+    AssertionError,
+    EOFError,
+    RuntimeError,
+    StopIteration,
+    SyntaxError,
+    ExpatError,
+    struct.error,
+    tokenize.TokenError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 
 
 @contextlib.contextmanager
 def reading(path: Path) -> Iterator[None]:
     """Turn whatever a parser raises into a MeshError or FileError of one line that names the file."""
     try:
-        with opening(path), warnings.catch_warnings(), np.errstate(all="ignore"):
+        with opening(path), np.errstate(all="ignore"):
             if path.stat().st_size == 0:
                 raise MeshError("the file is empty (0 bytes); write it anew")
-            warnings.simplefilter("ignore")
             yield
-    except FileError:
+    except (FileError, TimeoutError):
         raise
     except MeshError as error:
         raise within(error, f"{path}: ") from None
     except MemoryError as error:
         raise FileError(f"can't read {path}: out of memory") from error
-    except Exception as error:  # other packages' parsers raise anything on damaged files
+    except (*_OF_PARSERS, OSError) as error:  # parsers' own OSErrors
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise MeshError(
             f"{path}: damaged, or of another format than its name says ({reason}); write it anew"
@@ -55,7 +79,7 @@ def opening(path: PathLike, pipes: bool = False) -> Iterator[None]:
 
 
 def check_regular(path: Path) -> None:
-    """Refuse folders, and what has no size to bound memory by: devices, pipes and sockets."""
+    """Refuse folders, and what has no size to bound memory by: devices, pipes, sockets, and what the system shows."""
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
         raise FileError(f"can't read {path}: it is a directory; give a file in it")
@@ -63,6 +87,21 @@ def check_regular(path: Path) -> None:
         raise FileError(
             f"can't read {path}: it is a device or a pipe; write its content to a file first"
         )
+    if os.path.realpath(path).startswith(_OF_THE_SYSTEM):
+        raise FileError(
+            f"can't read {path}: the system makes it up and it has no size; copy it first"
+        )
+
+
+def beside(path: Path, name: str) -> Path:
+    """The regular file that another file names; a FileError unless it is in the folder of that one, or below."""
+    place = PureWindowsPath(name)  # which knows both kinds of separators
+    if place.anchor or ".." in place.parts:
+        raise FileError(
+            f"can't read {path}: it names {shown(name)}, which is not in its folder; put that file beside it"
+        )
+    check_regular(path.parent / name)
+    return path.parent / name
 
 
 def read_lines(path: PathLike, *, pipes: bool = False) -> list[str]:

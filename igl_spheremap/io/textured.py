@@ -1,9 +1,10 @@
-"""Pictures, and surfaces with a texture: OBJ with its MTL and PNG beside it, or all in one GLB."""
+"""Surfaces with a texture: OBJ with its MTL and PNG beside it, or all in one GLB."""
 
 from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,39 +13,18 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..draw.markup import png
 from ..errors import FileError, MeshError, import_optional
 from ..mesh.arrays import FloatArray, check_triangles, own_unit
 from ..mesh.check import check_indices, check_positions
 from ..resampling.texture import Atlas
 from .formats import PathLike, format_of
-from .gltf import joined, parts, write_body
+from .gltf import Scene, joined, only_picture, write_body
 from .obj import read, texture
-from .reading import check_regular, reading
+from .pictures import picture, write_picture
+from .reading import beside, reading
 from .records import Metadata
 from .replacing import check_writable, replacing
 from .text import write_text
-
-
-def read_picture(path: PathLike) -> NDArray[np.uint8]:
-    """An image (height, width, 3) of any format that pillow knows, rows from above."""
-    pillow = import_optional("PIL.Image", "a picture", "io")
-    try:
-        check_regular(Path(path))
-        with pillow.open(path) as image:
-            return np.asarray(image.convert("RGB"))
-    except FileError:
-        raise
-    except Exception as error:  # pillow raises many kinds on damaged or huge pictures
-        raise FileError(
-            f"can't read {path} as a picture: {getattr(error, 'strerror', None) or error}"
-        ) from None
-
-
-def write_picture(path: PathLike, image: NDArray[np.uint8], *, force: bool = False) -> None:
-    """Write an image (height, width, 3), rows from above."""
-    with replacing(path, force) as partial:
-        partial.write_bytes(png(image))
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,18 +88,18 @@ def read_textured(path: PathLike) -> TexturedMesh:
     with reading(path):
         if kind == "OBJ":
             return _read_obj(path)
-        found = parts(path, textures=True)
+        scene = Scene(path)
+        found = scene.parts()
         v, f = joined(found)
-        pictures = [_picture_of(part) for part in found]
         if any(getattr(part.visual, "uv", None) is None for part in found):
             raise MeshError("a part without texture coordinates; give all of them a texture")
         uv = np.concatenate([part.visual.uv for part in found])
-        return TexturedMesh(uv[f], v[f], _only(pictures))
+        return TexturedMesh(uv[f], v[f], _image(scene.picture(), path))
 
 
 def texture_of(path: Path) -> FloatArray | None:
     """Texture coordinates (n, 2) of the vertices of a glTF file; None if it has none."""
-    found = parts(path, textures=True)
+    found = Scene(path).parts()
     uv: list[Any] = [getattr(part.visual, "uv", None) for part in found]
     return None if any(each is None for each in uv) else np.concatenate(uv).astype(np.float64)
 
@@ -129,14 +109,17 @@ def _read_obj(path: Path) -> TexturedMesh:
     known = texture(data)
     if known is None:
         raise MeshError("no texture coordinates; give a file that has them")
-    names = [path.parent / name for name in _named(data, b"mtllib")]
-    for name in names:
-        check_regular(name)
-    pictures = [
-        name.parent / picture for name in names for picture in _named(name.read_bytes(), b"map_Kd")
-    ]
-    image = _only([read_picture(name) for name in dict.fromkeys(pictures)])
+    materials = _beside([path], b"mtllib")
+    pictures = _beside(materials, b"map_Kd")
+    image = _image(only_picture({place.read_bytes() for place in pictures}), path)
     return TexturedMesh(known.uv[known.row], read(path).v[known.vertex], image)
+
+
+def _beside(paths: Iterable[Path], word: bytes) -> set[Path]:
+    """The files that lines with a word name, each once, by whatever names."""
+    return {
+        beside(path, name).resolve() for path in paths for name in _named(path.read_bytes(), word)
+    }
 
 
 def _named(data: bytes, word: bytes) -> list[str]:
@@ -147,20 +130,11 @@ def _named(data: bytes, word: bytes) -> list[str]:
     return [name.decode(errors="replace").strip() for name in dict.fromkeys(found)]
 
 
-def _picture_of(part: Any) -> NDArray[np.uint8] | None:
-    material = getattr(part.visual, "material", None)
-    image = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
-    return None if image is None else np.asarray(image.convert("RGB"))
-
-
-def _only(pictures: list[NDArray[np.uint8] | None]) -> NDArray[np.uint8]:
-    """The picture of all parts; a MeshError unless there is one."""
-    found = [picture for picture in pictures if picture is not None]
-    if len(found) < max(len(pictures), 1):
+def _image(content: bytes | None, path: Path) -> NDArray[np.uint8]:
+    """The picture of a surface."""
+    if content is None:
         raise MeshError("no picture: it names no texture; give a file with a texture")
-    if any(picture.shape != found[0].shape or (picture != found[0]).any() for picture in found):
-        raise MeshError(f"{len(found)} pictures; join them into one, as a renderer's baking does")
-    return found[0]
+    return picture(content, f"the texture of {path}")
 
 
 def write_textured(

@@ -74,14 +74,25 @@ class LegacyFile:
         rest = len(self.data) - self.at
         check_complete(0 <= least * count <= rest + 1, f"{rest} bytes", f"{count} numbers")
         if not self.binary:
-            words = self.data[self.at :].split(None, count)
-            self.at = len(self.data) - (len(words.pop()) if len(words) > count else 0)
-            return _numbers(words, kind)
+            return _numbers(self._words(count), kind)
         block = self.data[self.at : self.at + least * count]
         self.at += len(block)
         return np.frombuffer(block, f">{kind}", count).astype(
             "i8" if name.lower() == _IDENTIFIERS else kind
         )
+
+    def _words(self, count: int) -> list[bytes]:
+        """The next words, fewer at the end; a part of the text is split that is about as long as they are."""
+        size = 16 * (count + 1)
+        while True:
+            end = self.at + size
+            words = self.data[self.at : end].split(None, count)
+            if len(words) > count or end >= len(self.data):
+                break
+            size *= 2
+        rest = len(words.pop()) if len(words) > count else 0
+        self.at = min(end, len(self.data)) - rest
+        return words
 
     def cells(self, count: int, size: int) -> Polygons:
         """Read cells; of the two numbers in their line, the meaning changed with version 5."""

@@ -22,8 +22,8 @@ from ..draw.plot import both_sides, pose
 from ..errors import FileError, import_optional
 from ..io.files import read_sphere
 from ..io.hemispheres import LEFT, RIGHT, structure_of
+from ..io.pictures import write_picture
 from ..io.replacing import make_folder, replacing
-from ..io.textured import write_picture
 from ..mesh.check import check_mesh
 from ..verify.distortion import log_area_ratios
 from ..verify.signs import folded_faces

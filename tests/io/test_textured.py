@@ -14,7 +14,8 @@ import pytest
 import igl_spheremap as ism
 from igl_spheremap import FileError, MeshError
 from igl_spheremap.io.files import read_mesh
-from igl_spheremap.io.textured import read_picture, read_textured, write_picture, write_textured
+from igl_spheremap.io.pictures import read_picture, write_picture
+from igl_spheremap.io.textured import read_textured, write_textured
 from igl_spheremap.resampling.texture import checker_image, texture_atlas
 
 pytest.importorskip("trimesh")

@@ -16,7 +16,7 @@ from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.draw.palette import diverging
 from igl_spheremap.errors import FileError
 from igl_spheremap.io.files import read_mesh
-from igl_spheremap.io.textured import read_picture
+from igl_spheremap.io.pictures import read_picture
 from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.maps.options import Auto
 from igl_spheremap.populations.engine import Engine

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ...draw.plot import both_sides
 from ...features.feature_surface import depth_potential
 from ...io.files import read_sphere
+from ...io.pictures import write_picture
 from ...io.scalars import read_scalars
-from ...io.textured import write_picture
 from ...maps.given_sphere import sphere_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray

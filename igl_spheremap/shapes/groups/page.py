@@ -18,8 +18,8 @@ from ...draw.markup import View, legend, made_by, page, scene, table
 from ...draw.palette import Ramp, areas, round_up, sequential, sizes
 from ...draw.plot import both_sides, frame, pose, raster, shading
 from ...errors import import_optional
+from ...io.pictures import write_picture
 from ...io.replacing import make_folder, replacing
-from ...io.textured import write_picture
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
 from ...timings import counted
 from .files import file_names, member_rows

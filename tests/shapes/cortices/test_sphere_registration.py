@@ -14,9 +14,9 @@ from shell import read_table
 
 import igl_spheremap as ism
 from igl_spheremap.io.files import read_sphere
+from igl_spheremap.io.pictures import read_picture
 from igl_spheremap.io.records import Label
 from igl_spheremap.io.scalars import read_labels, read_scalars, write_scalars
-from igl_spheremap.io.textured import read_picture
 from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.io.written_map import certify_radius
 from igl_spheremap.mesh.measure import surface_area, vertex_areas

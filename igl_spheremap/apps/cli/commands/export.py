@@ -11,8 +11,9 @@ from ....draw.palette import colours
 from ....draw.plot import upright
 from ....errors import MeshError, import_optional
 from ....io.formats import format_of
+from ....io.pictures import read_picture
 from ....io.scalars import write_scalars
-from ....io.textured import TexturedMesh, read_picture, read_textured, write_textured
+from ....io.textured import TexturedMesh, read_textured, write_textured
 from ....io.write_mesh import write_mesh
 from ....mesh.arrays import FloatArray, own_unit
 from ....plane.plane_map import unit_square

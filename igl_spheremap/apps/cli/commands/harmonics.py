@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from ....draw.palette import colours
 from ....errors import FileError, MapError, MeshError, naming, one_line, without_name
 from ....io.npz import array_of, read_arrays, write_arrays
+from ....io.pictures import write_picture
 from ....io.reading import reading
 from ....io.replacing import replacing
 from ....io.tables import SEPARATORS, write_cells
-from ....io.textured import write_picture
 from ....io.write_mesh import write_mesh
 from ....mesh.arrays import FloatArray
 from ....populations.map_many import filled
