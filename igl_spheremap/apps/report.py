@@ -158,7 +158,7 @@ def _write_page(
     path = page_file(place, "report.html")
     make_folder(path.parent)
     html = page(title, "\n".join(filter(None, body)))
-    with replacing(path, force=True) as partial:
+    with replacing(path, force=True, follow=path == Path(place)) as partial:
         partial.write_text(html, encoding="utf-8", errors="backslashreplace")
     return path
 

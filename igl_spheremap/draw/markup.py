@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._version import __version__
-from ..errors import import_optional
+from ..errors import FileError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
 from .folds import ABOVE, NEARER, SEEN, Marks
 from .palette import FOLDED, Colour, Ramp
@@ -88,10 +88,23 @@ def page(title: str, body: str) -> str:
     """A whole page around a body; it needs no other file and no network."""
     style = files(__package__).joinpath("page.css").read_text(encoding="utf-8")
     return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'{_BEGIN}<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
     )
+
+
+def check_own_page(path: Path) -> None:
+    """Raise a FileError if there is a file that is not a page of an earlier report."""
+    begin = _BEGIN.encode()
+    if path.is_file():
+        with path.open("rb") as file:
+            if file.read(len(begin)) == begin:
+                return
+    if path.exists():
+        raise FileError(
+            f"{path} is not a page of an earlier report, and is kept; give another place for the report"
+        )
 
 
 def page_file(place: str | os.PathLike[str], name: str) -> Path:
@@ -139,6 +152,9 @@ def _css(colour: Iterable[float]) -> str:
 
 #: More faces than this would make the page larger than 20 MB.
 MOST_FACES = 150_000
+
+#: How every page begins; a page that somebody wrote may quote it further down.
+_BEGIN = "<!DOCTYPE html>\n<!-- igl_spheremap -->\n"
 
 
 @dataclass(frozen=True, eq=False)

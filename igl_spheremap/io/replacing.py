@@ -21,19 +21,25 @@ _TAIL = 32
 
 
 @contextlib.contextmanager
-def replacing(path: PathLike, force: bool = False) -> Iterator[Path]:
+def replacing(path: PathLike, force: bool = False, follow: bool = True) -> Iterator[Path]:
     """A temporary path in the same folder, with the same suffixes, renamed to `path` when the block ends.
 
-    It is removed where the block fails. A symbolic link at `path` is followed.
+    It is removed where the block fails. A symbolic link at `path` is followed if the user named it, and else replaced:
+    somebody may have planted it at a name that they knew.
     """
+    if not follow and os.path.islink(path):
+        Path(path).unlink()
     check_writable(path, force)
-    final = Path(os.path.realpath(path))
+    final = Path(os.path.realpath(path if follow else Path(path).parent))
+    if not follow:
+        final /= Path(path).name
     partial = final.with_name(
         f"{_partial(os.getpid())}{secrets.token_hex(8)}-{final.name[-_TAIL:]}"
     )
     try:
-        # neither a file nor a link is followed
-        os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        # neither a file nor a link is followed, and what replaces a private file is private from the first byte
+        mode = 0o600 if final.exists() else 0o666
+        os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, mode))
         try:
             yield partial
             if final.exists():
@@ -49,9 +55,14 @@ def replacing(path: PathLike, force: bool = False) -> Iterator[Path]:
         raise FileError(f"can't write {path}: {error.strerror or error}") from error
 
 
-def make_folder(path: PathLike) -> Path:
-    """A folder, made with those above it if it is missing; a FileError says why it can't be."""
+def make_folder(path: PathLike, follow: bool = True) -> Path:
+    """A folder, made with those above it if it is missing; a FileError says why it can't be.
+
+    A link is taken for a folder only if the user named it, as by `replacing`.
+    """
     folder = Path(path)
+    if not follow and folder.is_symlink():
+        raise FileError(f"{folder} is a link, in which nothing is written; remove it")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

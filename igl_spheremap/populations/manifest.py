@@ -13,11 +13,11 @@ import json
 import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import IO, Any
 
-from ..errors import FileError, Remedy
+from ..errors import FileError, Remedy, printable
 from ..io.replacing import check_writable, make_folder
 from .table import MAPPED, ROW_ERRORS, JobRow, from_plain, json_lines, plain
 
@@ -68,7 +68,9 @@ def fingerprints(paths: Sequence[str], known: Fingerprints | None = None) -> Fin
 
 def are_still(paths: Sequence[str], known: Fingerprints) -> bool:
     """Whether files have the contents of fingerprints; None is that of a file that can't be read."""
-    now = fingerprints(paths, known) if len(paths) == len(known) else ()
+    if len(paths) != len(known):
+        return False
+    now = fingerprints(paths, known)
     return [one and one.sha256 for one in now] == [one and one.sha256 for one in known]
 
 
@@ -137,17 +139,21 @@ class Manifest:
         runs = [
             entry["igl_spheremap run"] for entry in self._entries() if "igl_spheremap run" in entry
         ]
-        return str(runs[-1].get("by")) if runs and isinstance(runs[-1], dict) else "just begun"
+        if runs and isinstance(runs[-1], dict):
+            return printable(str(runs[-1].get("by")))
+        return "just begun"
 
     def _earlier(self) -> Iterator[tuple[str, JobResult]]:
-        """Keys and results of earlier runs; other lines are ignored."""
+        """Keys and results of earlier runs; other lines are ignored, and results that no file proves."""
         for entry in self._entries():
             with contextlib.suppress(*ROW_ERRORS):
                 read, written = (
                     entry[name] and tuple(file and Fingerprint(**file) for file in entry[name])
                     for name in ("read", "written")
                 )
-                yield str(entry["key"]), JobResult(from_plain(entry["row"]), read, written)
+                row = _printable(from_plain(entry["row"]))
+                if row.status not in MAPPED or (len(written) > 0 and all(written)):
+                    yield str(entry["key"]), JobResult(row, read, written)
 
     def _ends_with_a_line(self) -> bool:
         self._file.seek(-1, os.SEEK_END)
@@ -194,6 +200,12 @@ class Manifest:
 
     def __exit__(self, *_: object) -> None:
         self._file.close()
+
+
+def _printable(row: JobRow) -> JobRow:
+    """A row whose texts, which anybody may have put into the file, do nothing to a terminal."""
+    texts = {name: printable(getattr(row, name)) for name in ("status", "worker", "notes")}
+    return replace(row, **texts)
 
 
 def _lock(file: IO[bytes]) -> bool:

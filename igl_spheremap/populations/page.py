@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from ..draw.cards import Card, card_sheet, histogram
-from ..draw.markup import data_address, made_by, page, page_file, small_png
+from ..draw.markup import check_own_page, data_address, made_by, page, page_file, small_png
 from ..draw.palette import AREAS, FOLDED, Colour, Ramp, fitting
 from ..draw.plot import both_sides, pose
-from ..errors import FileError, import_optional
+from ..errors import import_optional
 from ..io.files import read_sphere
 from ..io.hemispheres import LEFT, RIGHT, structure_of
 from ..io.pictures import write_picture
@@ -48,8 +48,6 @@ _AXES = {
     "unlike": "1 - correlation of depth",
     "unsure": "share of the vertices",
 }
-
-_OURS = "<!-- igl_spheremap batch -->"
 
 
 @dataclass(frozen=True)
@@ -94,12 +92,7 @@ def check_page(place: str | os.PathLike[str]) -> Path:
     """
     import_optional("PIL", "a report", "io")
     path = page_file(place, "index.html")
-    if path.exists() and not (
-        path.is_file() and _OURS in path.read_text(encoding="utf-8", errors="replace")
-    ):
-        raise FileError(
-            f"{path} is not a page of an earlier report, and is kept; give another place for the report"
-        )
+    check_own_page(path)
     return path
 
 
@@ -126,7 +119,7 @@ def write_page(
     ]
     with TemporaryDirectory() as temporary:
         folder = path.parent / "subjects" if apart else Path(temporary)
-        make_folder(folder)
+        make_folder(folder, follow=False)
         files_of = [folder / f"{name}-{sheet.look}.png" for name in names[: len(pictured)]]
         drawn = _draw(pictured, [str(file) for file in files_of], sheet, processes)
         addresses = [
@@ -154,7 +147,6 @@ def write_page(
         for name, label in figures_of(rows).items()
     ]
     body = [
-        _OURS,
         f"<h1>{escape(sheet.heading)}</h1>",
         made_by(command),
         f"<p>Files {escape(where)}</p>" if where else "",
@@ -168,7 +160,7 @@ def write_page(
             sheet.legends,
         ),
     ]
-    with replacing(path, force=True) as partial:
+    with replacing(path, force=True, follow=not apart) as partial:
         partial.write_text(
             page(sheet.title, "\n".join(filter(None, body))),
             encoding="utf-8",
@@ -255,13 +247,16 @@ def draw_row(row: Row, path: str, ramp: Ramp, task: SphereMapping) -> bool:
     view = (pose(v) if side is None else side).T
     colours = ramp.colours(log_area_ratios(mesh.unit, mesh.f, x))
     folded = np.flatnonzero(folded_faces(x, mesh.f))
-    write_picture(path, both_sides([v, x], mesh.f, colours, view, SIZE, folded), force=True)
+    write_picture(
+        path, both_sides([v, x], mesh.f, colours, view, SIZE, folded), force=True, follow=False
+    )
     return True
 
 
 def is_newer(path: str, other: str) -> bool:
-    """Whether a file is there and was made after another one."""
-    return Path(path).exists() and os.stat(path).st_mtime_ns > os.stat(other).st_mtime_ns
+    """Whether a file is there, no link to one, and was made after another one."""
+    here = Path(path).exists() and not os.path.islink(path)
+    return here and os.stat(path).st_mtime_ns > os.stat(other).st_mtime_ns
 
 
 def _card(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from file_names import ALL, EXACT, ROUNDED, needs
 
-from igl_spheremap import FileError, MeshError, check_mesh, io
+from igl_spheremap import FileError, MeshError, check_mesh, io, samples
 from igl_spheremap.io.files import read_mesh
 from igl_spheremap.io.formats import FORMATS, format_of
 from igl_spheremap.io.write_mesh import write_mesh
@@ -172,3 +172,17 @@ def test_names_of_results_are_known_and_not_those_of_freesurfer_s_own_files():
         assert name.removeprefix("lh.").removeprefix("rh.") not in ("sphere", "sphere.reg")
     for name in ("lh.on_right", "rh.my.sphere.v2", "surf/rh.left.reg.2"):
         assert format_of(name).name == "FreeSurfer"
+
+
+def test_a_part_is_of_the_file_that_is_there(tmp_path, monkeypatch):
+    """Whatever its name, size and time: also of a file that replaces another one, and in another folder."""
+    v, f = samples.sphere(12)
+    for k, folder in enumerate(("a", "b")):
+        (tmp_path / folder).mkdir()
+        monkeypatch.chdir(tmp_path / folder)
+        write_mesh("two.off", np.vstack((v, v + 4 + k)), np.vstack((f, f + 12)))
+        os.utime("two.off", (1e9, 1e9))
+        assert np.allclose(read_mesh("two.off:1").v, v + 4 + k)
+    write_mesh("two.off", np.vstack((v, v + 6)), np.vstack((f, f + 12)), force=True)
+    os.utime("two.off", (1e9, 1e9))
+    assert np.allclose(read_mesh("two.off:1").v, v + 6)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import os
+from urllib.parse import quote
 
 import numpy as np
 import pytest
@@ -192,3 +193,34 @@ def test_a_seam_that_a_turned_node_opens_is_welded(ball, tmp_path):
     repaired = repair_mesh(mesh, **caught.value.remedy.options)
     assert repaired.caps is None
     assert repaired.v.shape == v.shape
+
+
+def test_the_work_on_sparse_values_is_in_proportion_to_the_file(tree, ball, tmp_path, monkeypatch):
+    """Each buffer is decoded once, however many accessors take values from it."""
+    decoded, decode = [], base64.b64decode
+    monkeypatch.setattr(base64, "b64decode", lambda text: decoded.append(len(text)) or decode(text))
+    where = {"bufferView": 0}
+    sparse = {"count": 1, "indices": where | {"componentType": 5123}, "values": where}
+    one = {"count": 1, "type": "SCALAR", "componentType": 5121, "sparse": sparse}
+    tree["accessors"] += [one] * 500
+    read(tree, tmp_path)
+    assert sum(decoded) < (tmp_path / "scene.gltf").stat().st_size
+
+
+@pytest.mark.parametrize("name", ["a b.bin", "ä.bin", "100%.bin"])
+def test_names_of_buffers_are_percent_encoded(name, tree, ball, tmp_path):
+    for k, buffer in enumerate(tree["buffers"]):
+        data = base64.b64decode(buffer["uri"].partition(",")[2])
+        (tmp_path / f"{k}{name}").write_bytes(data)
+        buffer["uri"] = quote(f"{k}{name}")
+    assert np.array_equal(read(tree, tmp_path).f, ball[1])
+
+
+def test_bytes_of_other_folders_are_not_handed_out(tree, tmp_path):
+    os.mkdir(tmp_path / "upload")
+    (tmp_path / "secret").write_bytes(bytes(10_000))
+    for uri in ("../secret", "%2e%2e/secret", str(tmp_path / "secret")):
+        tree["buffers"][0]["uri"] = uri
+        (tmp_path / "upload" / "scene.gltf").write_text(json.dumps(tree))
+        with pytest.raises(FileError, match="not in its folder"):
+            read_mesh(tmp_path / "upload" / "scene.gltf")

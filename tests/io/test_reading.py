@@ -6,6 +6,7 @@ import base64
 import gzip
 import os
 import tracemalloc
+import warnings
 import zipfile
 import zlib
 from pathlib import Path
@@ -16,6 +17,7 @@ from file_names import needs
 
 from igl_spheremap import FileError, MeshError
 from igl_spheremap.io.files import read_mesh, read_sphere
+from igl_spheremap.io.reading import beside, check_regular
 from igl_spheremap.io.scalars import read_scalars
 from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.io.written_map import read_map, read_mark
@@ -130,3 +132,64 @@ def test_readers_work_under_any_error_state_of_the_caller(tmp_path):
     (tmp_path / "a.obj").write_text("v nan 0 0\nv 1e999 0 0\nv 1e-320 1 0\nf 1 2 3\n")
     with np.errstate(all="raise"):
         assert np.isnan(read_mesh(tmp_path / "a.obj").v[0, 0])
+
+
+@pytest.mark.parametrize("kind", [TimeoutError, type("SoftTimeLimitExceeded", (Exception,), {})])
+def test_what_a_signal_handler_raises_while_a_file_is_read_comes_out(kind, tmp_path, monkeypatch):
+    def fail(_):
+        raise kind("the time is over")
+
+    (tmp_path / "a.obj").write_text("v 0 0 0\n")
+    monkeypatch.setattr(Path, "read_bytes", fail)
+    with pytest.raises(kind, match="the time is over"):
+        read_mesh(tmp_path / "a.obj")
+
+
+def test_readers_leave_the_filters_of_warnings_to_the_process(tmp_path):
+    """`warnings.catch_warnings` in threads that overlap leaves those of one to the process."""
+    needs("a.gii")
+    for name in ("a.ply", "lh.white"):
+        write_mesh(tmp_path / name, np.eye(3), [[0, 1, 2]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        before = list(warnings.filters)
+        seen = []
+
+        def look(*_):
+            seen.append(list(warnings.filters))
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("igl_spheremap.io.files.structure_of", lambda path: look(path) or {})
+            for name in ("a.ply", "lh.white"):
+                read_mesh(tmp_path / name)
+        assert seen == [before, before]
+
+
+@pytest.mark.posix
+def test_what_the_system_makes_up_is_refused(tmp_path):
+    """Such files have the mode of regular ones; some never end."""
+    if not Path("/proc/self/environ").exists():
+        pytest.skip("no /proc here")
+    (tmp_path / "a.npz").symlink_to("/proc/self/environ")
+    for path in ("/proc/self/environ", tmp_path / "a.npz"):
+        with pytest.raises(FileError, match="the system makes it up"):
+            check_regular(Path(path))
+    with pytest.raises(FileError, match="the system makes it up"):
+        read_mesh(tmp_path / "a.npz")
+
+
+#: Names of files elsewhere, by the rules of each system.
+ELSEWHERE = ["../a.bin", "b/../../a.bin", "/etc/a.bin", "\\\\host\\a.bin", "C:\\a.bin", "..\\a.bin"]
+
+
+@pytest.mark.parametrize("name", ELSEWHERE)
+def test_a_file_names_no_file_elsewhere(name, tmp_path):
+    with pytest.raises(FileError, match="not in its folder"):
+        beside(tmp_path / "a.gltf", name)
+
+
+def test_a_file_names_files_in_its_folder_and_below(tmp_path):
+    (tmp_path / "b").mkdir()
+    for name in ("a..bin", "b/a.bin"):
+        (tmp_path / name).touch()
+        assert beside(tmp_path / "a.gltf", name) == tmp_path / name

@@ -15,7 +15,7 @@ from file_names import ALL, needs
 
 from igl_spheremap import FileError
 from igl_spheremap.io.files import read_mesh
-from igl_spheremap.io.replacing import remove_partial_files, replacing
+from igl_spheremap.io.replacing import make_folder, remove_partial_files, replacing
 from igl_spheremap.io.write_mesh import write_mesh
 
 
@@ -139,3 +139,29 @@ def test_a_link_at_the_place_of_a_partial_file_is_not_followed(ball, tmp_path, m
         write_mesh(tmp_path / "ball.obj", *ball, force=True)
     assert partial.is_symlink()
     assert (tmp_path / "precious").read_text() == "precious"
+
+
+@pytest.mark.posix
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o666])
+def test_a_partial_file_is_never_more_open_than_the_one_it_replaces(mode, tmp_path):
+    path = tmp_path / "a.ply"
+    path.write_text("old")
+    path.chmod(mode)
+    with replacing(path, force=True) as partial:
+        assert partial.stat().st_mode & 0o777 & ~mode == 0
+        partial.write_text("new")
+    assert path.stat().st_mode & 0o777 == mode
+
+
+@pytest.mark.posix
+def test_a_link_is_followed_only_at_a_name_that_the_user_gave(tmp_path):
+    mine, link = tmp_path / "mine.txt", tmp_path / "a.png"
+    mine.write_text("precious")
+    link.symlink_to(mine)
+    with replacing(link, force=True, follow=False) as partial:
+        partial.write_text("picture")
+    assert (mine.read_text(), link.read_text()) == ("precious", "picture")
+    assert not link.is_symlink()
+    (tmp_path / "subjects").symlink_to(tmp_path)
+    with pytest.raises(FileError, match="is a link"):
+        make_folder(tmp_path / "subjects", follow=False)

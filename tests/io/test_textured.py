@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import json
 import os
@@ -160,6 +161,15 @@ def test_pictures_come_back(tmp_path):
     assert np.array_equal(read_picture(tmp_path / "a.png"), image)
 
 
+def textured_tree(folder):
+    """The tree of a glTF file with a picture, whose buffer is embedded."""
+    v, f = ism.samples.sphere(42)
+    write_textured(folder / "a.glb", v, f, texture_atlas(v, f, cut=False), checker_image(16))
+    tree, binary = chunks((folder / "a.glb").read_bytes())
+    tree["buffers"][0]["uri"] = "data:;base64," + base64.b64encode(binary).decode()
+    return tree
+
+
 def huge_png():
     """A header that announces 10 gigapixels."""
     header = b"IHDR" + struct.pack(">2I5B", 100_000, 100_000, 8, 2, 0, 0, 0)
@@ -176,6 +186,55 @@ def test_what_is_no_picture_is_one_line(data, tmp_path):
     (tmp_path / "a.png").write_bytes(data)
     with pytest.raises(FileError, match=r"can't read .* as a picture"):
         read_picture(tmp_path / "a.png")
+
+
+@pytest.mark.posix
+def test_no_program_is_started_for_a_picture(tmp_path, monkeypatch):
+    """Pillow starts Ghostscript for EPS, whatever the file is called; so it does for a picture in a glTF file."""
+    (tmp_path / "gs").write_text(f"#!/bin/sh\necho >> {tmp_path}/called\nexit 1\n")
+    (tmp_path / "gs").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    eps = b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 8 8\n%%EndComments\nshowpage\n%%EOF\n"
+    for name in ("a.png", "a square.png"):
+        (tmp_path / name).write_bytes(eps)
+    (tmp_path / "a.obj").write_text(SQUARE)
+    (tmp_path / "a square.mtl").write_text("map_Kd a square.png\n")
+    tree = textured_tree(tmp_path)
+    tree["images"] = [{"uri": "a%20square.png"}]
+    (tmp_path / "a.gltf").write_text(json.dumps(tree))
+    for reader, name in (
+        (read_picture, "a.png"),
+        (read_textured, "a.obj"),
+        (read_textured, "a.gltf"),
+    ):
+        with pytest.raises(FileError, match="as a picture"):
+            reader(tmp_path / name)
+    assert not (tmp_path / "called").exists()
+    write_picture(tmp_path / "a square.png", checker_image(16), force=True)
+    assert np.array_equal(read_textured(tmp_path / "a.gltf").image, checker_image(16))
+
+
+def test_pictures_are_bounded_in_pixels(tmp_path):
+    """A file of 9 kB, whose colours would take 200 MB."""
+    image.new("1", (8193, 8192)).save(tmp_path / "a.png")
+    assert (tmp_path / "a.png").stat().st_size < 10_000
+    with pytest.raises(FileError, match="8193 x 8192 pixels"):
+        read_picture(tmp_path / "a.png")
+
+
+@pytest.mark.posix
+def test_a_picture_of_many_names_is_opened_once(tmp_path, monkeypatch):
+    write_picture(tmp_path / "0.png", checker_image(16))
+    for k in range(1, 9):
+        (tmp_path / f"{k}.png").symlink_to("0.png")
+    (tmp_path / "copy.png").write_bytes((tmp_path / "0.png").read_bytes())
+    names = [*(f"{k}.png" for k in range(9)), "./0.png", "./././0.png", "copy.png"]
+    (tmp_path / "a square.mtl").write_text("".join(f"map_Kd {name}\n" for name in names))
+    (tmp_path / "a.obj").write_text(SQUARE)
+    opened, open_picture = [], image.open
+    monkeypatch.setattr(image, "open", lambda *_, **__: opened.append(1) or open_picture(*_, **__))
+    assert np.array_equal(read_textured(tmp_path / "a.obj").image, checker_image(16))
+    assert len(opened) == 1
 
 
 @pytest.mark.posix

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
+from mutants import legacy_polygons
 
 import igl_spheremap as ism
 from igl_spheremap import MeshError
@@ -275,3 +277,31 @@ def test_the_fault_of_a_legacy_file_is_named(text, words, tmp_path):
     (tmp_path / "a.vtk").write_text(text)
     with pytest.raises(MeshError, match=words):
         read_mesh(tmp_path / "a.vtk")
+
+
+def test_the_work_on_many_arrays_is_in_proportion_to_the_file(ball, tmp_path, monkeypatch):
+    copied = []
+
+    class Counted(bytes):
+        def __getitem__(self, where):
+            part = super().__getitem__(where)
+            copied.append(len(part))
+            return part
+
+    text = legacy_polygons(*ball, new=False) + "FIELD F 2000\n"
+    text += "".join(f"a{k} 1 1 int\n{k}\n" for k in range(2000))
+    (tmp_path / "a.vtk").write_text(text)
+    monkeypatch.setattr(Path, "read_bytes", lambda path: Counted(text.encode()))
+    assert np.array_equal(read_mesh(tmp_path / "a.vtk").f, ball[1])
+    assert sum(copied) < 10 * len(text)
+
+
+@pytest.mark.parametrize("between", [" ", "\n", " " * 1000])
+def test_numbers_may_lie_far_apart(between, ball, tmp_path):
+    """Longer than the part of the text that is split first, which must not cut a number."""
+    v, f = ball
+    points = between.join(f"{number:.17g}" for number in v.ravel())
+    head, _, rest = legacy_polygons(v, f, new=False).partition("POINTS")
+    tail = rest[rest.index("POLYGONS") :]
+    (tmp_path / "a.vtk").write_text(f"{head}POINTS {len(v)} double\n{points}\n{tail}")
+    assert np.array_equal(read_mesh(tmp_path / "a.vtk").v, v)

@@ -11,7 +11,10 @@ from igl_spheremap.populations.manifest import JobResult, Manifest, fingerprint,
 from igl_spheremap.populations.table import Row, plain
 
 RUN = {"options": "-", "by": "host:1"}
-ROWS = {f"key{k}": Row(f"{k}.ply", f"{k}.obj", vertices=k) for k in range(3)}
+STATUSES = ("certified", "no mesh", "no mesh")
+ROWS = {
+    f"key{k}": Row(f"{k}.ply", f"{k}.obj", status, vertices=k) for k, status in enumerate(STATUSES)
+}
 PLAIN = [plain(row) for row in ROWS.values()]
 
 
@@ -77,6 +80,34 @@ def test_the_last_result_of_a_key_counts(written):
         row = replace(ROWS["key1"], status="failed")
         log.add("key1", JobResult(row, fingerprints([str(path.parent / "1.ply")]), (None,)))
     assert found(path)[1]["status"] == "failed"
+
+
+@pytest.mark.parametrize("written_files", [(), (None,)])
+def test_a_map_without_its_files_is_no_result_and_proves_nothing(written_files, tmp_path):
+    source, target = str(tmp_path / "a.ply"), str(tmp_path / "a.obj")
+    (tmp_path / "a.ply").write_text("one")
+    with Manifest(tmp_path / "all.jsonl", RUN) as log:
+        log.add("key", JobResult(Row("a.ply", "a.obj"), fingerprints([source]), written_files))
+    with Manifest(tmp_path / "all.jsonl", RUN) as log:
+        assert log.result("key", [source], [target]) is None
+        (tmp_path / "a.obj").write_text("notes of mine")
+        assert log.result("key", [source], [target]) is None
+        assert not log.made("key", [target])
+
+
+def test_texts_of_a_manifest_do_nothing_to_a_terminal(tmp_path):
+    evil = "\x1b[2Jgone\n"
+    row, source = Row("a.ply", "a.obj", "failed", worker=evil, notes=evil), str(tmp_path / "a.ply")
+    (tmp_path / "a.ply").write_text("one")
+    path = tmp_path / "all.jsonl"
+    with Manifest(path, RUN | {"by": evil}) as log:
+        log.add("key", JobResult(row, fingerprints([source]), (None,)))
+        with pytest.raises(FileError, match="another run") as caught:
+            Manifest(path, RUN)
+    assert str(caught.value).isprintable()
+    with Manifest(path, RUN) as log:
+        taken = log.result("key", [source], [str(tmp_path / "a.obj")])
+    assert (taken.worker + taken.notes).isprintable()
 
 
 def test_a_result_whose_input_is_not_known_does_not_count(written):

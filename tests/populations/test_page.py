@@ -98,11 +98,33 @@ def test_a_population_without_maps_has_a_page(desk):
 
 def test_a_page_of_others_is_kept(desk):
     os.mkdir("page")
-    Path("page/index.html").write_text("precious")
-    with pytest.raises(FileError, match="is not a page of an earlier report"):
-        map_many(["100.ply"], "{stem}.obj", engine=Engine(processes=1), report="page")
-    assert Path("page/index.html").read_text() == "precious"
+    quoting = "<p>Pages of batch begin with <code><!DOCTYPE html>\n<!-- igl_spheremap --></code>"
+    for mine in ("precious", "", quoting):
+        Path("page/index.html").write_text(mine)
+        with pytest.raises(FileError, match="is not a page of an earlier report"):
+            map_many(["100.ply"], "{stem}.obj", engine=Engine(processes=1), report="page")
+        assert Path("page/index.html").read_text() == mine
     assert not Path("100.obj").exists()
+
+
+@pytest.mark.posix
+def test_a_link_among_the_pictures_is_not_followed(desk):
+    mapped_here(["100.ply"], report="page")
+    (picture,) = Path("page/subjects").iterdir()
+    Path("thesis.tex").write_text("precious")
+    for newer in (False, True):
+        picture.unlink()
+        picture.symlink_to(Path("thesis.tex").absolute())
+        os.utime("thesis.tex", (2e9, 2e9) if newer else (1e9, 1e9))
+        mapped_here(["100.ply"], report="page")
+        assert Path("thesis.tex").read_text() == "precious"
+        assert read_picture(picture).size > 0
+        assert not picture.is_symlink()
+    picture.unlink()
+    Path("page/subjects").rmdir()
+    Path("page/subjects").symlink_to(Path().absolute())
+    with pytest.raises(FileError, match="is a link"):
+        mapped_here(["100.ply"], report="page")
 
 
 def test_names_are_text_and_not_markup(desk):

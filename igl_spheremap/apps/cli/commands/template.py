@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ....balance.balanced_spherical_map import balanced_spherical_map
+from ....draw.markup import check_own_page
 from ....errors import FileError, MapError, MeshError, import_optional, one_line, without_name
 from ....io.files import read_mesh
 from ....io.replacing import REPLACE, make_folder
@@ -170,6 +171,7 @@ def _given(
     feature_names, features = _features(args, kept)
     if (Path(args.out) / archive).exists() and not args.force:
         raise FileError(f"{Path(args.out) / archive} exists already; {REPLACE} replaces it")
+    check_own_page(Path(args.out) / _PAGE)
     return kept, excluded, feature_names, features
 
 
@@ -289,6 +291,7 @@ def _add(args: Namespace) -> Exit:
 def _test(args: Namespace) -> Exit:
     """Test what depends on each column of a table, the others being covariates."""
     group = read_group(args.out)
+    check_own_page(Path(args.out) / _PAGE)
     columns, kept, left_out = read_design(args.design, [member.name for member in group.members])
     tested, data = (
         replace(group, members=tuple(group.members[k] for k in kept)),
