@@ -204,8 +204,12 @@ class Manifest:
 
 def _printable(row: JobRow) -> JobRow:
     """A row whose texts, which anybody may have put into the file, do nothing to a terminal."""
-    texts = {name: printable(getattr(row, name)) for name in ("status", "worker", "notes")}
-    return replace(row, **texts)
+    return replace(
+        row,
+        status=printable(row.status),
+        worker=printable(row.worker),
+        notes=printable(row.notes),
+    )
 
 
 def _lock(file: IO[bytes]) -> bool:
