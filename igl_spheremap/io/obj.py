@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh_repair.polygons import cut_polygons
 from .records import Metadata, Polygons, RawMesh
 from .text import indices, numbers, read_rows, write_text
 
@@ -64,5 +65,8 @@ def texture(data: bytes) -> ObjTexture | None:
         raise MeshError(
             f"faces name texture coordinates beyond the {len(uv)} that it has; write it anew"
         )
-    corners = (Polygons(each, faces.counts).triangles() for each in (vertex, row))
-    return ObjTexture(numbers(uv, 2, "texture coordinate"), *corners)
+    if faces.counts.min() < 3:
+        raise MeshError("faces of less than three corners; remove them")
+    v = numbers(rows.starting_with(b"v"), 3, "vertex")
+    triangles = cut_polygons(v, vertex, faces.counts).triangles
+    return ObjTexture(numbers(uv, 2, "texture coordinate"), vertex[triangles], row[triangles])
