@@ -25,12 +25,13 @@ _TINIEST = np.finfo(float).tiny
 class Lens:
     """Moebius map that magnifies angles at a unit vector `place` by `power`, with the place towards +z.
 
-    With a rotation `facing` it is +z after that.
+    With a rotation `facing` it is +z after that. At the power `limit` what the lens is on fills the view.
     """
 
     place: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     power: float = 1.0
     facing: FloatArray = field(default_factory=lambda: np.eye(3))
+    limit: float = 1.0
 
     def __call__(self, x: FloatArray) -> FloatArray:
         """Apply to unit rows: scale the stereographic chart that is centred at the place.
@@ -58,16 +59,19 @@ def follow(
 ) -> list[Lens]:  # fmt: skip
     """Lenses on the same faces of several maps, of one power: the one that fits the map `aim` unless it is given.
 
-    Without faces they are the plain view. The faces are in front after a rotation `facing`.
+    No power is above the limit of that map. Without faces they are the plain view. The faces are in front after a
+    rotation `facing`.
     """
     if not len(faces):
         return [Lens()] * len(maps)
     lenses = [look_at(x, f[faces]) for x in maps]
-    shared = lenses[aim].power if power is None else power
-    return [
-        replace(lens, power=shared, facing=np.eye(3) if facing is None else facing)
-        for lens in lenses
-    ]
+    limit = lenses[aim].limit
+    if power is None:
+        power = lenses[aim].power
+    if facing is None:
+        facing = np.eye(3)
+    power = min(power, limit)
+    return [replace(lens, power=power, facing=facing, limit=limit) for lens in lenses]
 
 
 def look_at(x: FloatArray, faces: IntArray) -> Lens:
@@ -77,6 +81,8 @@ def look_at(x: FloatArray, faces: IntArray) -> Lens:
     # 2 tan of half the angle
     radius = float(np.percentile(np.abs(to_chart(corners, place[None])), _WITHIN))
     spread = min(_SPREAD, _FACE * float(np.sqrt(len(faces))))
-    return Lens(
-        place, float(np.clip(2 * np.tan(spread / 2) / max(radius, _TINIEST), 1.0, STRONGEST))
+    fitting, filling = (
+        float(np.clip(2 * np.tan(angle / 2) / max(radius, _TINIEST), 1.0, STRONGEST))
+        for angle in (spread, np.pi / 2)
     )
+    return Lens(place, fitting, limit=filling)

@@ -53,6 +53,17 @@ def test_a_fold_planted_at_a_limb_s_tip_comes_to_the_front_and_is_seen():
     assert y[f[folded]][..., 2].min() > 0.5
 
 
+def test_at_its_limit_the_lens_fills_the_view_with_what_it_is_on_and_no_more():
+    x, f = ism.samples.make("sphere", n_vertices=2562)
+    faces = np.flatnonzero((f == 100).any(axis=1))
+    (plain,) = follow([x], f, faces)
+    (lens,) = follow([x], f, faces, power=1e9)
+    assert plain.power < lens.power == lens.limit
+    heights = lens(x)[np.unique(f[faces])][:, 2]
+    assert np.sort(heights)[:-1] == pytest.approx(0, abs=0.15)  # corners of the ring reach the rim
+    assert heights.max() > 0.5
+
+
 @needs_drawing
 def test_a_fold_is_seen_from_every_side_however_small_it_is():
     figures = drive("""

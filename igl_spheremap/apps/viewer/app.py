@@ -12,13 +12,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ...draw.palette import INK
 from ...errors import DisplayError, FileError, check_list, check_whole
 from ...io.written_map import write_map
 from ...maps.sphere_map import SphereMap
 from ...result.run import Iterate, Listener
 from . import window
 from .choices import LENGTH, RATE, SIZE, SUBJECTS, Pictures
-from .grid import Grid
+from .grid import Grid, packed
 from .widgets import box, leave_open, paragraph
 from .window import imgui, ps
 
@@ -99,17 +100,37 @@ def check_pictures(pictures: Pictures) -> None:
     window.backend(pictures.offscreen)
 
 
-def open_for(pictures: Pictures, instead: str = "--screenshot OUT.png, --video OUT.gif") -> None:
+def open_for(
+    pictures: Pictures,
+    instead: str = "--screenshot OUT.png, --video OUT.gif",
+    title: str = window.TITLE,
+) -> None:
     """Start polyscope for a window or for pictures, or raise a DisplayError, before anything is computed.
 
     The error of a window names what writes a file `instead`: flags of the command line, or arguments.
     """
     try:
         check_pictures(pictures)
-        window.open_window(pictures.size, pictures.offscreen)
+        window.open_window(pictures.size, pictures.offscreen, title)
     except DisplayError as error:
         hint = "" if pictures.offscreen else f" ({instead})"
         raise DisplayError(f"{error}{hint}") from None
+
+
+def announce(pictures: Pictures, text: str) -> None:
+    """Say in an empty window what it waits for."""
+    if pictures.offscreen:
+        return
+
+    def draw() -> None:
+        width, height = ps.get_window_size()
+        left = (width - imgui.CalcTextSize(text)[0]) / 2
+        imgui.GetBackgroundDrawList().AddText((left, height / 2), packed(INK), text)
+
+    ps.set_user_callback(draw)
+    for _ in range(2):  # the window appears with the first frame
+        ps.frame_tick()
+    ps.clear_user_callback()
 
 
 def present(

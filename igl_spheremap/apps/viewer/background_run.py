@@ -9,7 +9,7 @@ import queue
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from multiprocessing.context import SpawnProcess
 from multiprocessing.synchronize import Event
@@ -21,6 +21,7 @@ from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
 from ...mesh.measure import vertex_normals
+from ...mesh_repair.repair_mesh import repair_mesh
 from ...result.recording import BUDGET, Frame, Recording
 from ...result.run import Iterate, Listener, Step, title_of
 
@@ -68,17 +69,25 @@ class ShownRun:
         self.steps = self.iterations = np.empty(0, dtype=np.int64)
         self.foldings = self.changes = np.empty(0, dtype=np.int64)
         self.seconds = 0.0
+        #: When it was begun, by the clock of `time.monotonic`.
+        self.began = 0.0
         self._recording: Recording | None = None
         self._budget = budget
         #: The process that computes it, unless it was recorded.
         self.process: SpawnProcess | None = None
 
-    def begin(self, load: Callable[[], Source], solve: Solve) -> ShownRun:
-        """Load a mesh and map it in a process of its own, to which both functions are sent: they must be picklable."""
+    def begin(
+        self, load: Callable[[], Source], solve: Solve, repair: Mapping[str, Any] | None = None
+    ) -> ShownRun:
+        """Load a mesh and map it in a process of its own, to which both functions are sent: they must be picklable.
+
+        With options of `repair_mesh` the mesh is repaired first.
+        """
         spawn = multiprocessing.get_context("spawn")  # a fork would share the OpenGL context
         self._stopped = spawn.Event()
         self._messages: multiprocessing.Queue[Any] = spawn.Queue(_IN_TRANSIT)
-        work = (load, solve, self._messages, self._stopped)
+        work = (load, repair, solve, self._messages, self._stopped)
+        self.began = time.monotonic()
         self.process = spawn.Process(target=_work, args=work, daemon=True)
         # Ctrl-C is for the window, which ends the process
         handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -274,11 +283,20 @@ def _end_with_window() -> None:
         os._exit(1)
 
 
-def _work(load: Callable[[], Source], solve: Solve, messages: Any, stopped: Event) -> None:
+def _work(
+    load: Callable[[], Source],
+    repair: Mapping[str, Any] | None,
+    solve: Solve,
+    messages: Any,
+    stopped: Event,
+) -> None:
     """The process: whatever happens, its last message is the result or the error."""
     threading.Thread(target=_end_with_window, daemon=True).start()
     try:
         v, f = load()
+        if repair is not None:
+            repaired = repair_mesh(v, f, **repair)
+            v, f = repaired.v, repaired.f
         check_mesh(v, f)
         messages.put(("mesh", (v, f)))
         sender = _Sender(messages, stopped)

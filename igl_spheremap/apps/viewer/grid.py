@@ -36,6 +36,10 @@ _FOOT = 0.28
 _GAP = 6
 #: Radius of the circle that marks the place of the lens, in pixels.
 _CIRCLE = 7
+#: Radius in pixels of the ring around a vertex that is marked; a click moves the mouse by less.
+_RING = 9.0
+#: Its colour: magenta, which no scale has and which isn't the red of foldings.
+_PICKED = (0.85, 0.0, 0.55)
 #: Radius of the marks of folded faces that are not seen, in pixels.
 _MARK = 4.0
 #: By the mouse: radians a pixel, so that a drag over 400 pixels is half a turn; pixels that shift a body by its radius;
@@ -101,6 +105,7 @@ class Grid:
         self.zoom = 1.0
         self.shift = np.zeros(2)
         self._laid_out: object = None
+        self._pressed = np.zeros(2)
 
     @property
     def foot(self) -> float:
@@ -280,6 +285,29 @@ class Grid:
             self.zoom = float(np.clip(self.zoom * _NOTCH**io.MouseWheel, *_ZOOMS))
         if imgui.IsMouseDoubleClicked(0):
             self.turn, self.zoom, self.shift = np.eye(3), 1.0, np.zeros(2)
+
+    def clicked(self) -> FloatArray | None:
+        """The pixel of a click that has just ended on the grid, and was no drag; to be called every frame."""
+        if imgui.GetIO().WantCaptureMouse:
+            return None
+        mouse = np.array(imgui.GetMousePos())
+        if imgui.IsMouseClicked(0):
+            self._pressed = mouse
+        if imgui.IsMouseReleased(0) and np.linalg.norm(mouse - self._pressed) < _RING / 2:
+            return mouse
+        return None
+
+    def vertex_at(self, pixel: FloatArray) -> int | None:
+        """The vertex that is seen at a pixel, on any body; None where there is none."""
+        hit = ps.pick(screen_coords=tuple(pixel))
+        if hit.is_hit and hit.structure_name in {body.name for body in self.bodies.values()}:
+            return int(hit.structure_data["index"])
+        return None
+
+    def mark(self, vertex: int) -> None:
+        """Draw a ring around a vertex on all bodies."""
+        for place, body in self.bodies.items():
+            self.ring(self.frame(place), body.x[vertex], _RING, _PICKED)
 
     def rotate(self, right: float, down: float) -> None:
         """Turn all bodies: radians that the near side moves."""

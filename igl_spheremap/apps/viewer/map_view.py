@@ -25,14 +25,10 @@ from .body import EDGE_WIDTH
 from .choices import SUBJECTS
 from .grid import Grid, Part
 from .widgets import Colours, lens_widgets, panel, paragraph
-from .window import imgui, ps
+from .window import imgui
 
 #: Edges are drawn on images of at most this many faces; beyond they would be all that is seen.
 _EDGES = 15_000
-#: Radius in pixels of the ring around the vertex that was picked; a click moves the mouse by less.
-_RING = 9.0
-#: The vertex that was picked, on all sides: magenta, which no scale has and which isn't the red of foldings.
-_PICKED = (0.85, 0.0, 0.55)
 #: Seconds of each frame that a window spends on a map that is being computed.
 _POLL = 0.01
 
@@ -66,7 +62,6 @@ class MapView(ColouredApp):
         self.picked: int | None = None
         self._balance = 0.0 if result is None else result.balance
         self._run: ShownRun | None = None
-        self._clicked = np.zeros(2)
         self._save = SaveWidgets(self, name, None if result is None else lambda: self.result)
         self.grid = Grid()
         self._show_maps(maps)
@@ -97,19 +92,19 @@ class MapView(ColouredApp):
 
     def _lenses(self) -> list[Lens]:
         """The lenses on the maps as they are seen: on the vertex picked, else on folded faces, else on the front."""
-        if self.picked is not None:
-            faces = np.flatnonzero((self.mesh.f == self.picked).any(axis=1))
-        elif self.clusters:
+        vertex, power = self.picked, self.power
+        if vertex is None and self.clusters:
             faces = self.clusters[self.cluster]
-        else:
-            return [Lens(self._facing[2], self.power or 1.0, self._facing)] * len(self.maps)
-        lenses = follow(self._turned, self.mesh.f, faces, power=self.power, facing=self._facing)
-        if self.picked is not None:
-            return [
-                replace(lens, place=x[self.picked])
-                for lens, x in zip(lenses, self._turned, strict=True)
-            ]
-        return lenses
+            return follow(self._turned, self.mesh.f, faces, power=power, facing=self._facing)
+        if vertex is None:
+            vertex = int(np.argmax(self._turned[0] @ self._facing[2]))
+            if power is None:
+                power = 1.0
+        faces = np.flatnonzero((self.mesh.f == vertex).any(axis=1))
+        lenses = follow(self._turned, self.mesh.f, faces, power=power, facing=self._facing)
+        return [
+            replace(lens, place=x[vertex]) for lens, x in zip(lenses, self._turned, strict=True)
+        ]
 
     def show_subject(self, subject: str) -> None:
         """Colour surface and images by one of `SUBJECTS`, and apply the lens."""
@@ -204,7 +199,7 @@ class MapView(ColouredApp):
             return
         self._run.poll(_POLL)
         if self._run.result is not None:
-            self.result, self._run, self.power = self._run.result, None, None
+            self.result, self._run = self._run.result, None
             self._show_maps({caption_of(self.result): self.result.sphere})
         elif self._run.error is not None:
             self.message, self._run = str(self._run.error), None
@@ -216,26 +211,17 @@ class MapView(ColouredApp):
 
     def tick(self) -> None:
         self._take_map()
-        if imgui.GetIO().WantCaptureMouse:
-            return
-        mouse = np.array(imgui.GetMousePos())
-        if imgui.IsMouseClicked(0):
-            self._clicked = mouse
-        if imgui.IsMouseReleased(0) and np.linalg.norm(mouse - self._clicked) < _RING / 2:
-            self.pick_at(mouse)
+        pixel = self.grid.clicked()
+        if pixel is not None:
+            self.pick_at(pixel)
 
     def pick_at(self, pixel: FloatArray) -> None:
         """Pick the vertex that is seen at a pixel, on any side; none where there is none."""
-        hit = ps.pick(screen_coords=tuple(pixel))
-        seen = hit.is_hit and hit.structure_name in {
-            body.name for body in self.grid.bodies.values()
-        }
-        self.pick(int(hit.structure_data["index"]) if seen else None)
+        self.pick(self.grid.vertex_at(pixel))
 
     def panel(self) -> None:
         if self.picked is not None:
-            for place, body in self.grid.bodies.items():
-                self.grid.ring(self.grid.frame(place), body.x[self.picked], _RING, _PICKED)
+            self.grid.mark(self.picked)
         if not self.grid.panel:
             return
         with panel("Map", self.grid.panel):
@@ -243,7 +229,7 @@ class MapView(ColouredApp):
                 self._balance_slider()
             if self.colours.widgets():
                 self.show_subject(self.colours.subject)
-            if chosen := lens_widgets(self.lenses[0].power, self.clusters.sizes, self.cluster):
+            if chosen := lens_widgets(self.lenses[0], self.clusters.sizes, self.cluster):
                 self.look(*chosen)
             self._save()
             imgui.Separator()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from ... import samples
 from ...draw.folds import Clusters
-from ...draw.lens import follow
+from ...draw.lens import Lens, follow
 from ...draw.plot import fit, pose
 from ...errors import check_number
 from ...gate import takes_mesh
@@ -29,13 +29,15 @@ from ...result.recording import Frame, Recording
 from ...result.run import Listener
 from .app import App, SaveWidgets, file_stem, present
 from .background_run import ShownRun, Source
-from .choices import KEEP, SIZE, SUBJECTS, TIPS
+from .choices import KEEP, SIZE, SUBJECTS, TIPS, guess_up
 from .curves import energy_plot, folding_plot
 from .grid import Grid, Part, text_width
 from .map_view import count_foldings, edge_width
-from .widgets import Colours, box, lens_widgets, menu, panel, paragraph, tip
+from .widgets import Colours, box, lens_widgets, menu, panel, paragraph, tip, warning
 from .window import imgui, ps
 
+#: Begins a run by the name of a mesh, a method, and options of `repair_mesh` or None.
+Start = Callable[[str, Method, "Mapping[str, Any] | None"], ShownRun]
 #: The name of a surface that is given as arrays.
 _GIVEN = "the given mesh"
 #: Edges are drawn where the lens magnifies more than this; elsewhere they would be all that is seen.
@@ -43,6 +45,8 @@ _NEAR = 2.0
 _NONE = np.empty(0, dtype=np.int64)
 #: Height in pixels of the curves below the spheres: text and a hundred pixels of curve.
 _CURVES = 170
+#: Height in pixels of the box that says why a mesh is not shown: two lines and a button.
+_REFUSAL = 76.0
 #: Pixels of the button that plays, whatever it says.
 _PLAY = 50.0
 #: Beside a computation, pictures rest for this many times as long as the last one took: less slows the run down.
@@ -78,13 +82,15 @@ class Player(App):
 
     def __init__(
         self,
-        start: Callable[[str, Method], ShownRun],
+        start: Start,
         name: str,
         method: Method,
         *,
         up: str = "auto",
+        always_up: bool = False,
     ) -> None:
-        self._start, self._up = start, up
+        self._start = start
+        self._first, self._first_up, self._always_up = name, up, always_up
         self.name, self.method = name, method
         self.speed, self._refused = SPEEDS[0], ""
         self.colours = Colours(SUBJECTS[0])
@@ -95,29 +101,36 @@ class Player(App):
         self._moved, self._rests_until = False, 0.0
         self._next: ShownRun | None = None
         self.grid = Grid(foot=_CURVES)
-        run = start(name, method)
+        #: Why the last mesh that was asked for is not shown.
+        self.refusal: Exception | None = None
+        run = start(name, method, None)
         run.name = name
         self._begin(run)
 
     def _begin(self, run: ShownRun) -> None:
         """Begin the picture anew, with another run."""
         self.run, self.mesh, self._save.name = run, None, file_stem(run.name, "run")
+        #: The vertex that was clicked, marked on all bodies.
+        self.picked: int | None = None
         self.playing = True
         self.before: Frame | None = None
         self.after: Frame | None = None
         self.clusters = Clusters(_NONE, _NONE)
         self._followed, self._facing = _NONE, np.eye(3)
         self.colours = Colours(self.colours.subject)
-        #: How much the lens magnifies now, what is shown, and the iterate that the curves mark.
-        self._magnified, self._marked = 1.0, -1
+        #: The lens now, what is shown, and the iterate that the curves mark.
+        self._lens, self._marked = Lens(), -1
         self._shown: tuple[object, ...] = ()
 
-    def start(self, name: str, method: Method) -> None:
-        """Begin a run, which is shown once its mesh is read: until then the one before stays."""
+    def start(self, name: str, method: Method, repair: Mapping[str, Any] | None = None) -> None:
+        """Begin a run, which is shown once its mesh is read: until then the one before stays.
+
+        With options of `repair_mesh` the mesh is repaired first.
+        """
         if self._next is not None:
             self._next.close()
-        self._next = self._start(name, method)
-        self._next.name, self.message = name, ""
+        self._next = self._start(name, method, repair)
+        self._next.name, self.message, self.refusal = name, "", None
 
     def prepare(self, listener: Listener | None = None) -> None:
         def notify(run: ShownRun) -> None:
@@ -200,6 +213,9 @@ class Player(App):
             self._rests_until = began + _REST * (began - self._ticked)
         self._ticked, self._moved = began, False
         self._update()
+        pixel = self.grid.clicked()
+        if pixel is not None:
+            self.pick(self.grid.vertex_at(pixel))
         if not self.run.frames:
             return
         if self.before is None or self.after is None:
@@ -267,9 +283,16 @@ class Player(App):
     def _spheres(self, mesh: Mesh, shown: Sequence[Frame], aim: int) -> list[Part]:
         """Frames on spheres through one lens, as strong as fits one of them."""
         maps = [frame.iterate.x @ self.turn.T for frame in shown]
-        lenses = follow(maps, mesh.f, self._followed, aim, self.power, self._facing)
-        self._magnified = lenses[aim].power
-        edges = edge_width(mesh, self.colours.subject) if self._magnified > _NEAR else 0.0
+        faces = self._followed
+        if self.picked is not None:
+            faces = np.flatnonzero((mesh.f == self.picked).any(axis=1))
+        lenses = follow(maps, mesh.f, faces, aim, self.power, self._facing)
+        if self.picked is not None:
+            lenses = [
+                replace(lens, place=x[self.picked]) for lens, x in zip(lenses, maps, strict=True)
+            ]
+        self._lens = lenses[aim]
+        edges = edge_width(mesh, self.colours.subject) if self._lens.power > _NEAR else 0.0
         parts = []
         for frame, x, lens in zip(shown, maps, lenses, strict=True):
             colours = self.colours.of(
@@ -305,9 +328,21 @@ class Player(App):
             else 0
         )
 
+    def pick(self, vertex: int | None) -> None:
+        """Mark a vertex on all bodies; the lens goes to it, as strong as it is. Without one, back to the foldings."""
+        if vertex is not None:
+            self.power = self._lens.power
+        elif self.picked is not None:
+            self.power = None
+        self.picked = vertex
+        if self.before is not None:
+            self.look(self.power)
+
     def look(self, power: float | None, cluster: int | None = None) -> None:
         """Magnify by a power, None by what fits; another cluster of folded faces if it is given."""
         assert self.before is not None
+        if cluster is not None:
+            self.picked = None
         self.power, self._facing, self._shown = power, self.grid.turn, ()
         if cluster is not None:
             self._followed = self.clusters[cluster]
@@ -325,14 +360,22 @@ class Player(App):
                 self.run.close()
                 self._begin(self._next)
             if self._next.mesh is not None or self._next.error is not None:
-                self.message, self._next = str(self._next.error or ""), None
+                self.refusal, self._next = self._next.error, None
         self._updated = time.monotonic()
         if self.run.mesh is not None and self.mesh is None:
-            self.mesh, self.turn = self.run.mesh, pose(self.run.mesh.unit, self._up)
+            self.mesh, self.turn = self.run.mesh, pose(self.run.mesh.unit, self._up())
             self.source = fit(self.mesh.unit, self.turn)
+
+    def _up(self) -> str:
+        """Which way is up on the surface that is shown."""
+        if self._always_up or self.run.name == self._first:
+            return self._first_up
+        return guess_up(self.run.name)
 
     def panel(self) -> None:
         if self.before is not None:
+            if self.picked is not None:
+                self.grid.mark(self.picked)
             pressed = self._curves()
             if pressed is not None and self.grid.panel:
                 self._leave_for(round(pressed))
@@ -350,9 +393,26 @@ class Player(App):
             if self.run.process is not None and imgui.TreeNode("parameters"):
                 self._parameter_widgets()
                 imgui.TreePop()
-            for line in filter(None, (self.message, *self._state(), self._refused, _HINT)):
+            if self._refused:
+                warning(self._refused)
+            for line in filter(None, (self.message, *self._state(), _HINT)):
                 paragraph(line)
+        if self.refusal is not None:
+            self._refusal_widgets(self.refusal)
         self._keys()
+
+    def _refusal_widgets(self, refusal: Exception) -> None:
+        """Say beside the name of a mesh why it is not shown, and offer what repairs it."""
+        width, left = ps.get_window_size()[0], self.grid.panel
+        with box("refusal", (left, 0.0), (width - left, _REFUSAL)):
+            warning(f"{refusal}. Still shown: {self.run.name}")
+            remedy = getattr(refusal, "remedy", None)
+            if remedy is not None and remedy.function == "repair_mesh":
+                if imgui.Button("repair and run"):
+                    self.start(self.name, self.method, remedy.options)
+                imgui.SameLine()
+            if imgui.Button("close"):
+                self.refusal = None
 
     def _curves(self) -> float | None:
         """The curves of the run below the spheres, and the iterate at which one is pressed."""
@@ -366,7 +426,7 @@ class Player(App):
 
     def _run_widgets(self) -> None:
         _, self.name = imgui.InputText("mesh", self.name)
-        tip("A file, or a sample. The run before stays until this one is read.")
+        tip(f"{self.name}: a file, or a sample. The run before stays until this one is read.")
         names = [f"sample:{name}" for name in samples.names()]
         self.name = (
             menu("samples", self.name if self.name in names else "choose one", names) or self.name
@@ -407,7 +467,10 @@ class Player(App):
         if run.error is not None:
             return [f"{type(run.error).__name__}: {run.error}"]
         if not run.frames:
-            return [f"reading {run.name}" if run.mesh is None else "making the first map"]
+            seconds = f"{time.monotonic() - run.began:.0f} s"
+            if run.mesh is None:
+                return [f"reading {run.name}, {seconds}"]
+            return [f"making the first map of {len(run.mesh.v):,} vertices, {seconds}"]
         if run.result is None:
             count = sum(step.iteration > 0 for step in run.history)
             return [
@@ -479,7 +542,7 @@ class Player(App):
     def _view_widgets(self) -> None:
         assert self.before is not None
         self.colours.widgets()
-        if chosen := lens_widgets(self._magnified, self.clusters.sizes, self.cluster):
+        if chosen := lens_widgets(self._lens, self.clusters.sizes, self.cluster):
             self.look(*chosen)
         self.show(self.before, self.after)
 
@@ -557,18 +620,22 @@ def play_recording(
     run = ShownRun.of(recording, result)
     last = run.change(int(run.iterations[-1]), -1) or 0
     present(
-        lambda: Player(lambda name, method: run, "", METHODS[result.method](), up=up),
+        lambda: Player(lambda name, method, repair: run, "", METHODS[result.method](), up=up),
         out,
         frame=last,
     )
 
 
 def in_background(
-    load: Callable[[str], Source], budget: int, name: str, method: Method
+    load: Callable[[str], Source],
+    budget: int,
+    name: str,
+    method: Method,
+    repair: Mapping[str, Any] | None = None,
 ) -> ShownRun:
     """Begin a run in another process; `load`, which must be picklable, takes a name to vertices and faces."""
     return ShownRun(budget).begin(
-        partial(load, name), partial(spherical_conformal_map, method=method)
+        partial(load, name), partial(spherical_conformal_map, method=method), repair
     )
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-from ...draw.lens import STRONGEST
-from ...draw.palette import Ramp
+from ...draw.lens import Lens
+from ...draw.palette import FOLDED, Ramp
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
 from .choices import SUBJECTS
@@ -128,19 +128,27 @@ class Colours:
         return before != self.state
 
 
-def lens_widgets(
-    power: float, sizes: IntArray, shown: int
-) -> tuple[float | None, int | None] | None:
+def lens_widgets(lens: Lens, sizes: IntArray, shown: int) -> tuple[float | None, int | None] | None:
     """Choose how much the lens magnifies, and the cluster of folded faces, of these sizes, that it shows.
 
     What was chosen just now: the power, None for what fits, and a cluster if it is another one.
     """
+    imgui.BeginDisabled(lens.limit == 1)
     moved, chosen = imgui.SliderFloat(
-        "lens", power, 1.0, STRONGEST, magnification(power), imgui.ImGuiSliderFlags_Logarithmic
+        "lens",
+        lens.power,
+        1.0,
+        lens.limit,
+        magnification(lens.power),
+        imgui.ImGuiSliderFlags_Logarithmic,
     )
-    tip("A Moebius map, which keeps angles, magnifies what the small sphere circles.")
+    imgui.EndDisabled()
+    tip(
+        "A Moebius map, which keeps angles, magnifies what the small sphere circles. At its end that fills the view: "
+        "the faces around a vertex, or a cluster of folded faces."
+    )
     if moved:
-        return min(max(float(chosen), 1.0), STRONGEST), None
+        return min(max(float(chosen), 1.0), lens.limit), None
     count = len(sizes)
     said = f"%d of {count:,}: {sizes[shown]:,} faces" if count else "nothing folds"
     imgui.BeginDisabled(count < 2)
@@ -163,6 +171,13 @@ def tip(text: str) -> None:
         imgui.TextUnformatted(text)
         imgui.PopTextWrapPos()
         imgui.EndTooltip()
+
+
+def warning(text: str) -> None:
+    """Write text that wraps in the colour of what is wrong."""
+    imgui.PushStyleColor(imgui.ImGuiCol_Text, (*FOLDED, 1.0))
+    paragraph(text)
+    imgui.PopStyleColor()
 
 
 def paragraph(text: str) -> None:

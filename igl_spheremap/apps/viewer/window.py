@@ -53,6 +53,8 @@ ps, imgui, implot = (
 )
 
 
+#: Title of a window that is opened without one.
+TITLE = "igl_spheremap"
 MATERIAL = "spheremap"
 #: World units that are as long as a pixel: the grid lays things out in pixels.
 UNITS_PER_PIXEL = 0.01
@@ -72,14 +74,16 @@ VIDEOS = (".gif", ".mp4")
 _offscreen: bool | None = None
 
 
-def open_window(size: tuple[int, int] = SIZE, offscreen: bool = False) -> None:
+def open_window(size: tuple[int, int] = SIZE, offscreen: bool = False, title: str = TITLE) -> None:
     """Start polyscope, or clear what an earlier call has drawn; off screen it draws for files and needs no display.
+
+    The first window's title stays.
 
     Raises a DisplayError if there is no display, no OpenGL, or this process draws the other way already.
     """
     global _offscreen
     if _offscreen is None:
-        _start(offscreen)
+        _start(offscreen, title)
         _offscreen = offscreen
     elif _offscreen != offscreen:
         raise DisplayError(
@@ -92,12 +96,12 @@ def open_window(size: tuple[int, int] = SIZE, offscreen: bool = False) -> None:
     ps.set_window_size(*size)
 
 
-def _start(offscreen: bool) -> None:
+def _start(offscreen: bool, title: str) -> None:
     name = backend(offscreen)
     # Mesa's software OpenGL then leaves a core to what is computed beside the window
     if not offscreen:
         os.environ.setdefault("LP_NUM_THREADS", str(max(0, (os.cpu_count() or 1) - 2)))
-    ps.set_program_name("igl_spheremap")
+    ps.set_program_name(title)
     ps.set_verbosity(0)
     ps.set_use_prefs_file(False)
     ps.set_errors_throw_exceptions(True)

@@ -270,7 +270,7 @@ figures = dict(spread=spread, facts=facts, drawn=min(drawn_), back=bool((view.re
 
 
 @needs_drawing
-def test_another_balance_keeps_scale_and_poles_and_takes_the_lens_that_fits():
+def test_another_balance_keeps_scale_poles_and_what_the_lens_does():
     figures = drive(
         _viewed("dumbbell", 800, "area distortion")
         + """
@@ -286,19 +286,22 @@ for balance in (0.0, 1.0):
     around = view.grid.bodies[0, 1].x[f[(f == tip).any(axis=1)]]
     seen.append([high, view.colours._tips.tolist(), view.lenses[0].power, float(around[..., 2].min())])
 view.look(1.0)
+rebalance(0.5)
+whole = view.lenses[0].power
 behind = int(np.argmin((view.grid.bodies[0, 1].x @ view.grid.turn.T)[:, 2]))
 view.pick(behind)
 image = window.grab().astype(int)
 left, top = (round(float(n)) for n in view.grid.pixels(view.grid.frame((0, 1)), view.grid.bodies[0, 1].x[behind]))
 around = image[top - 14 : top + 14, left - 14 : left + 14]
 ring = float(((around[..., 0] > 180) & (around[..., 1] < 90) & (around[..., 2] > 100)).mean())
-figures = dict(seen=seen, ring=ring)
+figures = dict(seen=seen, ring=ring, whole=whole)
 """
     )
     (high, poles, power, _), (same, still, weaker, front) = figures["seen"]
     assert (high, poles) == (same, still)
     assert weaker < power / 3
     assert front > 0
+    assert figures["whole"] == 1
     assert figures["ring"] > 0.05
 
 

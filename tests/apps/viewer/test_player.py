@@ -303,7 +303,7 @@ shown.start('unicorn', METHODS['auto']())
 shown._next.wait()
 shown.tick()
 window.grab()
-figures = dict(seen=len(seen), status=status, drawn=drawn(image), error=shown.message, kept=shown.run is kept)
+figures = dict(seen=len(seen), status=status, drawn=drawn(image), error=str(shown.refusal), kept=shown.run is kept)
 """)
     assert figures["seen"] >= 5
     assert figures["status"] == "STOPPED"
@@ -329,3 +329,44 @@ def test_play_writes_a_video_and_what_its_frames_show(tmp_path):
     assert held[0]["before"]["stage"] == "gauss map"
     assert held[-1]["title"] == "Result: certified folding-free"
     assert frames[0]["before"]["foldings"] > 100 > frames[-1]["foldings"] == 0
+
+
+@needs_drawing
+def test_each_surface_stands_by_its_own_name_and_a_clicked_vertex_is_marked_on_all_bodies():
+    figures = play("""
+files = {
+    'sample:bird': ism.samples.make('bird', n_vertices=1000),
+    'a.obj': ism.samples.make('dumbbell', n_vertices=300),
+}
+app.open_for(Pictures('unused.png', size=(900, 360)))
+start = partial(in_background, files.get, 400_000_000)
+shown = Player(start, 'sample:bird', METHODS['auto'](), up='z')
+shown.grid.panel = 0
+shown.prepare()
+turns = [shown.turn.tolist()]
+shown.start('a.obj', METHODS['auto']())
+shown.prepare()
+shown.tick()
+shown.prepare()
+turns.append(shown.turn.tolist())
+from igl_spheremap.draw.plot import pose
+by_shape = pose(shown.mesh.unit, 'auto').tolist()
+shown.go_to(0)
+ps.set_user_callback(lambda: app.draw_app(shown))
+window.grab()
+body = shown.grid.bodies[0, 0]
+front = int(np.argmax((body.x @ shown.grid.turn.T)[:, 2]))
+pixel = shown.grid.pixels(shown.grid.frame((0, 0)), body.x[front])
+shown.pick(shown.grid.vertex_at(pixel))
+image = window.grab().astype(int)
+magenta = (image[..., 0] > 180) & (image[..., 1] < 90) & (image[..., 2] > 100)
+rings = sum(bool(part.any()) for part in np.array_split(magenta, 3, axis=1))
+shown.look(3.0)
+ahead = float((shown.grid.bodies[0, 1].x @ shown.grid.turn.T)[front, 2])
+figures = dict(turns=turns, by_shape=by_shape, picked=shown.picked, front=front, rings=rings, ahead=ahead)
+""")
+    assert figures["picked"] == figures["front"]
+    assert figures["rings"] == 3
+    assert figures["ahead"] == pytest.approx(1)
+    assert figures["turns"][1] == figures["by_shape"]
+    assert figures["turns"][0] != figures["turns"][1]

@@ -37,6 +37,7 @@ def script(hand):
         act()
         hand.frame(2)
         figures['visited'].append(at())
+    hand.click_at(470, 130)  # a vertex of the surface, for the lens
     hand.resize(500, 300)  # drawn in software, pixel by pixel
     typed = {{'max iterations': '9', '##name': 'saved'}}
     figures['used'] = sorted(hand.everything(leave=('run', 'play '), typed=typed))
@@ -163,6 +164,37 @@ Hand().run(lambda: ism.play(v, f, method='auto', size={size!r}), script)
         assert places[state] == places["computing"], state
     assert max(bottom for _, _, _, bottom in places["ended"].values()) < size[1]
     assert figures["kept"]
+
+
+@needs_drawing
+def test_a_mesh_that_is_refused_can_be_repaired_in_the_window(tmp_path):
+    v, f = ism.samples.make("dumbbell", n_vertices=300)
+    ism.write_mesh(tmp_path / "open.ply", v, f[1:])
+    figures = use(f"""
+import os
+os.chdir({str(tmp_path)!r})
+
+def script(hand):
+    hand.wait(lambda: hand.has('##iteration'))
+    hand.type('mesh', 'open.ply')
+    hand.click('run')
+    hand.wait(lambda: hand.shows('Still shown: the given mesh'))
+    hand.click('repair and run')
+    hand.wait(lambda: not hand.shows('Still shown'))
+    hand.wait(lambda: hand.has('##iteration') and not hand.find('stop').enabled)
+    figures['shown'] = hand.find('mesh').value
+    hand.type('mesh', 'sample:unicorn')
+    hand.click('run')
+    hand.wait(lambda: hand.shows('unicorn'))
+    figures['repairable'] = hand.has('repair and run')
+    hand.click('close')
+    figures['closed'] = not hand.shows('Still shown')
+
+figures = {{}}
+v, f = ism.samples.make('dumbbell', n_vertices=300)
+Hand().run(lambda: ism.play(v, f, method='auto'), script)
+""")
+    assert figures == {"shown": "open.ply", "repairable": False, "closed": True}
 
 
 @needs_drawing

@@ -9,7 +9,7 @@ from ....errors import FileError, FoldingsRemain, MeshError
 from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.disk import check_disk
-from ...viewer.app import App, file_stem, open_for, run_app
+from ...viewer.app import App, announce, file_stem, open_for, run_app
 from ...viewer.choices import SHOWN, guess_up
 from ...viewer.compare import plane_view
 from ...viewer.map_view import MapView, caption_of
@@ -29,7 +29,8 @@ def run_view(args: Namespace) -> None:
         refuse_flags(args, _MAKING, f"{args.sphere}, a map that is there,")
     check_outputs(args)
     pictures = pictures_of(args)
-    open_for(pictures)
+    open_for(pictures, title=f"{os.path.basename(args.source)} - map")
+    announce(pictures, f"mapping {args.source}")
     app: App
     try:
         source, result, caption = _map(args)
@@ -78,14 +79,15 @@ def run_play(args: Namespace) -> None:
     check_outputs(args)
     method = chosen_method(args)
     pictures = pictures_of(args)
-    open_for(pictures)
+    open_for(pictures, title=f"{os.path.basename(args.source)} - player")
+    announce(pictures, f"reading {args.source}")
     source = load_source(args)
+    announce(pictures, f"mapping {len(source.v):,} vertices")
     args.progress.begin(f"mapping {source.name}")
     load = partial(_load, source)
-    up = args.up or source.up
     start = partial(in_background, load, round(1e6 * args.keep))
     frames = run_app(
-        Player(start, source.name, method, up=up),
+        Player(start, source.name, method, up=args.up or source.up, always_up=args.up is not None),
         pictures,
         progress=args.progress,
         listener=args.progress.listener(source.f),
@@ -100,5 +102,5 @@ def run_play(args: Namespace) -> None:
 
 def _load(given: InputMesh, name: str) -> tuple[FloatArray, IntArray]:
     """Read vertices and faces by their name, or take those of the command line, which were read already."""
-    source = given if name == given.name else read_source(name)
+    source = given if name == given.name else read_source(name, check=False)
     return source.v, source.f
