@@ -21,9 +21,9 @@ from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
+from ..mesh.edges import half_edges, sides
 from ..mesh.measure import corner_angles, log_edges, weighted_quantile
 from ..newton.system import VertexSystem
-from ..operators.flips import twins
 from ..sphere.moebius import best_rotation, conformal_barycentre, orientation_target
 from ..sphere.rows import to_chart, unit_rows
 from ..sphere.stereographic import Anchored, exponential, log_sum, logarithm, plane_angles, to_ball
@@ -141,7 +141,7 @@ class Layout:
         n = len(f) // 2 + 2
         log_length, direction = lengths_and_directions(f, angles, hole)
         kept = np.repeat(np.arange(len(f)) != hole, 3)
-        start, end = f[:, [1, 2, 0]].ravel()[kept], f[:, [2, 0, 1]].ravel()[kept]
+        start, end = (vertices[kept] for vertices in sides(f))
         length, turn = log_length.ravel()[kept], direction.ravel()[kept]
         key = np.append(start * n + end, end * n + start)
         order = np.argsort(key, kind="stable")
@@ -209,7 +209,9 @@ def lengths_and_directions(
     turn = np.column_stack(
         (np.zeros(m), np.pi - angles[:, 2], 2 * np.pi - angles[:, 2] - angles[:, 0])
     )
-    twin = twins(f)
+    edges = half_edges(f, m // 2 + 2)
+    assert edges is not None, "the mesh is not closed"
+    twin = edges.twins().astype(np.int64)
     scale, rotation = np.full(m, np.nan), np.zeros(m)
     front = twin[3 * hole : 3 * hole + 1] // 3
     done = np.zeros(m, dtype=bool)

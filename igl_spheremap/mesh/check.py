@@ -271,9 +271,7 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
     alone = np.diff(edges.indptr) == 1
     if alone.any():
         refusal().unreferenced(np.flatnonzero(alone))
-    twin = np.empty(3 * m + n, dtype=np.int32)
-    twin[edges.half] = edges.twin
-    twin = twin[: 3 * m]
+    twin = edges.twins()
     # takes no memory; of another type scipy's graphs make a copy
     ones = np.broadcast_to(1.0, 3 * m)
     neighbours = csr_matrix(

@@ -21,7 +21,7 @@ from .check import (
     check_positions,
     normalised,
 )
-from .edges import components, pinched_vertices, rims, shared_edges
+from .edges import components, pinched_vertices, rims, shared_edges, sides
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ def disk_rim(f: IntArray, v: FloatArray, asked: Remedy = Remedy("repair_disk")) 
     n, m = len(v), len(f)
     check_indices(f, n)
     refusal = partial(wings.refusal, f, n, v, asked)
-    start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
+    start, stop = sides(f)
     _, edge, one, other = shared_edges(f, n)
     faces_at = np.bincount(edge)
     if (start == stop).any() or (faces_at > 2).any() or (start[one] == start[other]).any():

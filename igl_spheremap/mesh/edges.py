@@ -1,7 +1,6 @@
-"""The half-edges of a closed mesh, which are the pattern of its sparse matrices; faces at vertices; components.
+"""The half-edges of triangles, which are the pattern of a closed mesh's sparse matrices; faces at vertices; components.
 
-Half-edges have one of two numberings, both used below: 3 i + k is the side of face i opposite corner k in matrices
-(`HalfEdges`, `operators.flips.twins`), the side from corner k to the next elsewhere (`shared_edges`).
+Half-edge 3 i + k is the side of face i opposite corner k, as in libigl: its apex is the vertex ``f.ravel()[3 i + k]``.
 """
 
 from __future__ import annotations
@@ -22,8 +21,7 @@ Indices = NDArray[np.int32]
 class HalfEdges:
     """Pattern, in compressed rows with sorted columns, of matrices with an entry for each edge and each vertex.
 
-    Half-edge 3 i + k runs along the side of face i that is opposite corner k. On the diagonal `half` and `twin` are
-    beyond the last half-edge.
+    On the diagonal `half` and `twin` are beyond the last half-edge.
 
     Attributes
     ----------
@@ -48,6 +46,12 @@ class HalfEdges:
 
     def __repr__(self) -> str:
         return f"HalfEdges({len(self.diagonal)} vertices, {len(self.faces)} faces)"
+
+    def twins(self) -> Indices:
+        """Of each half-edge the one that runs back, (3 m,)."""
+        twin = np.empty(len(self.half), dtype=np.int32)
+        twin[self.half] = self.twin
+        return twin[: self.faces.size]
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,10 +119,18 @@ def touching(f: IntArray, mask: BoolArray) -> BoolArray:
 
 
 def next_corners(corner: NDArray[np.integer]) -> tuple[IntArray, IntArray]:
-    """The next and the previous corner of the same face, for corners 3 i + k; half-edges from them likewise."""
+    """The next and the previous corner of the same face, for corners 3 i + k, and so for half-edges.
+
+    A half-edge runs from the corner after its apex to the one before it.
+    """
     k = corner - 3 * (corner // 3)  # faster than the remainder
     after, before = np.where(k == 2, -2, 1), np.where(k == 0, 2, -1)
     return np.asarray(corner + after, dtype=np.int64), np.asarray(corner + before, dtype=np.int64)
+
+
+def sides(f: IntArray) -> tuple[IntArray, IntArray]:
+    """The vertices where each half-edge starts, and where it ends."""
+    return f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()
 
 
 def edge_keys(start: IntArray, stop: IntArray, n: int) -> IntArray:
@@ -127,11 +139,11 @@ def edge_keys(start: IntArray, stop: IntArray, n: int) -> IntArray:
 
 
 def shared_edges(f: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-    """Edges of any triangles, by half-edges 3 i + k from corner k of face i to the next.
+    """Edges of any triangles.
 
     Their keys in order, the edge of each half-edge, and in pairs the half-edges of those with exactly two faces.
     """
-    keys = edge_keys(f.ravel(), f[:, [1, 2, 0]].ravel(), n)
+    keys = edge_keys(*sides(f), n)
     order = np.argsort(keys, kind="stable")
     keys = keys[order]
     new = np.diff(keys, prepend=-1) > 0
@@ -143,8 +155,9 @@ def shared_edges(f: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, Int
 
 
 def half_edges_from(f: IntArray, n: int, start: IntArray, stop: IntArray) -> IntArray:
-    """Half-edges 3 i + k, from corner k of face i to the next, that run from vertices `start` to `stop`."""
-    keys = f.ravel() * n + f[:, [1, 2, 0]].ravel()
+    """Half-edges that run from vertices `start` to `stop`."""
+    tail, head = sides(f)
+    keys = tail * n + head
     order = np.argsort(keys)
     return order[np.searchsorted(keys, start * n + stop, sorter=order)]
 

@@ -98,7 +98,7 @@ def cap(p: FloatArray, onward: FloatArray) -> tuple[FloatArray, IntArray]:
 def conormals(v: FloatArray, f: IntArray, a: IntArray, b: IntArray) -> FloatArray:
     """Conormals (k, 3) of boundary edges from a to b, away from their faces b -> a; as long as the edges."""
     half = half_edges_from(f, len(v), b, a)
-    edge, out = v[b] - v[a], v[a] - v[f[:, [2, 0, 1]].ravel()[half]]
+    edge, out = v[b] - v[a], v[a] - v[f.ravel()[half]]
     square = np.maximum((edge * edge).sum(axis=1), _TINY)[:, None]
     out -= (out * edge).sum(axis=1)[:, None] / square * edge
     return np.asarray(

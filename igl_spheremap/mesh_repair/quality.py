@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray, weld
-from ..mesh.edges import next_corners, shared_edges
+from ..mesh.edges import shared_edges, sides
 from ..mesh.measure import corner_angles, enclosed_volume, face_areas
 
 #: Distance of vertices that nearly coincide, in diagonals of the bounding box: six digits keep no less apart.
@@ -75,10 +75,10 @@ def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
     scale = min(float((high / size - low / size).max()) * size, float(np.finfo(float).max)) or 1.0
     p = v / scale - (low / scale + high / scale) / 2
     keys, _, first, second = shared_edges(f, n)
-    start, ends = f.ravel(), np.concatenate((keys // n, keys % n))
+    start, ends = sides(f)[0], np.concatenate((keys // n, keys % n))
     length = np.linalg.norm(p[keys // n] - p[keys % n], axis=1)
     angles, areas = corner_angles(p, f), face_areas(p, f)
-    opposite = angles.ravel()[next_corners(first)[1]] + angles.ravel()[next_corners(second)[1]]
+    opposite = angles.ravel()[first] + angles.ravel()[second]
     closed = 2 * len(first) == f.size and not (start[first] == start[second]).any()
     places = weld(p)[0]
     from scipy.spatial import cKDTree  # takes .1 s, which maps don't need

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError, Remedy
 from ..mesh.arrays import FloatArray, IntArray, count, examples, listed, own_unit, place
-from ..mesh.edges import direction_components, pinched_vertices, shared_edges
+from ..mesh.edges import direction_components, pinched_vertices, shared_edges, sides
 from .handles import short_loop
 from .seam import TIPS
 from .surface import Surface, holes_text
@@ -51,7 +51,7 @@ class Refusal:
                 f"degenerate: {count(repeated, 'face')} with a repeated vertex index, {examples(repeated)}",
                 "remove them",
             )
-        start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
+        start, stop = sides(f)
         keys, edge, first, second = shared_edges(f, n)
         ends, faces_at = np.column_stack((keys // n, keys % n)), np.bincount(edge)
         if (faces_at > 2).any():
@@ -106,7 +106,7 @@ class Refusal:
     def characteristic(self, twin: NDArray[np.int32]) -> NoReturn:
         """Refuse pinched vertices, or else handles."""
         m = len(self.f)
-        pinched = pinched_vertices(np.roll(self.f, -1, axis=1).ravel(), np.arange(3 * m), twin)
+        pinched = pinched_vertices(sides(self.f)[0], np.arange(3 * m), twin)
         if len(pinched):
             self.pinched(pinched)
         genus = (2 - (self.n - 3 * m // 2 + m)) // 2

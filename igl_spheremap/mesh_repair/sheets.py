@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..mesh.edges import components, shared_edges
+from ..mesh.edges import components, next_corners, shared_edges, sides
 from ..mesh.measure import enclosed_volume
 
 #: Rounds of pairing at most: an edge that is still non-manifold after bodies were separated joins them in the next
@@ -31,7 +31,7 @@ def part_sheets(v: FloatArray, f: IntArray) -> PartedSheets | None:
     sorted by angle around the edge, and neighbours with the body between them are paired, which separates bodies that
     touch; where the edge stays non-manifold, neighbours with nothing between them. Paired faces agree in direction.
     """
-    start, stop, n = f.ravel(), f[:, [1, 2, 0]].ravel(), len(v)
+    (start, stop), n = sides(f), len(v)
     _, edge, first, second = shared_edges(f, n)
     count = np.bincount(edge)
     nonmanifold = np.flatnonzero(count[edge] > 2)
@@ -64,9 +64,7 @@ def _paired_by_angles(
     v: FloatArray, f: IntArray, half: IntArray, edge: IntArray, joined: BoolArray
 ) -> IntArray | None:
     """Pairs (k, 2) of half-edges at non-manifold edges, by angles of faces; None unless directions alternate."""
-    start, stop, third = (
-        f[:, corners].ravel()[half] for corners in ([0, 1, 2], [1, 2, 0], [2, 0, 1])
-    )
+    start, stop, third = (vertices[half] for vertices in (*sides(f), f.ravel()))
     up = start < stop
     a, b = np.minimum(start, stop), np.maximum(start, stop)
     axis = v[b] - v[a]
@@ -95,10 +93,11 @@ def _with_pairs(
     f: IntArray, n: int, at: BoolArray, first: IntArray, second: IntArray
 ) -> PartedSheets:
     """Give each fan of faces a vertex of its own at the vertices `at`; paired half-edges are neighbours."""
-    start, onward = f.ravel(), 3 * np.arange(len(f)).repeat(3) + np.tile([1, 2, 0], len(f))
-    same = start[first] == start[second]
-    ends = np.where(same, second, onward[second]), np.where(same, onward[second], second)
-    _, fan = components(np.r_[first, onward[first]], np.r_[ends], f.size)
+    start = f.ravel()
+    (tail, head), (other_tail, other_head) = next_corners(first), next_corners(second)
+    same = start[tail] == start[other_tail]
+    ends = np.where(same, other_tail, other_head), np.where(same, other_head, other_tail)
+    _, fan = components(np.r_[tail, head], np.r_[ends], f.size)
     _, sheet = components(first // 3, second // 3, len(f))
     smaller = -np.bincount(sheet)[sheet].repeat(3)  # the largest sheet keeps the input's rows
     corner = np.flatnonzero(at[start])

@@ -14,6 +14,7 @@ from ..mesh.edges import (
     next_corners,
     rims,
     shared_edges,
+    sides,
 )
 from ..mesh.measure import enclosed_volume
 from .handles import cutting_loops
@@ -77,7 +78,7 @@ class Surface:
 
     def _drop_copies(self) -> None:
         """Where an edge has more than two faces, keep the first of those with the same corners."""
-        keys = edge_keys(self.f.ravel(), self.f[:, [1, 2, 0]].ravel(), len(self.v))
+        keys = edge_keys(*sides(self.f), len(self.v))
         _, index, count = np.unique(keys, return_inverse=True, return_counts=True)
         nonmanifold = (count[index] > 2).reshape(-1, 3).any(axis=1)
         if not nonmanifold.any():
@@ -120,7 +121,7 @@ class Surface:
         """Reverse the fewest faces of each component that make neighbours agree."""
         first, second = self._twins()
         i, j, m = first // 3, second // 3, len(self.f)
-        start = self.f.ravel()
+        start = sides(self.f)[0]
         clash = start[first] == start[second]
         if not clash.any():
             return
@@ -140,8 +141,7 @@ class Surface:
         Where a rim passes a vertex twice, its fans stay together if caps of both holes will lie between them.
         """
         first, second = self._twins()
-        start, n = self.f.ravel(), len(self.v)
-        stop = self.f[:, [1, 2, 0]].ravel()
+        (start, stop), corners, n = sides(self.f), self.f.ravel(), len(self.v)
         keys = edge_keys(start, stop, n)
         nonmanifold = np.unique(keys, return_counts=True)[1].max(initial=0) > 2
         if nonmanifold or (start[first] == start[second]).any():
@@ -149,16 +149,15 @@ class Surface:
         self.sound = True
         shut = ~np.isin(keys[first], cut)
         first, second = first[shut], second[shut]
-        onward = next_corners(np.arange(len(start)))[0]
-        fans, fan = components(
-            np.r_[first, second], np.r_[onward[second], onward[first]], len(start)
-        )
-        vertex = start[np.unique(fan, return_index=True)[1]]  # of each fan
-        open_edges = np.ones(len(start), dtype=bool)
-        open_edges[first] = open_edges[second] = False
+        (tail, head), (other_tail, other_head) = next_corners(first), next_corners(second)
+        fans, fan = components(np.r_[tail, other_tail], np.r_[other_head, head], len(corners))
+        vertex = corners[np.unique(fan, return_index=True)[1]]  # of each fan
+        at_rim = np.ones(len(corners), dtype=bool)  # corners from which an open edge runs
+        at_rim[tail] = at_rim[other_tail] = False
+        from_corner = np.flatnonzero(at_rim)
         parts: list[list[int]] = []
         joined = np.arange(fans)
-        for rim in rims(fan[onward[open_edges]], fan[open_edges]):
+        for rim in rims(fan[next_corners(from_corner)[0]], fan[from_corner]):
             for part, closing in (
                 simple_rims(rim, vertex[rim].tolist()) if capped else [(rim, rim[0])]
             ):
@@ -259,7 +258,7 @@ class Surface:
         self.f, self.face_source = np.ascontiguousarray(self.f[keep]), self.face_source[keep]
 
     def _twins(self) -> tuple[IntArray, IntArray]:
-        """Half-edges (3 * face + corner) in pairs, of the edges that have exactly two faces."""
+        """Half-edges in pairs, of the edges that have exactly two faces."""
         return shared_edges(self.f, len(self.v))[2:]
 
     def _note(self, verb: str, count: int, singular: str, plural: str, where: str = "") -> None:

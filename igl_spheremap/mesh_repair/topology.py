@@ -117,23 +117,21 @@ def topology_of(f: IntArray, n: int) -> Topology:
     keys, edge, first, second = shared_edges(f, n)
     start = f.ravel()
     number, label = components(first // 3, second // 3, len(f))
-    clash = start[first] == start[second]
+    clash = start[next_corners(first)[0]] == start[next_corners(second)[0]]
     forward, backward = direction_components(first // 3, second // 3, clash, len(f))
     orientable = np.ones(number, dtype=bool)
     orientable[label[forward == backward]] = False
     # A fan is a class of corners at one vertex, joined across the edges that two faces share.
-    after, other = next_corners(first)[0], next_corners(second)[0]
-    fans, fan = components(
-        np.r_[first, after],
-        np.r_[np.where(clash, second, other), np.where(clash, other, second)],
-        f.size,
-    )
+    (tail, head), (other_tail, other_head) = next_corners(first), next_corners(second)
+    ends = np.where(clash, other_tail, other_head), np.where(clash, other_head, other_tail)
+    fans, fan = components(np.r_[tail, head], np.r_[ends], f.size)
     one = np.unique(fan, return_index=True)[1]  # a corner of each fan
     rim = np.ones(f.size, dtype=bool)
     rim[first] = rim[second] = False
     half = np.flatnonzero(rim)
     corner = fan.astype(np.int64)
-    loop = components(corner[half], corner[next_corners(half)[0]], fans)[1][corner[half]]
+    begin, end = (corner[each] for each in next_corners(half))
+    loop = components(begin, end, fans)[1][begin]
     loops, where, length = np.unique(loop, return_index=True, return_counts=True)
     owner = label[half[where] // 3] if len(loops) else loops
     vertices, faces = (

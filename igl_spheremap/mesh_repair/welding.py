@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray, own_unit, weld
-from ..mesh.edges import components, shared_edges
+from ..mesh.edges import components, shared_edges, sides
 from . import LARGEST_WELD
 
 #: Least ratio between distances that a tolerance parts: from here on a power of ten lies between them.
@@ -60,7 +60,7 @@ def _open_edges(v: FloatArray, f: IntArray) -> tuple[IntArray, IntArray, FloatAr
     corners = corners.reshape(-1, 3)
     edge = shared_edges(corners, len(rows))[1]
     alone = np.bincount(edge)[edge] == 1
-    ends = np.stack((corners.ravel(), corners[:, [1, 2, 0]].ravel()))
+    ends = np.stack(sides(corners))
     return rows, ends[:, alone], own_unit(v[rows])[0]
 
 

@@ -83,7 +83,7 @@ class VertexSystem:
     def _edges(self) -> tuple[IntArray, IntArray, IntArray]:
         """Larger and smaller vertex of each edge, and the edge between the corners of each off-diagonal pair."""
         keys, edge, *_ = shared_edges(self.f, self.n)
-        return keys % self.n, keys // self.n, edge.reshape(-1, 3).T[[0, 2, 1]]
+        return keys % self.n, keys // self.n, edge.reshape(-1, 3).T[::-1]
 
     @cached_property
     def _layout(self) -> tuple[IntArray, IntArray, IntArray]:

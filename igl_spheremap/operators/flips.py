@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.edges import HalfEdges
 
 #: Bounds on the rounds of flips, of edges that share no face in a round, and on the flips: a number for each face, and
 #: one for the whole mesh, as small ones may take more for each. Meshes that no bound stopped took up to 60 rounds and
@@ -15,7 +16,7 @@ _FLIPS_PER_FACE, _FLIPS_BESIDE = 6, 100_000
 _TOLERANCE = 1e-12
 
 
-def delaunay_triangulation(lengths: FloatArray, f: IntArray) -> tuple[FloatArray, IntArray]:
+def delaunay_triangulation(lengths: FloatArray, edges: HalfEdges) -> tuple[FloatArray, IntArray]:
     """Flip edges of a closed mesh until opposite angles sum to pi at most: lengths and faces of the same surface.
 
     `lengths` belong to the edges opposite the corners. Edges may become loops, or join the same vertices as others do.
@@ -24,8 +25,7 @@ def delaunay_triangulation(lengths: FloatArray, f: IntArray) -> tuple[FloatArray
     Fisher, Springborn, Schroeder, Bobenko 2007, *An Algorithm for the Construction of Intrinsic Delaunay
     Triangulations*. (libigl's function for it does not end where edge lengths span many orders of magnitude.)
     """
-    lengths, f = lengths.copy(), f.copy()
-    twin = twins(f)
+    lengths, f, twin = lengths.copy(), edges.faces.astype(np.int64), edges.twins().astype(np.int64)
     changed = np.arange(len(f))
     flips_left = _FLIPS_PER_FACE * len(f) + _FLIPS_BESIDE
     for _ in range(_ROUNDS):
@@ -36,16 +36,6 @@ def delaunay_triangulation(lengths: FloatArray, f: IntArray) -> tuple[FloatArray
         _flip(lengths, f, twin, h)
         changed = np.concatenate((h // 3, twin[3 * (h // 3) + 1] // 3))
     return lengths, f
-
-
-def twins(f: IntArray) -> IntArray:
-    """Number of the half-edge that runs the other way, for each; numbers are 3 * face + opposite corner."""
-    start, stop = f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()
-    n = int(f.max()) + 1
-    there, back = np.argsort(start * n + stop), np.argsort(stop * n + start)
-    twin = np.empty(len(start), dtype=np.int64)
-    twin[there] = back
-    return twin
 
 
 def _next(h: IntArray, k: int = 1) -> IntArray:

@@ -52,8 +52,10 @@ def laplacian(
     >>> float(abs(laplacian(v, f, "delaunay") - laplacian(v, f)).max()) < 1e-15
     True
     """
+    edges = edges or half_edges(f, len(v))
+    assert edges is not None, "the mesh is not closed"
     if weights == "delaunay":
-        lengths, faces = delaunay_triangulation(mollified_edge_lengths(v, f), f)
+        lengths, faces = delaunay_triangulation(mollified_edge_lengths(v, f), edges)
         return summed_laplacian(igl.cotmatrix_entries(lengths), faces, len(v))
     if weights == "cotangent":
         weight = by_libigl(igl.cotmatrix_entries, v, f)  # algorithm (1)
@@ -61,8 +63,6 @@ def laplacian(
         weight = igl.cotmatrix_entries(mollified_edge_lengths(v, f))
     else:
         weight = np.full(f.shape, 0.5)
-    edges = edges or half_edges(f, len(v))
-    assert edges is not None, "the mesh is not closed"
     return _assemble(weight, edges)
 
 

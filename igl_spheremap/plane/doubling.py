@@ -11,7 +11,7 @@ from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import check_mesh
 from ..mesh.disk import Disk
-from ..mesh.edges import edge_keys, marked, next_corners, shared_edges
+from ..mesh.edges import edge_keys, marked, shared_edges, sides
 from ..result.run import Listener
 from ..sphere.moebius import conformal_barycentre, moebius
 from ..sphere.rows import unit_rows, weighted_moment
@@ -79,7 +79,7 @@ def without_chords(v: FloatArray, f: IntArray, rim: IntArray) -> tuple[FloatArra
     chords = keys[edge[inner]]
     chords = np.sort(chords[on_rim[chords // n] & on_rim[chords % n]])
     while True:  # each face has one of its up to three chords split at a time
-        start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
+        start, stop = sides(f)
         number = np.where((start < n) & (stop < n), edge_keys(start, stop, n), -1)
         place = np.searchsorted(chords, number)
         left = np.append(chords, -2)[place] == number
@@ -89,7 +89,7 @@ def without_chords(v: FloatArray, f: IntArray, rim: IntArray) -> tuple[FloatArra
         half = best[left[best]]
         if not len(half):
             return np.concatenate((v, (v[chords // n] + v[chords % n]) / 2)), f
-        a, b, c = start[half], stop[half], f.ravel()[next_corners(half)[1]]
+        a, b, c = start[half], stop[half], f.ravel()[half]
         middle = n + place[half]
         f = np.concatenate(
             (

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from ..mesh.arrays import HALF_DIGITS, FloatArray, own_unit
 from ..mesh.disk import Disk
-from ..mesh.edges import marked, shared_edges
+from ..mesh.edges import marked, shared_edges, sides
 from ..mesh.measure import angle_defects
 from ..sphere.rows import row_crosses, row_dots, row_lengths
 from ..verify.certificate import Certificate
@@ -77,7 +77,7 @@ def _laid_out(disk: Disk, v: FloatArray) -> FloatArray:
     """Faces laid out along a tree, each one's new vertex by its place relative to the edge that it shares."""
     f, m = disk.f, len(disk.f)
     first, second = shared_edges(f, len(disk.v))[2:]
-    start, stop, apex = f.ravel(), f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()
+    (start, stop), apex = sides(f), f.ravel()
     side, other = v[stop] - v[start], v[apex] - v[start]
     length = row_lengths(side)
     square = np.maximum(length * length, np.finfo(float).tiny)
@@ -96,10 +96,11 @@ def _laid_out(disk: Disk, v: FloatArray) -> FloatArray:
         )
     }
     z: list[complex | None] = [None] * len(disk.v)
-    z[int(start[0])], z[int(stop[0])] = 0j, complex(length[0])
+    root = 2  # the side of face 0 that starts at its first corner
+    z[int(start[root])], z[int(stop[root])] = 0j, complex(length[root])
     starts, stops, apexes, places = start.tolist(), stop.tolist(), apex.tolist(), place.tolist()
     for i in order.tolist():
-        h = 0 if i == 0 else beside[i, int(parent[i])]
+        h = root if i == 0 else beside[i, int(parent[i])]
         a, b = z[starts[h]], z[stops[h]]
         if z[apexes[h]] is None and a is not None and b is not None:
             z[apexes[h]] = a + (b - a) * places[h]

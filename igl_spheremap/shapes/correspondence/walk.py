@@ -12,13 +12,14 @@ import numpy as np
 
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
 from ...mesh.check import Mesh
+from ...mesh.edges import sides
 from ...resampling.locate import Location, SphereLocator
 from ...sphere.rows import unit_rows
 from ...verify.signs import determinant_signs
 
 
 class Triangulation:
-    """A mesh with positive faces on the sphere; half-edge 3 i + k runs along the side of face i opposite corner k.
+    """A mesh with positive faces on the sphere, and its half-edges in order around each vertex.
 
     Attributes
     ----------
@@ -35,15 +36,11 @@ class Triangulation:
     def __init__(self, mesh: Mesh, x: FloatArray) -> None:
         self.x, self.f = unit_rows(x), mesh.f
         self.locator = SphereLocator(self.x, mesh)
-        self.start, self.end = (
-            np.roll(mesh.f, -1, axis=1).ravel(),
-            np.roll(mesh.f, -2, axis=1).ravel(),
-        )
+        self.start, self.end = sides(mesh.f)
         between = mesh.edges.half < 3 * len(mesh.f)  # the other entries are those of vertices
         self._out = mesh.edges.half[between].astype(np.int64)
         self._first = mesh.edges.indptr - np.arange(len(x) + 1)
-        self.twin = np.empty(3 * len(mesh.f), dtype=np.int64)
-        self.twin[self._out] = mesh.edges.twin[between]
+        self.twin = mesh.edges.twins().astype(np.int64)
         self.forward = np.flatnonzero(self.start < self.end)
         self.edge = np.empty_like(self.twin)
         self.edge[self.forward] = self.edge[self.twin[self.forward]] = np.arange(len(self.forward))
