@@ -25,7 +25,7 @@ from .arrays import (
     examples,
     plain_array,
 )
-from .edges import HalfEdges, half_edges
+from .edges import HalfEdges, half_edges, twins
 from .measure import corner_angles, face_areas, vertex_normals, vertex_shares
 
 _EPS = np.finfo(float).eps
@@ -271,7 +271,7 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
     alone = np.diff(edges.indptr) == 1
     if alone.any():
         refusal().unreferenced(np.flatnonzero(alone))
-    twin = edges.twins()
+    twin = twins(edges)
     # takes no memory; of another type scipy's graphs make a copy
     ones = np.broadcast_to(1.0, 3 * m)
     neighbours = csr_matrix(

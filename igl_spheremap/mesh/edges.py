@@ -47,12 +47,6 @@ class HalfEdges:
     def __repr__(self) -> str:
         return f"HalfEdges({len(self.diagonal)} vertices, {len(self.faces)} faces)"
 
-    def twins(self) -> Indices:
-        """Of each half-edge the one that runs back, (3 m,)."""
-        twin = np.empty(len(self.half), dtype=np.int32)
-        twin[self.half] = self.twin
-        return twin[: self.faces.size]
-
 
 @dataclass(frozen=True, eq=False)
 class Patch:
@@ -126,6 +120,13 @@ def next_corners(corner: NDArray[np.integer]) -> tuple[IntArray, IntArray]:
     k = corner - 3 * (corner // 3)  # faster than the remainder
     after, before = np.where(k == 2, -2, 1), np.where(k == 0, 2, -1)
     return np.asarray(corner + after, dtype=np.int64), np.asarray(corner + before, dtype=np.int64)
+
+
+def twins(edges: HalfEdges) -> Indices:
+    """Of each half-edge of a closed mesh the one that runs back, (3 m,)."""
+    twin = np.empty(len(edges.half), dtype=np.int32)
+    twin[edges.half] = edges.twin
+    return twin[: edges.faces.size]
 
 
 def sides(f: IntArray) -> tuple[IntArray, IntArray]:

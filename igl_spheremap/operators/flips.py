@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.edges import HalfEdges
+from ..mesh.edges import HalfEdges, twins
 
 #: Bounds on the rounds of flips, of edges that share no face in a round, and on the flips: a number for each face, and
 #: one for the whole mesh, as small ones may take more for each. Meshes that no bound stopped took up to 60 rounds and
@@ -25,7 +25,7 @@ def delaunay_triangulation(lengths: FloatArray, edges: HalfEdges) -> tuple[Float
     Fisher, Springborn, Schroeder, Bobenko 2007, *An Algorithm for the Construction of Intrinsic Delaunay
     Triangulations*. (libigl's function for it does not end where edge lengths span many orders of magnitude.)
     """
-    lengths, f, twin = lengths.copy(), edges.faces.astype(np.int64), edges.twins().astype(np.int64)
+    lengths, f, twin = lengths.copy(), edges.faces.astype(np.int64), twins(edges).astype(np.int64)
     changed = np.arange(len(f))
     flips_left = _FLIPS_PER_FACE * len(f) + _FLIPS_BESIDE
     for _ in range(_ROUNDS):
