@@ -14,6 +14,7 @@ from .errors import FoldingsRemain as FoldingsRemain
 from .errors import MapError as MapError
 from .errors import MeshError as MeshError
 from .io.files import read_mesh as read_mesh
+from .io.label_image import label_surface as label_surface
 from .io.plane_map import read_plane_map as read_plane_map
 from .io.plane_map import write_plane_map as write_plane_map
 from .io.write_mesh import write_mesh as write_mesh

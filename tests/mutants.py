@@ -20,6 +20,7 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
+from other_programs import WRITERS, image_of_freesurfer, image_of_labels, mni
 
 import igl_spheremap as ism
 from igl_spheremap.io.files import read_mesh, read_sphere
@@ -29,6 +30,11 @@ from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.io.written_map import read_map, read_mark
 from igl_spheremap.shapes.harmonics.files import read_coefficients
 
+WRITERS = WRITERS | {
+    "mni.obj": mni,
+    "labels.nii.gz": image_of_labels,
+    "aseg.mgh": image_of_freesurfer,
+}
 #: What may leave a reader.
 ALLOWED = (ism.MeshError, ism.FileError, ism.MapError)
 SPECIAL = [
@@ -61,6 +67,11 @@ def read_polygons(path):
     return read_mesh(path, triangulate=True)
 
 
+def read_label(path):
+    """The surface of a label."""
+    return read_mesh(f"{path}:1")
+
+
 #: The readers, and the names of files that each is tried on.
 READERS = {
     read_mesh: (
@@ -81,7 +92,15 @@ READERS = {
         "new.vtk",
         "mixed.ply",
         "ball.tab",
+        "mni.obj",
+        "lh.white.asc",
+        "ball.mz3",
+        "packed.mz3",
+        "ball.vtp",
+        "packed.vtp",
+        "grid.vtk",
     ),
+    read_label: ("labels.nii.gz", "aseg.mgh"),
     read_polygons: (
         "ball.obj",
         "ball.off",
@@ -121,6 +140,8 @@ def lines(template, rows):
 def write_sound(folder, name):
     """A small sound file of that name; its bytes."""
     path, (v, f) = Path(folder) / name, ism.samples.sphere(12)
+    if name in WRITERS:
+        return WRITERS[name](v, f)
     if name.startswith("map"):
         ism.write_map(path, ism.spherical_conformal_map(*ism.samples.sphere(42)))
     elif name.endswith(("annot", "label.gii")):

@@ -22,6 +22,7 @@ from corpus import ROOT
 from disks import half
 from doors import PUBLIC
 from drawing import missing
+from other_programs import label_image
 
 import igl_spheremap as ism
 from benchmarks.pages import fill
@@ -167,6 +168,8 @@ def files(tmp_path_factory):
         ):
             for side in ("lh", "rh"):
                 write_scalars(folder / f"{side}.{name}", {name: values})
+        label_image()[2].to_filename(folder / "labels.nii.gz")
+        label_image("MGHImage")[2].to_filename(folder / "aseg.mgz")
         write_mesh(folder / "lh.sphere", ism.spherical_conformal_map(*brain).sphere, brain[1])
     return folder
 
@@ -249,7 +252,9 @@ def commands(page: Path) -> list[str]:
 def needs(words):
     ours = (".glb", ".gltf", ".gii", ".pial", ".white", ".sphere", ".conformal")
     textured = {"equirectangular", "octahedral"} & set(words)
-    return ["io"] if textured or any(word.endswith(ours) or "lh" in word for word in words) else []
+    images = any(".nii" in word or ".mgz" in word for word in words)
+    surfaces = any(word.endswith(ours) or "lh" in word for word in words)
+    return ["io"] if textured or images or surfaces else []
 
 
 def in_a_shell(command, folder):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
@@ -14,7 +15,7 @@ from ..errors import MeshError
 from ..gate import gate
 from ..mesh.arrays import IntArray, check_rows
 from ..mesh_repair.topology import closed_parts
-from .formats import PathLike, format_of
+from .formats import PathLike, format_in, stem_of
 from .hemispheres import structure_of
 from .reading import opening, reading
 from .records import LoadedMesh, RawMesh
@@ -25,14 +26,14 @@ SAMPLE = "sample:"
 
 @gate
 def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
-    """Read a triangle mesh; the end of the file's name, or else its first bytes, decide its format.
+    """Read a triangle mesh; the file's first bytes, or else the end of its name, decide its format.
 
     Parameters
     ----------
     path : str or path-like
-        An OBJ, OFF, PLY, STL, VTK, glTF, GIFTI, FreeSurfer or NPZ file, or a shape model of a small body; or
+        An OBJ, OFF, PLY, STL, VTK, glTF, GIFTI, FreeSurfer, MZ3 or NPZ file, or a shape model of a small body; or
         ``sample:NAME[:key=value,...]``, a shape of `igl_spheremap.samples`. ``FILE:K`` is the closed part K of a file,
-        counted from 0 in the order of their first faces.
+        counted from 0 in the order of their first faces; of an image of labels the surface of label K.
     triangulate : bool
         Cut polygons into triangles, each in its plane, so that concave ones keep their shape; by default they are
         refused.
@@ -94,10 +95,14 @@ def _read(path: PathLike, sphere: bool = False, triangulate: bool = False) -> Lo
     if str(path).startswith(SAMPLE):
         return LoadedMesh(*samples.from_spec(str(path).removeprefix(SAMPLE)))
     path, part = part_of(path)
-    if part is not None:
-        return _part(path, part, triangulate)
     with reading(path):
-        raw: RawMesh = format_of(path).functions.read(path)
+        kind = format_in(path)
+        if part is None:
+            raw: RawMesh = kind.functions.read(path)
+        elif kind.labels:
+            raw = kind.functions.read(path, part)
+        else:
+            return _part(path, part, triangulate)
         positions = raw.sphere if sphere and raw.sphere is not None else raw.v
         v = check_rows(positions, name="vertices")
         f, polygons, concave = raw.faces.cut(v) if triangulate else (raw.faces.triangles(), 0, 0)
@@ -124,14 +129,26 @@ def own_name(name: PathLike) -> Path:
 
     >>> own_name("a/cells.obj:12").as_posix(), own_name("a/cells.obj").as_posix()
     ('a/cells_12.obj', 'a/cells.obj')
+    >>> own_name("labels.nii.gz:3").as_posix()
+    'labels_3.nii.gz'
     """
     path, part = part_of(name)
-    return path if part is None else path.with_stem(f"{path.stem}_{part}")
+    if part is None:
+        return path
+    stem = stem_of(path)
+    return path.with_name(f"{stem}_{part}{path.name.removeprefix(stem)}")
 
 
 def parts_in(path: PathLike) -> list[str]:
-    """The names FILE:K of the closed parts of a file, by which `read_mesh` takes them."""
-    return [f"{path}:{k}" for k in range(len(_parts_of(Path(path), triangulate=True)[1]))]
+    """The names FILE:K of the closed parts of a file, or of the labels of an image, by which `read_mesh` takes them."""
+    source = Path(path)
+    with reading(source):
+        kind = format_in(source)
+        if kind.labels:
+            keys: Iterable[int] = kind.functions.labels_in(source)
+        else:
+            keys = range(len(_parts_of(source, triangulate=True)[1]))
+        return [f"{path}:{k}" for k in keys]
 
 
 def _parts_of(path: Path, triangulate: bool) -> tuple[LoadedMesh, list[IntArray]]:

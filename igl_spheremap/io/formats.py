@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import re
+import zlib
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -24,18 +27,25 @@ class Format:
     # of this room, with `read` and `write` of meshes, `read_scalars` and `write_scalars` of data
     module: str
     suffixes: tuple[str, ...]  # ends of file names, lower case; the first is the usual one
-    magic: tuple[bytes, ...] = ()  # how files begin, for those whose name does not decide
+    magic: bytes = b""  # a regular expression of how files begin, where all do
     radius: float = 1.0  # of spheres, by the convention of the format's users
     single: bool = False  # positions are held in float32
     ordered: bool = True  # vertices keep their order
     both: bool = False  # a file can hold the sphere of its surface, too
     package: str = ""  # of an extra, without which files are neither read nor written
     data: bool = False  # a file can hold maps over the vertices
+    packed: bool = False  # a file may be gzip's
+    labels: bool = False  # an image, of which each label has a surface
 
     @property
     def functions(self) -> Any:
         """The module, imported."""
         return import_module(f"{__package__}.{self.module}")
+
+
+def _root(name: bytes) -> bytes:
+    """How files of XML begin: the root stands behind a declaration and comments."""
+    return rb"(\xef\xbb\xbf)?\s*(?=<).*?<" + name
 
 
 #: FreeSurfer's kinds of surfaces, and two of this package, so that its results take no name of FreeSurfer's files.
@@ -54,52 +64,146 @@ _KINDS = (
     "conformal",
     "balanced",
 )
+#: Ends of names of images of voxels.
+IMAGES = (".nii", ".nii.gz", ".mgz", ".mgh")
 #: How names of FreeSurfer's files begin.
 HEMISPHERES = ("lh.", "rh.")
 #: All formats of meshes. A further one is a module with `read` and `write`, and a row here.
 FORMATS = (
     Format("OBJ", "obj", (".obj",)),
-    Format("OFF", "off", (".off",), magic=(b"OFF", b"COFF", b"NOFF", b"CNOFF")),
-    Format("PLY", "ply", (".ply",), magic=(b"ply\n", b"ply\r"), both=True, data=True),
+    Format("OFF", "off", (".off",), magic=rb"C?N?OFF\s"),
+    Format("PLY", "ply", (".ply",), magic=rb"ply\s", both=True, data=True),
     Format("STL", "stl", (".stl",), single=True, ordered=False),
-    Format("VTK", "vtk", (".vtk",), magic=(b"# vtk DataFile",), data=True),
+    Format("VTK", "vtk", (".vtk",), magic=rb"# vtk DataFile", data=True),
     Format("shape model", "plates", (".tab", ".ver", ".icq")),
-    Format("glTF", "gltf", (".glb", ".gltf"), magic=(b"glTF",), single=True, package="trimesh"),
+    Format("VTK XML", "vtk_xml", (".vtp", ".vtu"), magic=_root(b"VTKFile"), data=True),
+    Format("MZ3", "mz3", (".mz3",), magic=rb"MZ", single=True, packed=True),
+    Format("glTF", "gltf", (".glb", ".gltf"), magic=rb"glTF", single=True, package="trimesh"),
     Format(
         "GIFTI",
         "gifti",
         (".gii", ".gii.gz"),
-        magic=(b"<?xml", b"\x1f\x8b"),
+        magic=_root(b"GIFTI"),
         radius=100.0,
         single=True,
         package="nibabel",
         data=True,
+        packed=True,
     ),
     Format(
         "FreeSurfer",
         "freesurfer",
-        tuple(f".{kind}" for kind in _KINDS),
-        magic=(b"\xff\xff\xfe", b"\xff\xff\xff"),
+        (*(f".{kind}" for kind in _KINDS), ".asc"),
+        magic=rb"\xff\xff[\xfd-\xff]|#!ascii",
         radius=100.0,
         single=True,
         package="nibabel",
         data=True,
     ),
-    Format("NPZ", "npz", (".npz",), magic=(b"PK\x03\x04",), both=True, data=True),
+    Format("NPZ", "npz", (".npz",), magic=rb"PK\x03\x04.{26,300}?\.npy", both=True, data=True),
+    Format(
+        "label image",
+        "label_image",
+        IMAGES,
+        magic=rb"\x5c\x01\0\0|\0\0\x01\x5c|\x1c\x02\0\0n|\0\0\x02\x1cn",
+        package="nibabel",
+        packed=True,
+        labels=True,
+    ),
 )
-#: Ends of names of files that are read only: their tables of plates are laid out in other ways than the one written.
-READ_ONLY = (".ver", ".icq")
 #: All formats of maps over vertices.
 DATA_FORMATS = (
     *(entry for entry in FORMATS if entry.data),
     Format("annotation", "annot", (".annot",), data=True),
-    Format("NumPy", "arrays", (".npy",), data=True),
+    Format("NumPy", "arrays", (".npy",), magic=rb"\x93NUMPY", data=True),
     Format("table", "arrays", (".csv", ".tsv", ".txt", ".1d"), data=True),
 )
+#: Ends of names of files that are read only, and what is written in their place.
+READ_ONLY = {
+    ".ver": ".tab",
+    ".icq": ".tab",
+    ".vtp": ".vtk",
+    ".vtu": ".vtk",
+    ".mz3": ".ply",
+    ".asc": ".gii",
+} | {end: ".ply" for end in IMAGES}
+
+
+_ASSIMP = "convert it by `assimp export {path} {stem}.obj`"
+_GMSH = "mesh it by `gmsh {path} -2 -o {stem}.stl`"
+_MESHIO = "convert it by `meshio convert {path} {stem}.vtk`"
+_PYVISTA = (
+    "convert it by PyVista: read('{path}').extract_surface().triangulate().save('{stem}.ply')"
+)
+_SIMPLEITK = "convert it by SimpleITK: WriteImage(ReadImage('{path}'), '{stem}.nii.gz')"
+_SUMA = "convert it by `ConvertSurface -i_bv {path} -o_gii {stem}.surf.gii`"
+_PART = "take it out of its surface by igl_spheremap.io.patch: read_patch('{path}').part(v, f)"
+_PICTURE = "give a mesh, or a grid of positions in an .npz file"
+_CLOUD = "reconstruct its surface first"
+#: Formats that are known but not read, by the ends of names: each with the conversion that leads to one that is.
+FOREIGN = {
+    ".dae": ("COLLADA", _ASSIMP),
+    ".fbx": ("FBX", _ASSIMP),
+    ".3ds": ("3DS", _ASSIMP),
+    ".3mf": ("3MF", _ASSIMP),
+    ".x3d": ("X3D", _ASSIMP),
+    ".wrl": ("VRML", _ASSIMP),
+    ".blend": ("Blender's format", _ASSIMP),
+    ".dxf": ("DXF", _ASSIMP),
+    ".step": ("STEP", _GMSH),
+    ".stp": ("STEP", _GMSH),
+    ".iges": ("IGES", _GMSH),
+    ".igs": ("IGES", _GMSH),
+    ".msh": ("Gmsh's format", _MESHIO),
+    ".mesh": ("Medit's format", _MESHIO),
+    ".inp": ("Abaqus' format", _MESHIO),
+    ".bdf": ("Nastran's format", _MESHIO),
+    ".xdmf": ("XDMF", _MESHIO),
+    ".med": ("MED", _MESHIO),
+    ".vti": ("VTK's format of images", _PYVISTA),
+    ".vtr": ("VTK's format of grids", _PYVISTA),
+    ".vts": ("VTK's format of grids", _PYVISTA),
+    ".pvtp": ("VTK's format of files in parts", _PYVISTA),
+    ".pvtu": ("VTK's format of files in parts", _PYVISTA),
+    ".nrrd": ("NRRD", _SIMPLEITK),
+    ".mha": ("MetaImage", _SIMPLEITK),
+    ".mhd": ("MetaImage", _SIMPLEITK),
+    ".dcm": ("DICOM", _SIMPLEITK),
+    ".srf": ("BrainVoyager's format", _SUMA),
+    ".patch.3d": ("a patch of FreeSurfer, without faces", _PART),
+    ".patch.flat": ("a patch of FreeSurfer, without faces", _PART),
+    ".png": ("a picture", _PICTURE),
+    ".jpg": ("a picture", _PICTURE),
+    ".tif": ("a picture", _PICTURE),
+    ".xyz": ("a cloud of points", _CLOUD),
+    ".pcd": ("a cloud of points", _CLOUD),
+    ".las": ("a cloud of points", _CLOUD),
+}
+#: Regular expressions of how files of them begin, with the end of a name that stands for the format.
+FOREIGN_MARKS = {
+    _root(b"COLLADA"): ".dae",
+    _root(b"X3D"): ".x3d",
+    _root(b"Xdmf"): ".xdmf",
+    rb"PK\x03\x04.{26}(\[Content_Types\]|_rels/|3D/)": ".3mf",
+    rb"#VRML": ".wrl",
+    rb"Kaydara FBX": ".fbx",
+    rb"BLENDER": ".blend",
+    rb"ISO-10303-21": ".step",
+    rb"\$MeshFormat": ".msh",
+    rb"MeshVersionFormatted": ".mesh",
+    rb"NRRD": ".nrrd",
+    rb"ObjectType": ".mhd",
+    rb"\x89PNG": ".png",
+    rb"\xff\xd8\xff": ".jpg",
+    rb"II\*\0|MM\0\*": ".tif",
+    rb"\xff\xff\xff\xff|#!ascii (version of )?patch": ".patch.3d",
+}
+GZIP = b"\x1f\x8b"
+_HEAD = 4096  # bytes within which a file says what it is
 
 
 def format_of(path: PathLike, *, data: bool = False) -> Format:
-    """The format of a mesh or of data by its name, or else by its first bytes; other lh.NAME and rh.NAME: FreeSurfer's.
+    """The format of a mesh or of data by the end of its name; other lh.NAME and rh.NAME: FreeSurfer's.
 
     Examples
     --------
@@ -107,17 +211,63 @@ def format_of(path: PathLike, *, data: bool = False) -> Format:
     ('OBJ', 'FreeSurfer', 'GIFTI')
     """
     path, formats = Path(path), DATA_FORMATS if data else FORMATS
+    name = path.name.lower()
     for entry in formats:
-        if path.name.lower().endswith(entry.suffixes):
+        if name.endswith(entry.suffixes):
             return entry
-    if path.is_file():
-        with path.open("rb") as file:
-            head = file.read(16)
-        for entry in formats:
-            if entry.magic and head.startswith(entry.magic):
-                return entry
     if path.name.startswith(HEMISPHERES):
         return next(entry for entry in formats if entry.name == "FreeSurfer")
     known = ", ".join(f"{entry.name} ({', '.join(entry.suffixes)})" for entry in formats)
     what = "unknown format of data" if data else "unknown format"
     raise FileError(f"{path}: {what}; the end of the name decides: {known}")
+
+
+def format_in(path: PathLike, *, data: bool = False) -> Format:
+    """The format of a file that is there, by its first bytes, or else by its name."""
+    path = Path(path)
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    packed = head.startswith(GZIP)
+    if packed:
+        with contextlib.suppress(zlib.error):
+            head = zlib.decompressobj(wbits=31).decompress(head, _HEAD)
+    for mark, end in FOREIGN_MARKS.items():
+        if re.match(mark, head, re.DOTALL):
+            raise _not_read(path, end)
+    for entry in DATA_FORMATS if data else FORMATS:
+        if entry.magic and re.match(entry.magic, head, re.DOTALL):
+            if packed and not entry.packed:
+                raise FileError(f"{path} is packed by gzip; unpack it: gunzip {path}")
+            return entry
+    for end in FOREIGN:
+        if path.name.lower().endswith(end):
+            raise _not_read(path, end)
+    return format_of(path, data=data)
+
+
+def _not_read(path: Path, end: str) -> FileError:
+    name, remedy = FOREIGN[end]
+    stem = str(path).removesuffix(path.suffix)
+    return FileError(f"{path} is {name}, which is not read; {remedy.format(path=path, stem=stem)}")
+
+
+def suffix_of(path: PathLike) -> str:
+    """The longest end of a name that stands for a format; empty if none does.
+
+    >>> suffix_of("a/ball.surf.GII.gz"), suffix_of("lh.curv"), suffix_of("labels.nii.gz")
+    ('.gii.gz', '', '.nii.gz')
+    """
+    name = Path(path).name.lower()
+    ends = (end for entry in (*FORMATS, *DATA_FORMATS) for end in entry.suffixes)
+    return max((end for end in ends if name.endswith(end)), key=len, default="")
+
+
+def stem_of(path: PathLike) -> str:
+    """The name of a file without the end that stands for its format.
+
+    >>> stem_of("a/labels.nii.gz"), stem_of("lh.white.ply"), stem_of("a/lh.curv")
+    ('labels', 'lh.white', 'lh')
+    """
+    name = Path(path).name
+    end = len(suffix_of(path)) or len(Path(path).suffix)
+    return name[: len(name) - end]

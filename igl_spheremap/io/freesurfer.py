@@ -8,12 +8,14 @@ import struct
 from pathlib import Path
 from typing import Any, BinaryIO
 
+import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_complete
 from .records import Metadata, RawMesh, of_triangles
+from .text import indices, numbers, read_rows
 
 _TRIANGLES = b"\xff\xff\xfe"
 #: How the geometry of the volume begins, behind the triangles.
@@ -23,7 +25,9 @@ CURVATURE = b"\xff\xff\xff"
 
 
 def read(path: Path) -> RawMesh:
-    """A surface in its own coordinates, with the geometry of its volume."""
+    """A surface in its own coordinates, with the geometry of its volume; as text, too, as mris_convert writes .asc."""
+    if path.read_bytes().startswith(b"#!ascii"):
+        return _read_text(path)
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer geometry", "io")
     volume = b""
     with path.open("rb") as file:
@@ -39,6 +43,16 @@ def read(path: Path) -> RawMesh:
         return RawMesh(v, of_triangles(f))
     v, f, geometry = freesurfer.read_geometry(path, read_metadata=True)
     return RawMesh(v, of_triangles(f), {"volume": dict(geometry)})
+
+
+def _read_text(path: Path) -> RawMesh:
+    """Counts, positions and triangles, each with a number behind it."""
+    rows = read_rows(path.read_bytes())
+    check_complete(len(rows) > 0 and int(rows.counts[0]) == 2, "no counts", "two of them")
+    n, m = indices(rows[:1]).corners.tolist()
+    check_complete(0 <= n <= n + m == len(rows) - 1, f"{len(rows) - 1} lines", f"{n} and {m}")
+    faces = numbers(rows[n + 1 :], 3, "face")
+    return RawMesh(numbers(rows[1 : n + 1], 3, "vertex"), of_triangles(faces.astype(np.int64)))
 
 
 def _check_size(file: BinaryIO, size: int, *announced: int) -> None:

@@ -117,6 +117,11 @@ def read_arrays(path: PathLike) -> dict[str, NDArray[Any]]:
             raise MeshError(
                 "the archive is packed by a method other than NumPy's; save it by numpy.savez"
             )
+        if alien := [member.filename for member in members if not member.filename.endswith(".npy")]:
+            raise MeshError(
+                f"the archive holds {printable(alien[0])[:40]}, which is no array of NumPy's; check that "
+                "the file is what its name says"
+            )
         return {
             member.filename.removesuffix(".npy"): array_of(_content(archive, member))
             for member in members

@@ -1,4 +1,4 @@
-"""OBJ files: positions and faces; what else they hold is left out.
+"""OBJ files: positions and faces; what else they hold is left out. MNI's files of that name (CIVET, MINC), too.
 
 libigl's reader gives up on a ``nan``, cuts polygons into triangles unasked and takes any index; its writer reports
 success on a full disk.
@@ -9,19 +9,24 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh_repair.polygons import cut_polygons
-from .records import Metadata, Polygons, RawMesh
+from .reading import check_complete
+from .records import Metadata, Polygons, RawMesh, ending
 from .text import indices, numbers, read_rows, write_text
 
 
 def read(path: Path) -> RawMesh:
     """The positions and faces of an OBJ file."""
     data = path.read_bytes()
+    if data.startswith((b"P ", b"P\t")):
+        return _mni(data)
     if b"\\" in data:
         data = re.sub(rb"\\\r?\n", b" ", data)
     rows = read_rows(data)
@@ -31,6 +36,32 @@ def read(path: Path) -> RawMesh:
     above = np.repeat(np.searchsorted(vertices.begin, face_rows.begin), faces.sizes)
     corners = np.where(faces.corners < 0, faces.corners + above, faces.corners - 1)
     return RawMesh(v, Polygons(corners, faces.sizes))
+
+
+def _mni(data: bytes) -> RawMesh:
+    """The polygons of an MNI object as text.
+
+    Behind a P: 5 numbers of its look, points and as many normals; the number of polygons, whether there is one colour
+    (0), one a polygon (1) or one a point (2), and the colours; where the corners of each polygon end, and the corners.
+    """
+    words = np.array(data[1:].split())
+
+    def taken(count: int, kind: type) -> NDArray[Any]:
+        nonlocal words
+        check_complete(0 <= count <= len(words), f"{len(words)} numbers", str(count))
+        part: NDArray[Any] = words[:count].astype(kind)
+        words = words[count:]
+        return part
+
+    taken(5, float)
+    n = int(taken(1, int)[0])
+    v = taken(3 * n, float).reshape(-1, 3)
+    taken(3 * n, float)
+    m, colours = taken(2, int).tolist()
+    taken(4 * {0: 1, 1: m, 2: n}[colours], float)
+    ends = taken(m, int)
+    check_complete(m > 0, "no polygons", "polygons")
+    return RawMesh(v, ending(taken(int(ends[-1]), int), ends))
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:

@@ -20,7 +20,10 @@ from .reading import check_complete
 from .records import Metadata, Polygons, RawMesh
 from .text import TextRows, counted_indices, numbers, read_rows
 
-_HEADER = re.compile(rb"ply(\r\n|\n|\r)(?:.*?\1)??end_header[ \t]*\1", re.DOTALL)
+#: Programs write its last line in binary, its others as text, whose ends are the system's.
+_HEADER = re.compile(
+    rb"ply[ \t]*(\r\n|\n|\r)(?:.*?[\r\n])??end_header[ \t]*(?:\1|\r?\n)", re.DOTALL
+)
 _LONGEST = 1 << 16  # bytes of a header
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _TYPES = {
@@ -85,7 +88,7 @@ def _read(
     found = _HEADER.match(data[:_LONGEST])
     if found is None:
         raise MeshError("damaged: no PLY header; check that the file is what its name says")
-    order, layout = _layout([line.decode("ascii", "replace") for line in found[0].split(found[1])])
+    order, layout = _layout(re.split("[\r\n]+", found[0].decode("ascii", "replace")))
     body = data[found.end() :]
     for element in layout:
         least = sum(

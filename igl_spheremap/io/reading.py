@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import lzma
 import os
 import stat
 import struct
@@ -37,6 +38,7 @@ _OF_PARSERS = (
     StopIteration,
     SyntaxError,
     ExpatError,
+    lzma.LZMAError,
     struct.error,
     tokenize.TokenError,
     zipfile.BadZipFile,
@@ -59,9 +61,8 @@ def reading(path: Path) -> Iterator[None]:
     except MemoryError as error:
         raise FileError(f"can't read {path}: out of memory") from error
     except (*_OF_PARSERS, OSError) as error:  # parsers' own OSErrors
-        reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise MeshError(
-            f"{path}: damaged, or of another format than its name says ({reason}); write it anew"
+            f"{path}: damaged, or of another format than its name says; write it anew"
         ) from error
 
 

@@ -64,6 +64,20 @@ def of_triangles(f: ArrayLike) -> Polygons:
     return Polygons(f.ravel(), np.full(len(f), 3))
 
 
+def ending(corners: IntArray, ends: IntArray) -> Polygons:
+    """Polygons by where the corners of each end, behind those of the one before it.
+
+    >>> ending(np.arange(7), np.array([3, 7])).sizes.tolist()
+    [3, 4]
+    """
+    sizes = np.diff(ends, prepend=0)
+    if (sizes < 0).any() or sizes.sum() != len(corners):
+        raise MeshError(
+            "damaged: the ends of polygons do not rise to the number of their corners; write the file anew"
+        )
+    return Polygons(corners, sizes)
+
+
 @dataclass(frozen=True, eq=False)
 class RawMesh:
     """What the reader of a format finds: positions of any dtype, polygons, and metadata that the writer can keep.

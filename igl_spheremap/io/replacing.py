@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import FileError, Remedy
-from .formats import READ_ONLY, PathLike
+from .formats import READ_ONLY, PathLike, suffix_of
 
 #: What a file that exists needs.
 REPLACE = Remedy(options={"force": True})
@@ -86,10 +86,9 @@ def _partial(process: int) -> str:
 def check_writable(path: PathLike, force: bool = False) -> None:
     """Raise a FileError before the work starts if a file could not be written, or replaced without `force`."""
     final = Path(os.path.realpath(path))
-    if final.name.lower().endswith(READ_ONLY):
-        raise FileError(
-            f"can't write {path}: {' and '.join(READ_ONLY)} files are read only; write .tab"
-        )
+    end = suffix_of(final)
+    if end in READ_ONLY:
+        raise FileError(f"can't write {path}: {end} files are read only; write {READ_ONLY[end]}")
     if final.is_dir():
         raise FileError(f"can't write {path}: it is a directory; give the name of a file")
     if final.exists() and not final.is_file():

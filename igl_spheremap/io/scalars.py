@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import FileError, MeshError, printable
 from ..mesh.arrays import FloatArray, IntArray
-from .formats import PathLike, format_of
+from .formats import PathLike, format_in, format_of
 from .npz import LABEL_TABLE
 from .reading import read_lines, reading
 from .records import Label, Metadata
@@ -41,7 +41,7 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     """
     source = Path(path)
     with reading(source):
-        found = format_of(source, data=True).functions.read_scalars(source)
+        found = format_in(source, data=True).functions.read_scalars(source)
         maps = {
             printable(name): values.astype(np.float64)
             for name, values in found.items()
@@ -95,7 +95,7 @@ def read_labels(path: PathLike) -> tuple[Label, ...] | None:
     """
     source = Path(path)
     with reading(source):
-        functions = format_of(source, data=True).functions
+        functions = format_in(source, data=True).functions
         table: tuple[Label, ...] | None = (
             functions.read_table(source) if hasattr(functions, "read_table") else None
         )

@@ -1,7 +1,8 @@
 """VTK's legacy files (.vtk), versions 3.0 to 5.1, as text and in binary; written in binary doubles, which are exact.
 
-Triangles and point data are kept; points without faces, lines, cell data and field data are passed over. VTK's own
-reader crashes on damaged files, or returns memory that it has not filled (benchmarks/tried.md).
+Polygons and point data are kept, of unstructured grids, too, unless they have volumes; points without faces, lines,
+cell data, field data and texts are passed over. VTK's own reader crashes on damaged files, or returns memory that it
+has not filled (benchmarks/tried.md).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
 from .reading import check_complete
-from .records import Metadata, Polygons, RawMesh
+from .records import Metadata, Polygons, RawMesh, ending
 
 _HEADER = re.compile(
     rb"# vtk DataFile Version (\d+)\.\d+[^\n]*\n[^\n]*\n\s*(ASCII|BINARY)\s*?\n", re.IGNORECASE
@@ -31,7 +32,14 @@ _TYPES = {
     "long": "i8", "float": "f4", "double": "f8",
 }  # fmt: skip
 _IDENTIFIERS = "vtkidtype"
+_TEXTS = ("string", "utf8_string", "vtkstring")
+#: Cells of grids by VTK's number: what is passed over, and polygons, of which that with 8 has its corners row by row.
+_NO_SURFACE, _PIXEL, _SURFACE = (0, 1, 2, 3, 4), 8, (5, 7, 8, 9)
 _NAMES = {kind: name for name, kind in reversed(_TYPES.items())}
+EXTRACT = (
+    "extract its surface by PyVista: read(FILE).extract_surface().triangulate().save('surface.vtk')"
+)
+SAVE = "write it anew by PyVista: read(FILE).save('surface.vtk')"
 #: Numbers a point of attributes whose line does not say it.
 _WIDTHS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1}
 
@@ -65,7 +73,14 @@ class LegacyFile:
         self.at = end.end()
 
     def array(self, count: int, name: str) -> NDArray[Any]:
-        """The next `count` numbers of a type."""
+        """The next `count` numbers of a type; none of texts, which are passed over."""
+        if name.lower() in _TEXTS:
+            self._skip_texts(count)
+            return np.empty(0)
+        if name.lower() == "bit" and self.binary:
+            return np.unpackbits(self.array(-(-count // 8), "unsigned_char"))[:count]
+        if name.lower() == "bit":
+            return self.array(count, "unsigned_char")
         kind = _TYPES.get(name.lower(), "i4" if self.binary else "i8")
         if name.lower() not in (*_TYPES, _IDENTIFIERS):
             raise MeshError(f"its data of type {name[:20]!a} are not read; write numbers")
@@ -74,7 +89,12 @@ class LegacyFile:
         rest = len(self.data) - self.at
         check_complete(0 <= least * count <= rest + 1, f"{rest} bytes", f"{count} numbers")
         if not self.binary:
-            return _numbers(self._words(count), kind)
+            try:
+                return _numbers(self._words(count), kind)
+            except (ValueError, OverflowError):
+                raise MeshError(
+                    f"damaged: what follows {name!a} is not {count} numbers of that type; write the file anew"
+                ) from None
         block = self.data[self.at : self.at + least * count]
         self.at += len(block)
         return np.frombuffer(block, f">{kind}", count).astype(
@@ -94,6 +114,20 @@ class LegacyFile:
         self.at = min(end, len(self.data)) - rest
         return words
 
+    def _skip_texts(self, count: int) -> None:
+        """Go behind texts: a line each, or behind their lengths, whose first two bits say how long these are."""
+        for _ in range(count):
+            if self.binary:
+                head = self.data[self.at : self.at + 8]
+                size = 8 >> (head[0] >> 6)
+                length = int.from_bytes(head[:size], "big") & ((1 << (8 * size - 2)) - 1)
+                end = self.at + size + length
+            else:
+                end = self.data.find(b"\n", self.at) + 1
+            fit = self.at < end <= len(self.data)
+            check_complete(fit, f"{len(self.data) - self.at} bytes", f"{count} texts")
+            self.at = end
+
     def cells(self, count: int, size: int) -> Polygons:
         """Read cells; of the two numbers in their line, the meaning changed with version 5."""
         if self.version < 5:
@@ -102,13 +136,11 @@ class LegacyFile:
             self.array(length, self._typed(word)).astype(np.int64)
             for length, word in ((count, "OFFSETS"), (size, "CONNECTIVITY"))
         )
-        sizes = np.diff(ends)
-        if (sizes < 0).any() or ends[0] != 0 or ends[-1] != len(corners):
+        if ends[0] != 0:
             raise MeshError(
-                "damaged: the offsets of polygons do not rise from 0 to the number of their corners; write "
-                "the file anew"
+                "damaged: the offsets of cells do not begin with 0; write the file anew"
             )
-        return Polygons(corners, sizes)
+        return ending(corners, ends[1:])
 
     def _typed(self, word: str) -> str:
         """The type of the array that a line of two words announces."""
@@ -118,6 +150,19 @@ class LegacyFile:
                 f"damaged: {' '.join(words)[:40]!a} where {word} is expected; write the file anew"
             )
         return words[1]
+
+
+def surface_cells(cells: Polygons, types: IntArray) -> Polygons:
+    """The polygons among the cells of a grid; grids with volumes are refused."""
+    volumes = ~np.isin(types, (*_NO_SURFACE, *_SURFACE))
+    if len(types) != len(cells.sizes) or volumes.any():
+        found = ", ".join(map(str, np.unique(types[volumes]).tolist())) or "fewer than its cells"
+        raise MeshError(f"it holds cells that are no polygons (VTK's types {found}); {EXTRACT}")
+    corners, ends = cells.corners.copy(), np.cumsum(cells.sizes)
+    pixels = ends[types == _PIXEL]
+    corners[pixels - 1], corners[pixels - 2] = cells.corners[pixels - 2], cells.corners[pixels - 1]
+    kept = np.isin(types, _SURFACE)
+    return Polygons(corners[np.repeat(kept, cells.sizes)], cells.sizes[kept])
 
 
 def _numbers(words: list[bytes], kind: str) -> NDArray[Any]:
@@ -150,20 +195,22 @@ def _counted(numbers: IntArray, count: int) -> Polygons:
 def read(path: Path) -> RawMesh:
     """Points, polygons and point data of a legacy file."""
     file = LegacyFile(path.read_bytes())
-    v, faces, count, point_data = None, None, 0, False
+    v, faces, cells, count, point_data = None, None, None, 0, False
     kept: dict[str, NDArray[Any]] = {}
     while words := file.line():
         found: dict[str, NDArray[Any]] = {}
         match [words[0].upper(), *words[1:]]:
             case ["DATASET", kind]:
-                if kind.upper() != "POLYDATA":
-                    raise MeshError(
-                        f"it holds {kind[:30]!a} but only POLYDATA is read; extract the surface"
-                    )
+                if kind.upper() not in ("POLYDATA", "UNSTRUCTURED_GRID"):
+                    raise MeshError(f"it holds {kind[:30]!a}, no polygons; {EXTRACT}")
             case ["POINTS", n, kind]:
                 v = file.array(3 * int(n), kind).reshape(-1, 3)
             case ["POLYGONS", n, size]:
                 faces = file.cells(int(n), int(size))
+            case ["CELLS", n, size]:
+                cells = file.cells(int(n), int(size))
+            case ["CELL_TYPES", n] if cells is not None:
+                faces = surface_cells(cells, file.array(int(n), "int"))
             case ["TRIANGLE_STRIPS", _, _]:
                 raise MeshError(
                     "its triangle strips are not read; write triangles, as vtkTriangleFilter does"

@@ -11,7 +11,7 @@ from ..balance import CONFORMAL
 from ..errors import check_list, check_number, shown
 from ..gate import gate
 from ..io.files import own_name
-from ..io.formats import format_of
+from ..io.formats import format_of, stem_of
 from ..maps.options import Auto, Method, method_of
 from ..mesh_repair.repair_mesh import asked_for
 from .engine import USUAL, Engine
@@ -164,11 +164,13 @@ def filled(pattern: str, source: str, option: str = "") -> str:
 
     >>> filled("{folder}/{stem}.thickness", "a/lh.white.ply")
     'a/lh.white.thickness'
+    >>> filled("{stem}.ply", "labels.nii.gz:3")
+    'labels_3.ply'
     """
     if set("{}") & set(_FIELD.sub("", pattern)):
         raise ValueError(
             f"{option}{pattern}: only {{folder}}, {{name}} and {{stem}} can stand in it"
         )
     path = own_name(source)
-    parts = {"folder": str(path.parent), "name": path.name, "stem": path.stem}
+    parts = {"folder": str(path.parent), "name": path.name, "stem": stem_of(path)}
     return _FIELD.sub(lambda field: parts[field[1]], pattern)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import sys
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from file_names import ALL, EXACT, ROUNDED, needs
 
 from igl_spheremap import FileError, MeshError, check_mesh, io, samples
 from igl_spheremap.io.files import read_mesh
-from igl_spheremap.io.formats import FORMATS, format_of
+from igl_spheremap.io.formats import FORMATS, READ_ONLY, format_in, format_of
 from igl_spheremap.io.write_mesh import write_mesh
 
 
@@ -105,11 +104,11 @@ def test_unknown_and_missing(tmp_path):
         read_mesh(tmp_path / "none.obj")
     with pytest.raises(FileError, match="directory"):
         read_mesh(tmp_path)
-    (tmp_path / "mesh.xyz").write_text("hello")
+    (tmp_path / "mesh.doc").write_text("hello")
     with pytest.raises(
         FileError, match=r"unknown format.*OBJ \(.obj\).*glTF \(.glb, .gltf\).*FreeSurfer \(.pial, "
     ):
-        read_mesh(tmp_path / "mesh.xyz")
+        read_mesh(tmp_path / "mesh.doc")
     with pytest.raises(FileError, match="unknown format"):
         write_mesh(tmp_path / "out.xyz", np.zeros((3, 3)), [[0, 1, 2]])
 
@@ -141,12 +140,12 @@ def test_every_format_is_in_the_table_once():
     suffixes = [suffix for entry in FORMATS for suffix in entry.suffixes]
     assert len(suffixes) == len(set(suffixes))
     package = Path(io.__file__).parent
-    defined = [
-        path.stem
-        for path in package.glob("*.py")
-        if len(re.findall(r"^def (read|write)\(", path.read_text("utf-8"), re.MULTILINE)) == 2
-    ]
-    assert sorted(entry.module for entry in FORMATS) == sorted(defined)
+    texts = {path.stem: path.read_text("utf-8") for path in package.glob("*.py")}
+    readers = {name for name, text in texts.items() if "\ndef read(" in text}
+    assert readers == {entry.module for entry in FORMATS}
+    for entry in FORMATS:
+        if "\ndef write(" not in texts[entry.module]:
+            assert {*entry.suffixes} <= {*READ_ONLY}
 
 
 def test_files_without_a_telling_name_are_known_by_their_first_bytes(ball, tmp_path):
@@ -162,7 +161,8 @@ def test_files_without_a_telling_name_are_known_by_their_first_bytes(ball, tmp_p
         needs(name)
         write_mesh(tmp_path / name, *ball)
         (tmp_path / name).rename(tmp_path / "mystery")
-        assert format_of(tmp_path / "mystery") is format_of(name)
+        assert format_in(tmp_path / "mystery") is format_of(name)
+        assert len(read_mesh(tmp_path / "mystery").f) == len(ball[1])
         (tmp_path / "mystery").unlink()
 
 

@@ -97,6 +97,8 @@ def read(tmp_path, data):
         TEXT.replace("\n", "\r\n"),
         TEXT.replace("\n", "\r"),
         BINARY.replace(LITTLE, LITTLE.replace(b"\n", b"\r\n")),
+        BINARY.replace(b"end_header\n", b"end_header\r\n"),
+        BINARY.replace(LITTLE, LITTLE[:-1].replace(b"\n", b"\r\n") + b"\n"),
         TEXT.replace("element vertex", "comment créé à la main\nelement vertex"),
         BINARY.replace(b"element vertex", "comment créé à la main\nelement vertex".encode()),
         TEXT.replace("end_header", "element edge 1\nproperty int vertex1\nend_header") + "7\n",

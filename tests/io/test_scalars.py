@@ -81,7 +81,7 @@ def test_arrays_of_other_programs(tmp_path):
         (
             "a.xlsx",
             b"PK",
-            "unknown format of data; the end of the name decides: PLY (.ply), VTK (.vtk), GIFTI",
+            "unknown format of data; the end of the name decides: PLY (.ply), VTK (.vtk), VTK XML",
         ),
     ],
 )

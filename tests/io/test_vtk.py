@@ -179,12 +179,17 @@ NEW = (
     + POINTS
     + "POLYGONS 2 3\nOFFSETS vtktypeint64\n0 3\nCONNECTIVITY vtktypeint64\n0 1 2\n"
 )
+GRID = (
+    OLD.replace("POLYDATA", "UNSTRUCTURED_GRID").replace("POLYGONS", "CELLS") + "CELL_TYPES 1\n5\n"
+)
 FIELD = "POINT_DATA 3\nFIELD FieldData 1\na 1 3 int\n7 8 9\n"
 
 
 @pytest.mark.parametrize("text", [
-    OLD, NEW, OLD.replace("\n", "\r\n"), OLD.replace("3.0", "2.0"), NEW.replace("5.1", "5.0"),
+    OLD, NEW, GRID, OLD.replace("\n", "\r\n"), OLD.replace("3.0", "2.0"), NEW.replace("5.1", "5.0"),
     OLD.replace("POINTS", "FIELD FieldData 1\nt 1 2 int\n4 5\nPOINTS"),
+    OLD.replace("POINTS", "FIELD FieldData 2\nname 1 2 string\na ball\n\nt 1 1 bit\n1\nPOINTS"),
+    GRID.replace("CELLS 1 4", "CELLS 2 7\n2 0 1").replace("CELL_TYPES 1", "CELL_TYPES 2\n3"),
     OLD.replace("POLYGONS", "polygons").replace("float", "Float"),
     OLD.replace("POLYGONS", "VERTICES 1 2\n1 0\nLINES 1 3\n2 0 1\nPOLYGONS"),
     OLD.replace("POLYGONS", "METADATA\nINFORMATION 1\nNAME X LOCATION Y\nDATA 2\n\nPOLYGONS"),
@@ -254,22 +259,25 @@ def test_polygons_are_cut_where_that_is_asked_for(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (OLD.replace("POLYDATA", "UNSTRUCTURED_GRID"), "UNSTRUCTURED_GRID"),
+        (OLD.replace("POLYDATA", "RECTILINEAR_GRID"), "RECTILINEAR_GRID.*extract_surface"),
+        (GRID.replace("5\n", "10\n"), "no polygons .VTK's types 10.*extract_surface"),
+        (GRID.replace("CELL_TYPES 1\n5\n", "CELL_TYPES 0\n"), "fewer than its cells"),
+        (GRID.replace("CELL_TYPES 1\n5\n", ""), "no polygons"),
         (OLD.replace("ASCII", "MORSE"), "no header"),
         (OLD.replace("POINTS 3", "POINTS 999999999999"), "cut off"),
         (OLD.replace("POINTS 3", "POINTS -3"), "cut off"),
-        (OLD.replace("POINTS 3", "POINTS 4"), "could not convert"),
+        (OLD.replace("POINTS 3", "POINTS 4"), "not 12 numbers of that type"),
         (OLD.replace("POLYGONS 1", "POLYGONS 2"), "do not hold 2 cells"),
-        (OLD.replace("3 0 1 2", "3 0 1 99999999999"), "out of the range"),
-        (OLD.replace("3 0 1 2", "3 0 1 two"), "invalid literal"),
-        (OLD.replace("float", "string"), "'string' are not read"),
+        (OLD.replace("3 0 1 2", "3 0 1 99999999999"), "not 4 numbers"),
+        (OLD.replace("3 0 1 2", "3 0 1 two"), "not 4 numbers"),
+        (OLD.replace("float", "variant"), "'variant' are not read"),
         (OLD.split("POLYGONS")[0], "no polygons"),
         (OLD + "TRIANGLE_STRIPS 1 4\n3 0 1 2\n", "triangle strips"),
         (OLD + "FOO BAR\n", "'FOO BAR' where a keyword"),
-        (NEW.replace("0 3\n", "0 4\n"), "offsets of polygons"),
-        (NEW.replace("0 3\n", "3 0\n"), "offsets of polygons"),
+        (NEW.replace("0 3\n", "0 4\n"), "ends of polygons"),
+        (NEW.replace("0 3\n", "3 0\n"), "do not begin with 0"),
         (NEW.replace("OFFSETS vtktypeint64", "OFFSETS"), "where OFFSETS is expected"),
-        (OLD + FIELD.replace("int", "string"), "'string' are not read"),
+        (OLD + FIELD.replace("int", "string"), "cut off"),
         (OLD + "POINT_DATA 3\nSCALARS s int\n1 2 3\n", "LOOKUP_TABLE"),
     ],
 )

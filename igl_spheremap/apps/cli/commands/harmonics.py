@@ -36,6 +36,10 @@ def run_grid(args: Namespace) -> None:
     target: str = args.target
     if not target.lower().endswith((".png", ".npz", ".npy")):
         raise UsageError(f"OUT is a .png, .npz or .npy file, not {target}")
+    if target.lower().endswith(".png") and args.data is None:
+        raise UsageError(
+            "a picture holds 8 bits of each position: give an .npz or .npy file, or --data for a picture"
+        )
     if args.kind == "equiangular" and args.rows == 1:
         raise UsageError("--kind equiangular has both poles: give --rows 2 or more")
     check_outputs(args)
@@ -61,6 +65,8 @@ def run_grid(args: Namespace) -> None:
 
 
 def run_mesh(args: Namespace) -> None:
+    if not args.image.lower().endswith((".npz", ".npy")):
+        raise UsageError(f"IMAGE is an .npz or .npy file, as `grid` writes them, not {args.image}")
     check_outputs(args, surface=True)
     with reading(Path(args.image)):
         archive = args.image.lower().endswith(".npz")

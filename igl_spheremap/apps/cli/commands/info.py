@@ -35,7 +35,7 @@ def _measure_parts(args: Namespace) -> None:
         known, topology, *_ = mesh_findings(info(part.v, part.f))
         parts.append({"source": name, "repairs": part.repairs, **known.numbers})
         if len(parts) <= LISTED:
-            found.add(f"part {len(parts) - 1}", f"{known.text}; {topology.text}")
+            found.add(f"part {name.rpartition(':')[2]}", f"{known.text}; {topology.text}")
     ready = sum(part["maps_to"] == "sphere" for part in parts)
     found.add(
         "parts",

@@ -76,7 +76,9 @@ def test_data_by_name(sphere, tmp_path):
 def test_pictures(sphere, tmp_path):
     pillow = pytest.importorskip("PIL.Image")
     out = tmp_path / "a.png"
-    assert main(["grid", SOURCE, sphere, str(out), "--rows", "16", "-q"]) == 0
+    write_scalars(tmp_path / "places.npz", dict(zip("xyz", V.T, strict=True)))
+    places = ["--data", str(tmp_path / "places.npz")]
+    assert main(["grid", SOURCE, sphere, str(out), *places, "--rows", "16", "-q"]) == 0
     write_scalars(tmp_path / "flat.npz", dict.fromkeys("abc", np.ones(len(V))))
     assert (
         main(
@@ -151,6 +153,7 @@ def test_one_table_of_many_surfaces_in_frames_that_agree(tmp_path, capsys):
         (["harmonics", "a.npz", "--data", "short.npz:none"], 2, "no map 'none'"),
         (["harmonics", "a.npz", "--data", "missing.npz"], 74, "can't read"),
         (["grid", "a.jpg"], 64, ".png, .npz or .npy"),
+        (["grid", "a.png"], 64, "8 bits of each position"),
         (["grid", "a.npz", "--rows", "0"], 64, "--rows: 0 is out of range"),
     ],
 )
