@@ -145,11 +145,8 @@ def _load(path: Path) -> tuple[NDArray[Any], FloatArray]:
     else:
         kind = nibabel.Nifti1Header
     # without nibabel's checks, which print what they mend
-    try:
-        header = kind.from_fileobj(BytesIO(data), check=False)
-        shape, voxel = header.get_data_shape(), header.get_data_dtype()
-    except (nibabel.spatialimages.HeaderDataError, nibabel.freesurfer.mghformat.MGHError):
-        raise MeshError("damaged: its header is none of an image; write it anew") from None
+    header = kind.from_fileobj(BytesIO(data), check=False)
+    shape, voxel = header.get_data_shape(), header.get_data_dtype()
     announced = math.prod(shape) * voxel.itemsize
     check_complete(announced <= len(data), f"{len(data)} bytes", str(announced))
     array = np.asanyarray(nibabel.arrayproxy.ArrayProxy(BytesIO(data), header))

@@ -44,6 +44,8 @@ _OF_PARSERS = (
     zipfile.BadZipFile,
     zlib.error,
 )
+#: Packages whose own exceptions are of that kind, too.
+_PARSERS = ("nibabel.", "trimesh.")
 
 
 @contextlib.contextmanager
@@ -60,7 +62,12 @@ def reading(path: Path) -> Iterator[None]:
         raise within(error, f"{path}: ") from None
     except MemoryError as error:
         raise FileError(f"can't read {path}: out of memory") from error
-    except (*_OF_PARSERS, OSError) as error:  # parsers' own OSErrors
+    except Exception as error:
+        of_parsers = isinstance(
+            error, (*_OF_PARSERS, OSError)
+        )  # parsers have OSErrors of their own
+        if not of_parsers and not type(error).__module__.startswith(_PARSERS):
+            raise
         raise MeshError(
             f"{path}: damaged, or of another format than its name says; write it anew"
         ) from error
