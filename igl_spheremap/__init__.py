@@ -44,6 +44,7 @@ _MODULES = {
     "harmonic_energy": "descent.energies",
     "info": "mesh_repair.info",
     "inverse_stereographic": "sphere.riemann",
+    "label_surface": "io.label_image",
     "landmark_map": "maps.variational",
     "log_area_ratios": "verify.distortion",
     "log_length_ratios": "verify.distortion",
