@@ -26,7 +26,7 @@ from igl_spheremap.apps.reproduce.runs import METHODS, PaperRun, run
 from igl_spheremap.apps.reproduce.surfaces import PaperSurface, load_surface
 from igl_spheremap.apps.reproduce.tables import TABLE_1, TABLE_2, TABLE_3, WAYS
 from igl_spheremap.descent.energies import HarmonicEnergy
-from igl_spheremap.descent.problem import Problem
+from igl_spheremap.descent.problem import Problem, l2_metric
 from igl_spheremap.draw.palette import FACTORS, GUIDE, LINES
 from igl_spheremap.errors import FactorisationFailed, FileError, MapError, MeshError
 from igl_spheremap.maps.methods import in_gauge
@@ -184,7 +184,7 @@ def in_a_row(mesh: Mesh, x: FloatArray, corrected: bool = False) -> Iterator[Pro
     The first map may be folded: a correction, which keeps a quarter of it, begins with the second projection.
     """
     energy = HarmonicEnergy.of(mesh, "delaunay")
-    problem = Problem.of(mesh, energy)
+    problem = Problem.of(mesh, energy, l2_metric(mesh))
     for k in count():
         star = problem.centred(project(mesh, energy.L, x).star_map)
         areas, change = vertex_areas(x, mesh.f), tangent(x, star)

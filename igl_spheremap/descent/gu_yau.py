@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import count
 
-import numpy as np
-
 from ..mesh.arrays import FloatArray
 from ..result.run import Iterate
 from ..sphere.rows import unit_rows
@@ -15,12 +13,12 @@ from .problem import Diagonal, Problem, remove_boosts
 
 
 def projected_descent(
-    problem: Problem, x: FloatArray, step: float = 1.8, stage: str = "harmonic"
+    problem: Problem, L2: Diagonal, x: FloatArray, step: float = 1.8, stage: str = "harmonic"
 ) -> Iterator[Iterate]:
     """Yield the start, centred, and every iterate after it, without end.
 
     Descent by the "absolute derivative" with fixed steps, and zero mass-centre by a Moebius map. The length of a `step`
-    is in the problem's metric, see `step_metric`. Up to 1 none can raise the energy, for normalising
+    is in the problem's metric, see `laplacian_metric`. Up to 1 none can raise the energy, for normalising
     ``x - step K^-1 L x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is unstable.
 
     The iterates' residual is that of `cayley_bb` in all metrics: the L2 norm of the gradient without boosts.
@@ -29,11 +27,18 @@ def projected_descent(
     Thompson, Yau 2004, *Genus zero surface conformal mapping and its application to brain surface mapping*,
     algorithms 1 and 2. They leave the step to the user.
     """
-    L2 = Diagonal(problem.areas)
+    taken = 0.0
     for k in count():
         x = problem.centred(x, OFF_CENTRE)
         energy, derivative = problem.energy.evaluate(x)
         gradient = remove_boosts(x, L2.gradient(x, derivative), problem.A)
-        residual = float(np.sqrt(L2.inner(gradient, gradient)))
-        yield Iterate(stage, 0, k, x, energy, residual, step if k else 0.0)
-        x = unit_rows(x - step * problem.metric.gradient(x, derivative))
+        yield Iterate(
+            stage=stage,
+            round=0,
+            iteration=k,
+            x=x,
+            energy=energy,
+            residual=L2.residual(gradient),
+            tau=taken,
+        )
+        x, taken = unit_rows(x - step * problem.metric.gradient(x, derivative)), step

@@ -3,8 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
+
+from ..mesh.arrays import FloatArray
+from .energies import Energy
+
+
+class Step(NamedTuple):
+    """A step that a search has accepted, and the map that it leads to, with its energy and the derivatives."""
+
+    tau: float
+    x: FloatArray
+    energy: float
+    derivative: FloatArray
 
 
 @dataclass
@@ -54,3 +67,24 @@ class NonmonotoneSearch:
         Q = self.xi * self._Q + 1  # Algorithm 1, step 5
         self._C = (self.xi * self._Q * self._C + energy) / Q
         self._Q = Q
+
+
+def line_search(
+    search: NonmonotoneSearch,
+    energy: Energy,
+    path: Callable[[float], FloatArray | None],
+    tau: float,
+    slope: float,
+) -> Step | None:
+    """The first of the search's steps from `tau` on that it accepts; None where it accepts none.
+
+    `path` leads from a step to the map that it makes, or to None where the step is refused.
+    """
+    for step in search.steps(tau):  # Algorithm 1, step 3
+        Y = path(step)
+        if Y is None:
+            continue
+        E, H = energy.evaluate(Y)
+        if search.accepts(E, step, slope):
+            return Step(step, Y, E, H)
+    return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import count
 
 import numpy as np
@@ -20,7 +21,7 @@ from ..timings import phase
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .energies import HarmonicEnergy
-from .line_search import NonmonotoneSearch
+from .line_search import NonmonotoneSearch, line_search
 from .minimize import Minimum, minimize
 from .problem import Problem, SobolevH1
 
@@ -75,18 +76,28 @@ def preconditioned_cayley(problem: Problem, start: Start) -> Iterator[Iterate]:
         left = (abs(square - quadrupoles) + quadrupoles / 4) / 5  # algorithm (16)
         slope = -inner(g, D)
         search = NonmonotoneSearch(energy * (1 + _ROUNDING), delta=0.5, trials=_HALVINGS)
-        for tau in search.steps(1.0):  # Algorithm 1, step 3
-            # Theorem 1, with D for H: algorithm (15)
-            y = problem.centred(cayley_step(x, D, tau), OFF_CENTRE)
-            energy, derivative = problem.energy.evaluate(y)
-            if search.accepts(energy, tau, slope):
-                break
-        else:
+        path = partial(_path, problem, x, D)
+        step = line_search(search, problem.energy, path, 1.0, slope)  # Algorithm 1, step 3
+        if step is None:
             return
-        x, H = y, derivative
+        tau, x, energy, H = step
         area = surface_area(x, problem.f)
         residual = left / max(energy - area, _LEAST_GAP)  # algorithm (17)
-        yield Iterate("sobolev", 0, k, x, energy, residual, tau, {"area": area})
+        yield Iterate(
+            stage="sobolev",
+            round=0,
+            iteration=k,
+            x=x,
+            energy=energy,
+            residual=residual,
+            tau=tau,
+            details={"area": area},
+        )
+
+
+def _path(problem: Problem, x: FloatArray, D: FloatArray, tau: float) -> FloatArray:
+    """The map to which a step along D leads, in the gauge: Theorem 1, with D for H."""
+    return problem.centred(cayley_step(x, D, tau), OFF_CENTRE)  # algorithm (15)
 
 
 def _boost(x: FloatArray, H: FloatArray, density: FloatArray) -> FloatArray:

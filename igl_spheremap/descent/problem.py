@@ -35,9 +35,18 @@ class Metric(ABC):
     def inner(self, a: FloatArray, b: FloatArray) -> float:
         """Inner product of two fields: the sum of a . K b."""
 
+    @property
+    def share(self) -> FloatArray | None:
+        """(n,) weights of the L2 metric over those of a diagonal one, by which boosts are multiplied; None for 1."""
+        return None
+
     def gradient(self, x: FloatArray, derivative: FloatArray) -> FloatArray:
         """Tangent field at `x` that is dual to an energy's derivatives."""
         return tangent(x, self.solve(tangent(x, derivative)))
+
+    def residual(self, gradient: FloatArray) -> float:
+        """Norm of a gradient, by which runs end."""
+        return float(np.sqrt(self.inner(gradient, gradient)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +54,13 @@ class Diagonal(Metric):
     """One positive weight a vertex; with vertex areas for weights, the L2 metric of the source."""
 
     weights: FloatArray
+    #: Weights of the L2 metric, if runs end by its norm.
+    areas: FloatArray | None = None
+
+    @property
+    def share(self) -> FloatArray | None:
+        """(n,) weights of the L2 metric over those of this one; None where it counts as the L2 metric itself."""
+        return None if self.areas is None else self.areas / self.weights
 
     def solve(self, covector: FloatArray) -> FloatArray:
         """Each row divided by its weight."""
@@ -58,15 +74,33 @@ class Diagonal(Metric):
         """A F of eq. (9); one projection is enough, for it commutes with a diagonal."""
         return tangent(x, self.solve(derivative))  # H = -Laplace-Beltrami F, eqs. (9), (13)
 
+    def residual(self, gradient: FloatArray) -> float:
+        """The L2 norm of A F, so that runs in all diagonal metrics with areas end by one rule."""
+        if self.areas is None:
+            return super().residual(gradient)
+        return Diagonal(self.weights**2 / self.areas).residual(gradient)
 
-def step_metric(L: sp.csr_matrix) -> Diagonal:
+
+def l2_metric(mesh: Mesh) -> Diagonal:
+    """The paper's metric: vertex areas by libigl's mass matrix."""
+    shares = vertex_areas(mesh.unit, mesh.f)
+    return Diagonal(normalised_weights(shares, float(shares.sum())))  # eq. (13)
+
+
+def frobenius_metric(mesh: Mesh) -> Diagonal:
+    """The metric of the program: derivatives are divided by nothing."""
+    return Diagonal(np.ones(len(mesh.v)))
+
+
+def laplacian_metric(L: sp.csr_matrix, areas: FloatArray | None = None) -> Diagonal:
     """The diagonal metric that bounds a Laplacian from above, in which steps up to 1 are safe.
 
     The derivative of Gu and Yau is L x without division by areas: the weights of a Laplacian in the plane have no
     scale, so that this is the better conditioned one where vertices are unevenly spread. Each vertex is bounded by the
     sum of the sizes of its row; a step that is the same for all would be as small as the worst vertex demands.
     """
-    return Diagonal(np.maximum(np.asarray(abs(L).sum(axis=1)).ravel(), np.finfo(float).tiny))
+    bounds = np.asarray(abs(L).sum(axis=1)).ravel()
+    return Diagonal(np.maximum(bounds, np.finfo(float).tiny), areas)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,27 +157,16 @@ class Problem:
     metric: Metric
     #: (n,) vertex areas of eq. (13), positive, of sum 1: what the Moebius gauge balances.
     A: FloatArray
-    #: (n,) vertex areas with those of caps included: weights of the L2 norm.
-    areas: FloatArray
     #: (m, 3) faces.
     f: IntArray
     #: True if the energy is the same for Moebius-equivalent maps, up to its discretisation error: boosts are kept out
     #: of the descent then (see `remove_boosts`), and the map is kept centred.
     gauge: bool = True
-    #: (n,) vertex areas over the weights of a diagonal metric: a gradient divided by it is that of the L2 metric.
-    share: FloatArray | None = None
 
     @classmethod
-    def of(
-        cls, mesh: Mesh, energy: Energy, metric: Metric | None = None, gauge: bool = True
-    ) -> Problem:
-        """An energy over the maps of a mesh, in the L2 metric by libigl's mass matrix unless another is given."""
-        if metric is not None:
-            share = mesh.areas / metric.weights if isinstance(metric, Diagonal) else None
-            return cls(energy, metric, mesh.A, mesh.areas, mesh.f, gauge, share)
-        shares = vertex_areas(mesh.unit, mesh.f)
-        areas = normalised_weights(shares, float(shares.sum()))
-        return cls(energy, Diagonal(areas), mesh.A, areas, mesh.f, gauge)
+    def of(cls, mesh: Mesh, energy: Energy, metric: Metric, gauge: bool = True) -> Problem:
+        """An energy over the maps of a mesh, in a metric."""
+        return cls(energy, metric, mesh.A, mesh.f, gauge)
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Energy and `gradient`."""
@@ -155,13 +178,7 @@ class Problem:
         gradient = self.metric.gradient(x, derivative)
         if not self.gauge:
             return gradient
-        return remove_boosts(x, gradient, self.A, self.share)
-
-    def residual(self, gradient: FloatArray) -> float:
-        """Norm of a gradient; in all diagonal metrics the L2 norm of A F, so that their runs end by one rule."""
-        if self.share is not None:
-            return float(np.sqrt(Diagonal(self.areas / self.share**2).inner(gradient, gradient)))
-        return float(np.sqrt(self.metric.inner(gradient, gradient)))
+        return remove_boosts(x, gradient, self.A, self.metric.share)
 
     def centred(self, x: FloatArray, off: float = 0.0) -> FloatArray:
         """The map in the Moebius gauge; `x` itself where there is none or its mean is at most `off` from the origin."""
@@ -176,7 +193,7 @@ def p_harmonic_problem(mesh: Mesh, p: float) -> Problem:
     Gauge-fixed for p up to 2: there the energy falls when a map is crowded into a point (that of a bubble of size r is
     proportional to r^(2 - p)). Above 2 it rises, and the energy keeps the map spread out by itself.
     """
-    return Problem.of(mesh, PHarmonicEnergy.of(mesh, p), gauge=p <= 2)
+    return Problem.of(mesh, PHarmonicEnergy.of(mesh, p), l2_metric(mesh), gauge=p <= 2)
 
 
 def remove_boosts(
@@ -184,7 +201,7 @@ def remove_boosts(
 ) -> FloatArray:
     """Part of a tangent field that leaves the weighted mean of `x` in place: orthogonal to all boosts.
 
-    Given the `share` of a `Problem`, boosts are multiplied by it before they are taken out: then the result vanishes at
+    Given the `share` of a `Metric`, boosts are multiplied by it before they are taken out: then the result vanishes at
     the same maps as in the L2 metric.
 
     The chord energy of eq. (6) can always be lowered by Moebius maps that crowd the mesh into a point under one big

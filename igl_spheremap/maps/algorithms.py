@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 from numpy.typing import ArrayLike
 
 from ..gate import takes_mesh
-from ..mesh.arrays import FloatArray
 from ..mesh.check import check_mesh
-from ..paper.algorithm_1 import algorithm_1 as paper_algorithm_1
-from ..paper.algorithm_2 import algorithm_2 as paper_algorithm_2
 from ..paper.settings import Lai2014
-from ..paper.setup import Setup
-from ..result.run import History, Iterate, Listener, Run
+from ..result.run import History, Listener
 from ..timings import timed
 from .methods import lai2014
 from .options import method_of
@@ -72,7 +67,10 @@ def algorithm_1(
     >>> ism.algorithm_1(v, f).certificate.folding_free
     True
     """
-    return _by(_alone, v, f, start, method, caps, listener)
+    method_of(method, Lai2014)
+    history = History(listener)
+    found = lai2014(check_mesh(v, f, caps=caps), replace(method, rounds=0), history, start)
+    return replace(found, run=history.complete(found.run, method.name, method.settings()))
 
 
 @takes_mesh
@@ -121,28 +119,7 @@ def algorithm_2(
     >>> [(r.start, r.foldings_after) for r in ism.algorithm_2(v, f).rounds]
     [('gauss map', 0)]
     """
-    return _by(paper_algorithm_2, v, f, start, method, caps, listener)
-
-
-def _alone(setup: Setup, first: Iterate) -> tuple[FloatArray, Run]:
-    """Algorithm 1 without star maps."""
-    minimum, record = paper_algorithm_1(setup, first)
-    return minimum.last.x, Run(
-        record.status, minimum.last.energy, rounds=(record,), notes=setup.notes
-    )
-
-
-def _by(
-    algorithm: Callable[[Setup, Iterate], tuple[FloatArray, Run]],
-    v: ArrayLike,
-    f: ArrayLike,
-    start: ArrayLike | None,
-    method: Lai2014,
-    caps: ArrayLike | None,
-    listener: Listener | None,
-) -> SphereMap:
-    """The map of an algorithm of the paper, in its gauge, with the record of the run."""
     method_of(method, Lai2014)
     history = History(listener)
-    found = lai2014(check_mesh(v, f, caps=caps), method, history, start, algorithm)
+    found = lai2014(check_mesh(v, f, caps=caps), method, history, start)
     return replace(found, run=history.complete(found.run, method.name, method.settings()))

@@ -15,7 +15,7 @@ from ..descent.energies import HarmonicEnergy
 from ..descent.gu_yau import projected_descent
 from ..descent.minimize import Minimum, minimize
 from ..descent.preconditioned import harmonic_map
-from ..descent.problem import Problem, step_metric
+from ..descent.problem import Problem, l2_metric, laplacian_metric
 from ..errors import MapError, Remedy
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh
@@ -32,6 +32,7 @@ from ..untangle.embedding import fix_orientation
 from ..untangle.local_repair import is_off_centre, repair_locally
 from ..verify.certificate import Certificate
 from .options import Auto, GuYau, Method, Stereographic
+from .safeguards import Safeguards
 from .sphere_map import SphereMap
 
 
@@ -102,29 +103,29 @@ def lai2014(
     options: Lai2014,
     listener: Listener,
     start: ArrayLike | None = None,
-    algorithm: Callable[[Setup, Iterate], tuple[FloatArray, Run]] = algorithm_2,
 ) -> SphereMap:
-    """The paper: Algorithm 2 around Algorithm 1, or another, from the Gauss map or another start."""
+    """The paper: Algorithm 2 around Algorithm 1, from the Gauss map or another start."""
     setup = Setup.of(mesh, options, listener)
-    first = (
-        setup.gauss_map()
-        if start is None
-        else setup.start("given map", check_start(start, len(mesh.v)))
-    )
-    return in_gauge(mesh, *algorithm(setup, first), options.gauge)
+    if setup.problem.gauge or not options.may_fold:
+        setup = replace(setup, hooks=Safeguards(mesh, setup.problem, options.may_fold))
+    first = setup.gauss_map()
+    if start is not None:
+        first = setup.start("given map", check_start(start, len(mesh.v)))
+    return in_gauge(mesh, *algorithm_2(setup, first), options.gauge)
 
 
 def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
     """The baseline that the paper compares with: Gu and Yau's descent, from the Gauss map, by way of the Tutte map."""
     energy = HarmonicEnergy.of(mesh)
-    harmonic = Problem.of(mesh, energy)
+    L2 = l2_metric(mesh)
     rounds: list[Round] = []
 
     def descend(name: str, x: FloatArray, stage: str, L: sp.csr_matrix, plateau: float) -> Minimum:
-        start = Iterate(name, len(rounds), 0, x, energy.evaluate(x)[0])
-        problem = replace(harmonic, energy=HarmonicEnergy(L), metric=step_metric(L))
+        value = energy.evaluate(x)[0]
+        start = Iterate(stage=name, round=len(rounds), iteration=0, x=x, energy=value)
+        problem = Problem.of(mesh, HarmonicEnergy(L), laplacian_metric(L))
         minimum = minimize(
-            projected_descent(problem, x, options.step, stage),
+            projected_descent(problem, L2, x, options.step, stage),
             tolerance=options.gradient_tolerance,
             plateau=plateau,
             max_iterations=options.max_iterations,

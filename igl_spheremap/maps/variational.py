@@ -17,7 +17,6 @@ from ..gate import takes_mesh
 from ..mesh.arrays import FloatArray, check_directions, plain_array, real_array
 from ..mesh.check import Mesh, check_mesh
 from ..paper.algorithm_1 import cayley_bb
-from ..paper.safeguards import Safeguards
 from ..paper.settings import PaperGauge
 from ..result.method import Method
 from ..result.run import History, Iterate, Listener, Run
@@ -26,6 +25,7 @@ from ..sphere.rows import unit_rows
 from ..timings import timed
 from .methods import auto, check_start, in_gauge
 from .options import Auto
+from .safeguards import Safeguards
 from .sphere_map import SphereMap
 
 
@@ -424,15 +424,17 @@ def descend(
     history: History,
 ) -> SphereMap:
     """Minimise a problem's energy by Algorithm 1, with the safeguards."""
-    beside = Safeguards(mesh, problem, options.may_fold)
+    hooks = Safeguards(mesh, problem, options.may_fold)
     minimum = minimize(
-        cayley_bb(problem, x, beside),
+        cayley_bb(problem, x, hooks),
         tolerance=tolerance,
         max_iterations=options.max_iterations,
         plateau=options.plateau,
         listener=history,
     )
-    record = minimum.as_round(mesh, Iterate(name, 0, 0, x, problem.energy.evaluate(x)[0]))
+    energy = problem.energy.evaluate(x)[0]
+    start = Iterate(stage=name, round=0, iteration=0, x=x, energy=energy)
+    record = minimum.as_round(mesh, start)
     y = minimum.last.x
     found = in_gauge(
         mesh, y, Run(record.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=(record,)), gauge

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import chain, count
 
 import numpy as np
 
+from ..descent.line_search import line_search
 from ..descent.minimize import Minimum, minimize
 from ..descent.problem import Problem
 from ..mesh.arrays import FloatArray
 from ..result.run import Iterate, Round
 from ..sphere.cayley import cayley_step
-from .safeguards import AsPrinted
+from .hooks import Hooks
 from .settings import Lai2014, Quotients
 from .setup import Setup
 
@@ -24,11 +26,11 @@ def algorithm_1(setup: Setup, start: Iterate) -> tuple[Minimum, Round]:
     """
     options = setup.options
     minimum = minimize(
-        chain([start], cayley_bb(setup.problem, start.x, setup.beside, options)),
+        chain([start], cayley_bb(setup.problem, start.x, setup.hooks, options)),
         tolerance=options.gradient_tolerance,
         max_iterations=options.max_iterations,
         plateau=options.plateau,
-        settled=setup.beside.settled,
+        settled=setup.hooks.settled,
         listener=setup.listener,
         round=start.round,
     )
@@ -38,39 +40,47 @@ def algorithm_1(setup: Setup, start: Iterate) -> tuple[Minimum, Round]:
 def cayley_bb(
     problem: Problem,
     F: FloatArray,
-    beside: AsPrinted,
+    hooks: Hooks,
     options: Lai2014 = Lai2014(),  # noqa: B008
 ) -> Iterator[Iterate]:
     """Yield the start and every iterate after it of Algorithm 1, for any energy and metric; `minimize` has step 2.
 
-    The iterates end where no step is acceptable. Their residual is `Problem.residual`, by eq. (9) the L2 norm of A F in
+    The iterates end where no step is acceptable. Their residual is that of the metric, by eq. (9) the L2 norm of A F in
     the L2 metric.
 
     Lai et al., Algorithm 1; Wen and Yin 2013, *A feasible method for optimization with orthogonality constraints*.
     """
-    F = beside.start(F)
+    F, tau, taken = hooks.start(F), options.tau, 0.0
     E, AF = problem.evaluate(F)
-    search = beside.search(E, options.rho, options.delta, options.xi)  # Algorithm 1, step 1
-    tau, taken = options.tau, 0.0
+    search = hooks.search(E, options.rho, options.delta, options.xi)  # Algorithm 1, step 1
+
     for k in count():  # Algorithm 1, step 6
         yield Iterate(
-            "harmonic", 0, k, F, E, problem.residual(AF), taken, safeguards=beside.acted()
+            stage="harmonic",
+            round=0,
+            iteration=k,
+            x=F,
+            energy=E,
+            residual=problem.metric.residual(AF),
+            tau=taken,
+            safeguards=hooks.acted(),
         )
         slope = -problem.metric.inner(AF, AF)  # E'(Y(0)) = -|A F|^2
-        for taken in search.steps(tau):  # Algorithm 1, step 3
-            Y = beside.trial(cayley_step(F, AF, taken))  # Theorem 1
-            if Y is None:
-                continue
-            E, H = problem.energy.evaluate(Y)
-            if search.accepts(E, taken, slope):
-                break
-        else:
+        path = partial(_path, F, AF, hooks)
+        step = line_search(search, problem.energy, path, tau, slope)  # Algorithm 1, step 3
+        if step is None:
             return
+        taken, Y, E, H = step
         search.record(E)  # Algorithm 1, step 5
         AY = problem.gradient(Y, H)
         D, W = Y - F, AY - AF
         F, AF = Y, AY  # Algorithm 1, step 4
-        tau = beside.step(_quotient(problem, D, W, options.bb, k + 1), taken)
+        tau = hooks.step(_quotient(problem, D, W, options.bb, k + 1), taken)
+
+
+def _path(F: FloatArray, AF: FloatArray, hooks: Hooks, tau: float) -> FloatArray | None:
+    """The map to which a step leads, None where it is refused."""
+    return hooks.trial(cayley_step(F, AF, tau))  # Theorem 1
 
 
 def _quotient(problem: Problem, D: FloatArray, W: FloatArray, bb: Quotients, k: int) -> float:

@@ -6,7 +6,7 @@ from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
 from ..result.run import Iterate, Run, Status
 from .algorithm_1 import algorithm_1
-from .safeguards import nonzero
+from .hooks import nonzero
 from .setup import Setup
 from .star_map import project
 

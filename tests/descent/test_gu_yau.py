@@ -9,26 +9,27 @@ import igl_spheremap as ism
 from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.gu_yau import projected_descent
 from igl_spheremap.descent.minimize import minimize
-from igl_spheremap.descent.problem import Problem, step_metric
+from igl_spheremap.descent.problem import Problem, l2_metric, laplacian_metric
 from igl_spheremap.mesh.measure import vertex_normals
 from igl_spheremap.paper.algorithm_1 import cayley_bb
-from igl_spheremap.paper.safeguards import AsPrinted
+from igl_spheremap.paper.hooks import Hooks
 from igl_spheremap.sphere.rows import unit_rows
 
 X, F = icosphere(3)
 MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)
-PROBLEM = Problem.of(MESH, HarmonicEnergy.of(MESH))
+L2 = l2_metric(MESH)
+PROBLEM = Problem.of(MESH, HarmonicEnergy.of(MESH), L2)
 START = vertex_normals(MESH.unit, MESH.f)
 
 
 def safe(problem):
     """The problem in the metric that its own Laplacian bounds."""
-    return replace(problem, metric=step_metric(problem.energy.L))
+    return replace(problem, metric=laplacian_metric(problem.energy.L))
 
 
 def test_a_step_of_one_never_raises_the_energy_but_by_centring():
     """Without the gauge's part, each step lowers the energy, from whatever map."""
-    metric = step_metric(PROBLEM.energy.L)
+    metric = laplacian_metric(PROBLEM.energy.L)
     x = wild(X, noise=0.8)
     energies = []
     for _ in range(200):
@@ -39,7 +40,7 @@ def test_a_step_of_one_never_raises_the_energy_but_by_centring():
 
 
 def test_iterates_stay_on_the_sphere_and_keep_their_mass_centre():
-    iterates = projected_descent(safe(PROBLEM), wild(X, noise=0.8))
+    iterates = projected_descent(safe(PROBLEM), L2, wild(X, noise=0.8))
     for _ in range(30):
         x = next(iterates).x
         assert np.allclose((x**2).sum(axis=1), 1, atol=1e-14)
@@ -50,8 +51,8 @@ def test_a_harmonic_map_is_at_rest():
     """The icosphere's identity is harmonic by symmetry: five solid angles of it do not move."""
     x, f = icosphere(0)
     mesh = ism.check_mesh(x, f)
-    problem = Problem.of(mesh, HarmonicEnergy.of(mesh))
-    iterates = projected_descent(safe(problem), unit_rows(x))
+    problem = Problem.of(mesh, HarmonicEnergy.of(mesh), l2_metric(mesh))
+    iterates = projected_descent(safe(problem), l2_metric(mesh), unit_rows(x))
     start = next(iterates)
     assert start.residual < 1e-12
     assert np.allclose(next(iterates).x, start.x, atol=1e-12)
@@ -62,8 +63,8 @@ def test_it_needs_more_iterations_than_algorithm_1():
     counts = [
         minimize(iterates, tolerance=1e-2, max_iterations=5000).last.iteration
         for iterates in (
-            projected_descent(safe(PROBLEM), START),
-            cayley_bb(PROBLEM, START, AsPrinted()),
+            projected_descent(safe(PROBLEM), L2, START),
+            cayley_bb(PROBLEM, START, Hooks()),
         )
     ]
     assert counts[0] > 3 * counts[1]

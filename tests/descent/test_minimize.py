@@ -8,19 +8,19 @@ from triangulations import icosphere
 import igl_spheremap as ism
 from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.minimize import minimize
-from igl_spheremap.descent.problem import Problem
+from igl_spheremap.descent.problem import Problem, l2_metric
 from igl_spheremap.mesh.measure import vertex_normals
 from igl_spheremap.paper.algorithm_1 import cayley_bb
-from igl_spheremap.paper.safeguards import AsPrinted
+from igl_spheremap.paper.hooks import Hooks
 
 X, F = icosphere(3)
 MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)
-PROBLEM = Problem.of(MESH, HarmonicEnergy.of(MESH))
+PROBLEM = Problem.of(MESH, HarmonicEnergy.of(MESH), l2_metric(MESH))
 
 
 def run(problem=PROBLEM, **options):
     options = {"tolerance": 1e-5, "max_iterations": 3000} | options
-    return minimize(cayley_bb(problem, vertex_normals(MESH.unit, MESH.f), AsPrinted()), **options)
+    return minimize(cayley_bb(problem, vertex_normals(MESH.unit, MESH.f), Hooks()), **options)
 
 
 def test_each_way_to_end_has_its_status():

@@ -10,22 +10,24 @@ from triangulations import icosphere
 import igl_spheremap as ism
 from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.minimize import minimize
-from igl_spheremap.descent.problem import Problem
+from igl_spheremap.descent.problem import Problem, l2_metric
+from igl_spheremap.maps.safeguards import Safeguards
 from igl_spheremap.mesh.measure import vertex_normals
 from igl_spheremap.paper.algorithm_1 import cayley_bb
-from igl_spheremap.paper.safeguards import AsPrinted, Safeguards
+from igl_spheremap.paper.hooks import Hooks
 from igl_spheremap.sphere.rows import unit_rows
 
 X, F = icosphere(3)
 MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)
-PROBLEM = Problem.of(MESH, HarmonicEnergy.of(MESH))
+PROBLEM = Problem.of(MESH, HarmonicEnergy.of(MESH), l2_metric(MESH))
 START = vertex_normals(MESH.unit, MESH.f)
 METHOD = ism.Lai2014()
 
 
-def run(problem=PROBLEM, x=START, beside=None, method=METHOD, **options):
+def run(problem=PROBLEM, x=START, hooks=None, method=METHOD, **options):
     options = {"tolerance": 1e-5, "max_iterations": 3000} | options
-    return minimize(cayley_bb(problem, x, beside or AsPrinted(), method), **options)
+    hooks = Hooks() if hooks is None else hooks
+    return minimize(cayley_bb(problem, x, hooks, method), **options)
 
 
 @pytest.mark.parametrize("bb", ["tau_1 first", "tau_2 first", "tau_1", "tau_2"])
@@ -69,10 +71,10 @@ def test_gradient_vanishes_at_the_minimum():
 
 def test_without_the_gauge_the_map_still_minimises_but_drifts():
     mesh = ism.check_mesh(*ism.samples.make("pear", n_vertices=600))
-    pear = Problem.of(mesh, HarmonicEnergy.of(mesh))
+    pear = Problem.of(mesh, HarmonicEnergy.of(mesh), l2_metric(mesh))
     start = unit_rows(ism.gauss_map(*ism.samples.make("pear", n_vertices=600)))
     free = run(problem=replace(pear, gauge=False), x=start, tolerance=1e-2)
-    fixed = run(problem=pear, x=start, beside=Safeguards(mesh, pear, may_fold=False))
+    fixed = run(problem=pear, x=start, hooks=Safeguards(mesh, pear, may_fold=False))
     assert np.linalg.norm(pear.A @ fixed.last.x) < 1e-2 < np.linalg.norm(pear.A @ free.last.x)
 
 
@@ -85,7 +87,7 @@ def test_a_start_without_foldings_is_kept_so():
 
     run(
         x=crumpled,
-        beside=Safeguards(MESH, PROBLEM, may_fold=False),
+        hooks=Safeguards(MESH, PROBLEM, may_fold=False),
         listener=check,
         max_iterations=100,
     )

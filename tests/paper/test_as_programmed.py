@@ -6,7 +6,7 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.paper.program import AsProgrammed
+from igl_spheremap.paper.optm import OptMRules
 
 
 def programmed_algorithm_1(v, f, k):
@@ -94,8 +94,8 @@ def test_algorithm_1_as_programmed_takes_the_programs_steps_and_ends_by_its_rule
 
 
 def test_a_quotient_without_a_value_gives_way_to_the_first_step_and_others_are_bounded():
-    beside = AsProgrammed(1e-3)
-    assert [beside.step(tau, 7.0) for tau in (np.nan, np.inf, 0.0, 1e-30, 1e30, 0.5)] == [
+    rules = OptMRules(1e-3)
+    assert [rules.step(tau, 7.0) for tau in (np.nan, np.inf, 0.0, 1e-30, 1e30, 0.5)] == [
         1e-3,
         1e-3,
         1e-3,
@@ -103,5 +103,5 @@ def test_a_quotient_without_a_value_gives_way_to_the_first_step_and_others_are_b
         1e20,
         0.5,
     ]
-    assert beside.acted() == {"undefined": 3, "bounded": 2}
-    assert beside.acted() is None
+    assert rules.acted() == {"undefined": 3, "bounded": 2}
+    assert rules.acted() is None

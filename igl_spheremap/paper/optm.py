@@ -12,7 +12,7 @@ import numpy as np
 from ..descent.line_search import NonmonotoneSearch
 from ..mesh.arrays import FloatArray
 from ..result.run import Iterate
-from .safeguards import AsPrinted
+from .hooks import Hooks
 
 #: Number of steps that a search tries; the last one is taken in any case.
 _TRIALS = 5
@@ -22,7 +22,7 @@ _CHANGES, _RECENT = np.array([1e-6, 1e-12]), 5
 _LEAST_TAU, _LARGEST_TAU = 1e-20, 1e20
 
 
-class AsProgrammed(AsPrinted):
+class OptMRules(Hooks):
     """The program's bounds on searches and on eq. (12), and its second end of a run: map and energy hardly change."""
 
     def __init__(self, tau: float) -> None:

@@ -1,0 +1,58 @@
+"""Where a run of Algorithm 1 may differ from the printed one: `Hooks` changes nothing, its subclasses do."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from ..descent.line_search import NonmonotoneSearch
+from ..mesh.arrays import FloatArray
+from ..result.run import Iterate
+
+
+class Hooks:
+    """The paper's algorithms as they are: only a step that eq. (12) leaves without a value is filled in.
+
+    Subclasses alter more. What was altered is counted, by the names of `igl_spheremap.result.run.SAFEGUARDS`.
+    """
+
+    def __init__(self) -> None:
+        self._acted: Counter[str] = Counter()
+
+    def _count(self, name: str, times: int = 1) -> None:
+        """Add to the count of a safeguard."""
+        self._acted[name] += int(times)
+
+    def acted(self) -> dict[str, int] | None:
+        """How often each safeguard has acted since the last call; None if none has."""
+        acted, self._acted = +self._acted, Counter()
+        return dict(acted) or None
+
+    def start(self, x: FloatArray) -> FloatArray:
+        """The map that Algorithm 1 starts from."""
+        return x
+
+    def search(self, energy: float, rho: float, delta: float, xi: float) -> NonmonotoneSearch:
+        """The search of step 3, from the energy of the start."""
+        return NonmonotoneSearch(energy, rho, delta, xi)
+
+    def trial(self, y: FloatArray) -> FloatArray | None:
+        """The map that the search tries; None refuses it."""
+        return y
+
+    def settled(self, last: Iterate) -> bool:
+        """Whether the run ends here, though its gradient is above the tolerance of step 2."""
+        return False
+
+    def step(self, tau: float, taken: float) -> float:
+        """The quotient of eq. (12), or the step taken before where the quotient is 0, infinite or 0/0."""
+        if 0 < tau < np.inf:
+            return tau
+        self._count("undefined")
+        return taken
+
+
+def nonzero(**counts: int) -> dict[str, int] | None:
+    """The counts that are not 0; None if all are."""
+    return {name: count for name, count in counts.items() if count} or None
