@@ -11,7 +11,7 @@ from ..mesh.arrays import FloatArray
 from .energies import Energy
 
 
-class Step(NamedTuple):
+class Accepted(NamedTuple):
     """A step that a search has accepted, and the map that it leads to, with its energy and the derivatives."""
 
     tau: float
@@ -75,7 +75,7 @@ def line_search(
     path: Callable[[float], FloatArray | None],
     tau: float,
     slope: float,
-) -> Step | None:
+) -> Accepted | None:
     """The first of the search's steps from `tau` on that it accepts; None where it accepts none.
 
     `path` leads from a step to the map that it makes, or to None where the step is refused.
@@ -86,5 +86,5 @@ def line_search(
             continue
         E, H = energy.evaluate(Y)
         if search.accepts(E, step, slope):
-            return Step(step, Y, E, H)
+            return Accepted(step, Y, E, H)
     return None

@@ -190,14 +190,14 @@ def test_the_page_names_all_that_stands_where_a_printed_formula_has_no_value():
     quoted = set(re.findall(r'note: "(.+?)"', page.read_text("utf-8")))
     counted = {
         name
-        for path in ("hooks", "optm", "setup", "algorithm_2")
+        for path in ("hooks", "setup", "algorithm_2")
         for name in re.findall(r'_count\("(\w+)"|nonzero\((\w+)=|, (\w+)=found', source(path))
         for name in name
         if name
     }
     words = [word for name in counted for word in SAFEGUARDS[name][1:]]
-    words += re.findall(r'notes, f"\{raised:,\} (.+?)"', source("setup"))
-    words += re.findall(r'notes, f"(there .+?) for round', source("algorithm_2"))
+    words += re.findall(r'notes,\s+f"\{raised:,\} (.+?)"', source("setup"))
+    words += re.findall(r'notes,\s+f"(there .+?) for round', source("algorithm_2"))
     assert all(any(quote in word for word in words) for quote in quoted)
     assert all(any(quote in word for quote in quoted) for word in words)
 
