@@ -12,14 +12,26 @@ from .formats import CONVENTIONS, Convention, PathLike
 LEFT, RIGHT = "CortexLeft", "CortexRight"
 #: The structures by the letters that stand for them.
 SIDES = {"L": LEFT, "R": RIGHT}
-#: Words of names for kinds of surfaces.
+#: Words of names for kinds of surfaces, by FreeSurfer, pycortex, BrainSuite and CIVET, HCP and CAT.
 _KINDS = {
     "white": "white",
     "smoothwm": "white",
+    "wm": "white",
+    "inner": "white",
     "pial": "pial",
+    "pia": "pial",
+    "gray": "pial",
     "midthickness": "midthickness",
     "graymid": "midthickness",
     "central": "midthickness",
+    "mid": "midthickness",
+}
+#: The word of the pial surface beside a white one, by the word of that one.
+_PARTNERS = {
+    "white": ("pial", "gray"),
+    "smoothwm": ("pial",),
+    "wm": ("pia", "pial"),
+    "inner": ("pial",),
 }
 _STRUCTURE = re.compile(r"(?:^|[._-])(lh|rh|hemi-[LR])(?:[._-]|$)|\.([LR])\.|_(left|right)\.gii")
 _WORD = re.compile(r"[A-Za-z0-9]+")
@@ -43,7 +55,7 @@ class Hemisphere:
     structure : str
         "CortexLeft" or "CortexRight".
     kind : str
-        "white", "pial" or "midthickness"; a surface of another name counts as the last.
+        "white", "pial" or "midthickness"; "surface" if the name says none of them.
     """
 
     subject: str
@@ -108,9 +120,7 @@ def hemisphere_of(path: PathLike, structure: str | None = None) -> Hemisphere:
             f"{path} does not say which hemisphere it is: name it lh.NAME, rh.NAME or NAME_hemi-L, or give "
             f"{Remedy(options={'hemisphere': None})} L or R"
         )
-    kind = next(
-        (_KINDS[word] for word in _WORD.findall(path.name) if word in _KINDS), "midthickness"
-    )
+    kind = next((_KINDS[word] for word in _WORD.findall(path.name) if word in _KINDS), "surface")
     if found := _BIDS.match(path.name):
         entities = found[1]
         return Hemisphere(entities.partition("_")[0], entities, structure, kind)
@@ -153,9 +163,13 @@ def _rest(name: str) -> str:
 
 def partner_of(path: PathLike) -> str | None:
     """The file of the pial surface beside a white one, of the same name but for that word; None if there is none."""
-    name, count = re.subn(r"(?<![A-Za-z])white(?![A-Za-z])", "pial", Path(path).name)
-    found = Path(path).with_name(name)
-    return str(found) if count == 1 and found.is_file() else None
+    path = Path(path)
+    for white, words in _PARTNERS.items():
+        for pial in words:
+            name, count = re.subn(rf"(?<![A-Za-z]){white}(?![A-Za-z])", pial, path.name)
+            if count == 1 and path.with_name(name).is_file():
+                return str(path.with_name(name))
+    return None
 
 
 def atlas_of(path: PathLike) -> str:

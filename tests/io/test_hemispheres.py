@@ -25,6 +25,8 @@ LEFT, RIGHT = "CortexLeft", "CortexRight"
         ("lh.central.T1_of_me.gii", "T1_of_me", "sub-T1ofme", "L", "midthickness"),
         ("rh.pial", "x", "sub-x", "R", "pial"),
         ("fsaverage5/white_left.gii.gz", "x", "sub-x", "L", "white"),
+        ("wm_lh.gii", "x", "sub-x", "L", "white"),
+        ("lh.cortex.surf.gii", "cortex", "sub-cortex", "L", "surface"),
     ],
 )
 def test_names_tell_subject_side_and_kind(path, subject, entities, side, kind):
@@ -136,3 +138,20 @@ def test_the_pial_surface_beside_a_white_one_is_found(tmp_path):
 
 def test_sides_are_filled_in():
     assert fill_sides("{hemi}.{side}", LEFT) == "lh.L"
+
+
+@pytest.mark.parametrize(
+    ("white", "pial"),
+    [
+        ("lh.white", "lh.pial"),
+        ("rh.smoothwm", "rh.pial"),
+        ("wm_lh.gii", "pia_lh.gii"),
+        ("a_white_surface_left.obj", "a_gray_surface_left.obj"),
+        ("left.inner.dfs.gii", "left.pial.dfs.gii"),
+    ],
+)
+def test_the_pial_surface_beside_a_white_one_is_found_by_its_name(white, pial, tmp_path):
+    assert partner_of(tmp_path / white) is None
+    (tmp_path / pial).touch()
+    assert partner_of(tmp_path / white) == str(tmp_path / pial)
+    assert partner_of(tmp_path / pial) is None

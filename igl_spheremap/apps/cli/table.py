@@ -627,6 +627,12 @@ COMMANDS = (
                 help="register mirror images (x to -x) to the templates of the other side",
             ),
             choice("--hemi", ("L", "R"), "the side, where neither the name nor the file tells it"),
+            argument(
+                "--pial",
+                "FILE",
+                "the pial surface of a white one, or a pattern with {folder}, {subject}, {hemi} and {side}; "
+                "without it the file beside it that is called pial",
+            ),
             *shared.MANY,
         ),
     ),

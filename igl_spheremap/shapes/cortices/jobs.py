@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ..._version import __version__
-from ...errors import FileError, MeshError
+from ...errors import FileError, MeshError, Remedy
 from ...io.files import read_mesh, read_sphere
 from ...io.formats import CONVENTIONS, Convention
 from ...io.hemispheres import (
@@ -75,6 +75,17 @@ class HemisphereJob(Job):
         """The kind of the surface that is registered."""
         return "midthickness" if self.pial else self.hemisphere.kind
 
+    @property
+    def alone(self) -> str:
+        """What is to be said where a white surface, or one of no known kind, is registered without a pial one."""
+        if self.kind not in ("white", "surface"):
+            return ""
+        name = {"white": "a white surface"}.get(
+            self.kind, "a surface that is called neither white nor pial"
+        )
+        pial = Remedy(options={"pial": None})
+        return f"registered as {name}, whose files are called {self.kind}; for the midthickness give {pial} FILE"
+
     def files(self, names: Names) -> list[str]:
         """The files of one convention, registered spheres first."""
         return [os.path.join(self.folder, name) for name in self._files(names)]
@@ -119,6 +130,7 @@ def hemisphere_jobs(
     labels: Sequence[str],
     reflect: bool,
     hemisphere: str | None,
+    pial: str | None = None,
 ) -> list[HemisphereJob]:
     """Make the jobs of `register_hemispheres`; what is wrong with its arguments is found before any work."""
     if unknown := [convention for convention in names if convention not in CONVENTIONS]:
@@ -132,9 +144,14 @@ def hemisphere_jobs(
     for source in [os.fspath(each) for each in sources]:
         known = asked or structure_of(source).get("structure") or _structure_within(source)
         which = hemisphere_of(source, known)
-        pial = partner_of(source)
+        places = {"{folder}": os.path.dirname(source) or ".", "{subject}": which.subject}
+        outer = (
+            partner_of(source)
+            if pial is None
+            else _filled(fill_sides(pial, which.structure), places)
+        )
         there = which.other if reflect else which.structure
-        kind = "midthickness" if pial else which.kind
+        kind = "midthickness" if outer else which.kind
         templates = tuple(template(name, there, kind) for name in to)
         atlases = tuple(
             fit(fill_sides(path, there), templates)
@@ -144,23 +161,21 @@ def hemisphere_jobs(
         wall = next((atlas for atlas in atlases if wall_of(read_labels(atlas.path))), None)
         if "fmriprep" in names:
             needed = {
-                "a pial surface beside it": pial,
+                "a pial surface beside it": outer,
                 "labels whose table names the medial wall": wall,
                 "the templates fsaverage and fsLR": {"fsaverage", "fsLR"}
                 <= {each.space for each in templates},
             }
             if missing := [words for words, given in needed.items() if not given]:
                 raise FileError(f"{source}: fMRIPrep's set needs {' and '.join(missing)}")
-        folder = out.replace("{folder}", os.path.dirname(source) or ".").replace(
-            "{subject}", which.subject
-        )
+        folder = _filled(out, places)
         if os.path.exists(folder) and not os.path.isdir(folder):
             raise FileError(f"{folder} is a file; give a folder for the results")
         job = HemisphereJob(
             source,
             "",
             which,
-            pial,
+            outer,
             templates,
             atlases,
             folder,
@@ -170,6 +185,12 @@ def hemisphere_jobs(
         jobs.append(replace(job, target=job.targets[0]))
     check_places(jobs, "use {subject}, and each hemisphere, template and atlas once")
     return jobs
+
+
+def _filled(pattern: str, places: dict[str, str]) -> str:
+    for field, text in places.items():
+        pattern = pattern.replace(field, text)
+    return pattern
 
 
 def wall_of(table: tuple[Label, ...] | None) -> list[int]:

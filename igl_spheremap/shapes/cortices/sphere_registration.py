@@ -28,6 +28,7 @@ def register_hemispheres(
     labels: Sequence[str] = (),
     reflect: bool = False,
     hemisphere: Literal["L", "R"] | None = None,
+    pial: str | None = None,
     force: bool = False,
     manifest: str | os.PathLike[str] | None = None,
     engine: Engine = USUAL,
@@ -38,13 +39,14 @@ def register_hemispheres(
 
     Of each hemisphere: its sphere, the sphere registered to each template, the logarithm to base 2 of how registration
     changed areas, what FreeSurfer calls sulc, curv and area, and the surface with the vertices of each template. If
-    the pial surface lies beside a white one, their midthickness is registered, and written, too. Spheres have radius
-    100 and are certified as they are written.
+    the pial surface lies beside a white one, or is given, their midthickness is registered, and written, too; else the
+    surface itself, under the name of its own kind. Spheres have radius 100 and are certified as they are written.
 
     Parameters
     ----------
     sources : sequence of path-like
-        White surfaces, one a hemisphere, or midthickness or pial ones.
+        White surfaces, one a hemisphere, or midthickness or pial ones: names tell it (white, smoothwm, wm, inner; pial,
+        pia, gray; midthickness, graymid, central, mid), else they are called surfaces.
     out : str
         The folder for the files, made if it is missing: ``{folder}`` is that of the source, ``{subject}`` its subject.
     to : sequence of str
@@ -62,6 +64,9 @@ def register_hemispheres(
         names of the files say ``mirrored``.
     hemisphere : {"L", "R"}, optional
         The side, where neither names nor files tell it.
+    pial : str, optional
+        The pial surfaces of white ones: ``{folder}`` and ``{subject}`` are as above, ``{hemi}`` and ``{side}``, too. By
+        default the file beside a white one that has its name but for that word.
     force, manifest, engine, report
         As of `igl_spheremap.map_many`; the page shows the atlases' borders, or those between folds, on each surface
         beside the template.
@@ -101,7 +106,14 @@ def register_hemispheres(
     ('certified', True)
     """
     jobs = hemisphere_jobs(
-        sources, out, to=to, names=names, labels=labels, reflect=reflect, hemisphere=hemisphere
+        sources,
+        out,
+        to=to,
+        names=names,
+        labels=labels,
+        reflect=reflect,
+        hemisphere=hemisphere,
+        pial=pial,
     )
     if report is not None:
         check_page(report)

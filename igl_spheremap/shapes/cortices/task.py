@@ -182,8 +182,10 @@ def _figures(found: Sequence[Registration], margins: Sequence[FloatArray]) -> di
 
 
 def _notes(job: HemisphereJob, found: Sequence[Registration], moved: int) -> Iterator[str]:
+    if job.alone:
+        yield job.alone
     for files, each in zip(job.templates, found, strict=True):
-        if files.kind != job.kind:
+        if files.kind != job.kind != "surface":
             yield f"{files.name} has no {job.kind} surface here: its {files.kind} was taken"
         yield from (f"{files.name}: {note}" for note in each.notes)
     if moved:

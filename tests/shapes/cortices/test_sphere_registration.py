@@ -464,3 +464,21 @@ def test_a_template_that_is_inside_out_is_named(made, tmp_path):
     assert row.status == "file"
     assert "lh.sphere" in row.notes
     assert "inside out: its faces point inwards" in row.notes
+
+
+@pytest.mark.parametrize("name", ["lh.wm.ply", "lh.cortex.ply"])
+def test_a_surface_alone_keeps_the_name_of_its_kind_and_a_pial_one_is_given(name, made, tmp_path):
+    desk, _, y, f, options = made
+    kind = {"lh.wm.ply": "white"}.get(name, "surface")
+    write_mesh(tmp_path / name, body(y), f)
+    write_mesh(tmp_path / "outside_L.ply", THICK * body(y), f)
+    (row,) = run(tmp_path, [name], out="alone", to=options["to"], names=("freesurfer",))
+    assert f"files are called {kind}; for the midthickness give pial FILE" in row.notes
+    made_of = {path.name for path in (tmp_path / "alone").iterdir()}
+    assert f"lh.{kind}.mine" in made_of
+    assert not any("midthickness" in each for each in made_of)
+    given = str(tmp_path / "outside_{side}.ply")
+    (row,) = run(tmp_path, [name], out="both", to=options["to"], names=("freesurfer",), pial=given)
+    assert "midthickness" not in row.notes
+    middle = ism.read_mesh(tmp_path / "both/lh.midthickness")
+    assert np.allclose(middle.v, body(y) * (1 + THICK) / 2, rtol=1e-6)

@@ -24,7 +24,14 @@ def run_sphere_reg(args: Namespace) -> Exit:
             labels=args.labels,
             reflect=args.reflect,
             hemisphere=args.hemi,
+            pial=args.pial,
         )
+    alone = [job for job in jobs if job.alone]
+    if alone:
+        more = ""
+        if len(alone) > 1:
+            more = f" and {len(alone) - 1} more"
+        args.progress.write(f"igl-spheremap: {alone[0].source}{more}: {alone[0].alone}")
     status = run_files(
         args,
         "registering",
