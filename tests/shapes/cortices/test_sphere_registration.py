@@ -468,7 +468,7 @@ def test_a_template_that_is_inside_out_is_named(made, tmp_path):
 
 @pytest.mark.parametrize("name", ["lh.wm.ply", "lh.cortex.ply"])
 def test_a_surface_alone_keeps_the_name_of_its_kind_and_a_pial_one_is_given(name, made, tmp_path):
-    desk, _, y, f, options = made
+    *_, y, f, options = made
     kind = {"lh.wm.ply": "white"}.get(name, "surface")
     write_mesh(tmp_path / name, body(y), f)
     write_mesh(tmp_path / "outside_L.ply", THICK * body(y), f)
