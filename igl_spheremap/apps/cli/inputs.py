@@ -177,7 +177,17 @@ def read_pair(source: InputMesh, name: str, kind: str = "obj") -> InputMap:
             f"{name} has other faces than {source.name}: not the same vertex order; give a map of this mesh "
             "in a format that keeps the order (not .stl)"
         )
+    if _is_round(source.v) and not _is_round(x):
+        raise MeshError(
+            f"{source.name} is a sphere and {name} is none: the surface comes first, then its sphere"
+        )
     return InputMap(source, name, x)
+
+
+def _is_round(x: FloatArray) -> bool:
+    """Whether all vertices are as far from the origin, to a hundredth."""
+    lengths = row_lengths(x)
+    return bool(np.ptp(lengths) < 0.01 * lengths.max())
 
 
 def _face_set(f: IntArray) -> IntArray:
@@ -203,6 +213,8 @@ def read_any(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> 
                 shutil.copyfileobj(sys.stdin.buffer, copy)
         except OSError as error:
             raise FileError(f"can't copy stdin to {path}: {error.strerror}") from error
+        if not path.stat().st_size:
+            raise MeshError("stdin: it is empty, nothing came through the pipe")
         try:
             return read(path)
         except (MeshError, FileError) as error:
@@ -264,6 +276,8 @@ def expand(words: Iterable[str]) -> list[str]:
         if word.startswith("@") and not os.path.exists(word):
             lines = map(str.strip, read_lines(word[1:], pipes=True))
             names += expand(line for line in lines if line and not line.startswith("#"))
+        elif os.path.isdir(word):
+            raise UsageError(f"{word} is a folder; name its files, such as '{word}/*.ply'")
         elif glob.has_magic(word) and not os.path.exists(word):
             found = sorted(glob.glob(word, recursive=True), key=_by_number)
             if not found:

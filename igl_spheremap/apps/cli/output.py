@@ -46,9 +46,13 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
         raise UsageError("OUT and --json can't both be stdout")
     if STREAM in (target, args.json) and sys.stdout is None:
         raise FileError("can't write stdout: it is closed")
+    if target not in (None, STREAM) and os.path.isdir(target):
+        raise FileError(f"{target} is a folder; name a file in it")
+    others = _inputs(args)
+    if target not in (None, STREAM):
+        check_apart(target, others)
     if surface and (kind := target_format(args)).package:
         import_optional(kind.package, kind.name, "io")
-    others = _inputs(args)
     for path in (*_paths(args, _OUTPUTS), *(getattr(args, "overlay", None) or ())):
         check_writable(
             path,

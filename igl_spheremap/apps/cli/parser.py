@@ -27,11 +27,55 @@ class _ByGroup(RawDescriptionHelpFormatter):
         return "".join(lines)
 
 
+_COMMANDS = [command.name for command in COMMANDS]
+#: Flags that stand before a command.
+_GENERAL = ["--help", "--version", "-h"]
+#: What other programs call OUT.
+_OUT = ("-o", "--out", "--output")
+
+
 def _near(word: str, names: list[str]) -> list[str]:
     """The name that may have been meant by a word, if there is one."""
     from difflib import get_close_matches  # only wrong lines need it
 
     return get_close_matches(word, names, n=1)
+
+
+def _meant(names: list[str]) -> str:
+    """The question whether one of these names was meant."""
+    return "".join(f"; did you mean {name}?" for name in names)
+
+
+def _is_known(first: str) -> bool:
+    """Whether a line may begin with this word."""
+    return first in _COMMANDS or first in _GENERAL
+
+
+def _kind(word: str) -> str:
+    """What a word is by its first letter."""
+    if word.startswith("-"):
+        return "flag"
+    return "command"
+
+
+def _alike(first: str) -> list[str]:
+    """What may have been meant by the first word of a line, which is no command and no flag."""
+    if first.startswith("-"):
+        return _near(first, _GENERAL)
+    if "." in first or ":" in first:
+        return [f"map {first} OUT"]
+    return _near(first, _COMMANDS)
+
+
+def _hint(unknown: list[str], args: Namespace) -> str:
+    """What may have been meant by words that a command does not take."""
+    arguments = [names for names, _ in args.row.arguments]
+    flag = unknown[0].partition("=")[0]
+    if flag in _OUT and ["target"] in [[*names] for names in arguments]:
+        return "; OUT is the second name of a line, without a flag"
+    if not flag.startswith("-"):
+        return "; it takes fewer names: put one with spaces in quotes; batch takes many files"
+    return _meant(_near(flag, [name for names in arguments for name in names if name[:2] == "--"]))
 
 
 class _Parser(ArgumentParser):
@@ -42,14 +86,12 @@ class _Parser(ArgumentParser):
 
     def parse(self, words: list[str]) -> Namespace:
         """Parse a command line; a UsageError names what may have been meant by an unknown command or flag."""
-        first, names = words[0], [command.name for command in COMMANDS]
-        if first not in names and not first.startswith("-"):
-            near = _near(first, names)
-            meant = near or ([f"map {first} OUT"] if "." in first or ":" in first else [])
+        if words[0] == "help":
+            words = [*words[1:], "--help"]
+        first = words[0]
+        if not _is_known(first):
             raise UsageError(
-                f"there is no command {first!r}"
-                + "".join(f"; did you mean {one}?" for one in meant)
-                + f" (see {self.prog} --help)"
+                f"there is no {_kind(first)} {first!r}{_meant(_alike(first))} (see {self.prog} --help)"
             )
         if "" in words:  # as a path it would be the working folder
             raise UsageError(
@@ -57,14 +99,9 @@ class _Parser(ArgumentParser):
             )
         args, unknown = self.parse_known_args(words)
         if unknown:
-            flags = [
-                flag for names, _ in args.row.arguments for flag in names if flag.startswith("--")
-            ]
-            near = _near(unknown[0].partition("=")[0], flags)
             raise UsageError(
-                f"{args.command} takes no {unknown[0]}"
-                + "".join(f"; did you mean {one}?" for one in near)
-                + f" (see {self.prog} {args.command} --help)"
+                f"{args.command} takes no {unknown[0]}{_hint(unknown, args)} "
+                f"(see {self.prog} {args.command} --help)"
             )
         check_companions(args)
         return args

@@ -56,7 +56,7 @@ def write_coefficients(
     >>> bool(abs(again.coefficients - shape.coefficients).max() < 1e-15)
     True
     """
-    kind = _kind(path)
+    kind = check_name(path)
     c = harmonics.coefficients
     if kind == ".coef" and c.shape[1] != 3:
         raise MeshError(
@@ -96,7 +96,7 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
     """
     path = Path(path)
     with reading(path):
-        if _kind(path) == ".coef":
+        if check_name(path) == ".coef":
             return SphericalHarmonics(_parse(path.read_text(encoding="ascii")))
         arrays = npz.read_arrays(path)
         if "coefficients" not in arrays:
@@ -113,7 +113,8 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
         return SphericalHarmonics(c, source)
 
 
-def _kind(path: PathLike) -> str:
+def check_name(path: PathLike) -> str:
+    """The suffix of a file of coefficients; a FileError for another one."""
     suffix = Path(path).suffix.lower()
     if suffix not in (".coef", ".npz"):
         raise FileError(f"{path}: coefficients are kept in .coef and .npz files")
@@ -126,7 +127,7 @@ def _parse(text: str) -> FloatArray:
     n = int(count)
     rows = np.array(numbers, dtype=np.float64)
     if len(rows) != 3 * n or math.isqrt(n) ** 2 != n:
-        raise ValueError(
+        raise MeshError(
             f"{len(rows)} numbers, but {n} rows of three are expected, a square number of rows"
         )
     order, factors = pdm_rows(math.isqrt(n) - 1)

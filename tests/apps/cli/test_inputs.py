@@ -163,3 +163,24 @@ def test_a_mesh_from_stdin_is_mapped_to_a_file(tmp_path, monkeypatch, capsys):
     x, g = read_mesh(tmp_path / "out.ply")
     assert np.array_equal(f, g)
     assert np.allclose(x, ism.spherical_conformal_map(v, f).sphere, atol=1e-12)
+
+
+def test_a_sphere_in_the_place_of_its_surface_is_asked_about(tmp_path, capsys):
+    v, f = ism.samples.make("dumbbell", n_vertices=300)
+    ism.write_mesh(tmp_path / "s.ply", ism.spherical_conformal_map(v, f).sphere, f)
+    ism.write_mesh(tmp_path / "v.ply", v, f)
+    assert main(["check", str(tmp_path / "s.ply"), str(tmp_path / "v.ply")]) == 2
+    assert "s.ply is a sphere and" in capsys.readouterr().err
+    assert main(["check", str(tmp_path / "s.ply"), str(tmp_path / "s.ply"), "-q"]) == 0
+
+
+def test_folders_and_files_that_are_read_are_refused_at_once_in_the_place_of_out(tmp_path, capsys):
+    v, f = ism.samples.make("dumbbell", n_vertices=300)
+    given = str(tmp_path / "v.ply")
+    ism.write_mesh(given, v, f)
+    assert main(["map", given, given]) == 64
+    assert "would be lost" in capsys.readouterr().err
+    assert main(["map", given, str(tmp_path)]) == 74
+    assert "is a folder; name a file in it" in capsys.readouterr().err
+    assert main(["batch", str(tmp_path), "--out", "{stem}.obj"]) == 64
+    assert "is a folder; name its files" in capsys.readouterr().err

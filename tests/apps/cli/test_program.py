@@ -91,7 +91,10 @@ def test_sigterm_ends_a_command_as_ctrl_c_does(tmp_path, monkeypatch, capsys):
         (["bunny.obj"], "no command 'bunny.obj'; did you mean map bunny.obj OUT?"),
         (["map", SAMPLE, "a.obj", "--fource"], "map takes no --fource; did you mean --force?"),
         (["info", SAMPLE, "--jsn=-"], "info takes no --jsn=-; did you mean --json?"),
-        (["info", SAMPLE, "more"], "info takes no more (see igl-spheremap info --help)"),
+        (["info", SAMPLE, "more"], "it takes fewer names: put one with spaces in quotes"),
+        (["--verison"], "no flag '--verison'; did you mean --version?"),
+        (["sample:bunny", "a.obj"], "did you mean map sample:bunny OUT?"),
+        (["map", SAMPLE, "--output", "a.obj", "b.obj"], "OUT is the second name of a line"),
     ],
 )
 def test_a_wrong_word_is_answered_by_the_one_that_may_be_meant(words, meant, capsys):

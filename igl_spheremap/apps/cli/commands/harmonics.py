@@ -1,6 +1,7 @@
 """`harmonics`, `grid` and `mesh`: a surface, or data over it, in a basis and on a grid, and back from the grid."""
 
 from argparse import Namespace
+from math import isqrt
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from ....shapes.groups.coefficients import (
     in_common_frame,
     write_coefficient_table,
 )
-from ....shapes.harmonics.files import read_coefficients, write_coefficients
+from ....shapes.harmonics.files import check_name, read_coefficients, write_coefficients
 from ....shapes.harmonics.geometry_image import mesh_from_grid
 from ....shapes.harmonics.grid import to_grid
 from ....shapes.harmonics.harmonics import spherical_harmonics
@@ -116,10 +117,17 @@ def run_harmonics(args: Namespace) -> Exit:
         with usage("--table "):
             check_table(args.table)
     check_outputs(args)
+    check_name(args.target)
     mesh = read_target_sphere(args.to) if args.surface else None
     pair = load_pair(args)
     source = pair.source
     values = None if args.data is None else read_data(args.data, source)
+    coefficients = (args.degree + 1) ** 2
+    if coefficients > len(source.v):
+        args.progress.write(
+            f"igl-spheremap: degree {args.degree} has {coefficients:,} coefficients a coordinate, more than the "
+            f"{len(source.v):,} vertices determine, and takes long; they determine --degree {isqrt(len(source.v)) - 1}"
+        )
     args.progress.begin(f"expanding {source.name}")
     harmonics = spherical_harmonics(pair.map(), values, degree=args.degree)
     found = Findings(target=args.target)
