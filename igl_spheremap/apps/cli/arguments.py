@@ -179,9 +179,7 @@ def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
             "--screenshot",
             argument("--frame", "K", "which frame, from 0; -1 is the last", type=int),
         ),
-        argument(
-            "--video", "OUT", "write OUT.gif, or OUT.mp4 (needs imageio-ffmpeg); needs no display"
-        ),
+        argument("--video", "OUT", "write OUT.gif, or OUT.mp4 (by ffmpeg); needs no display"),
         goes_with(
             "--video",
             argument(

@@ -6,6 +6,8 @@ import contextlib
 import ctypes
 import errno
 import os
+import shutil
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -240,7 +242,7 @@ def check_video(path: Path) -> None:
         raise FileError(f"{path}: a video is a {' or '.join(VIDEOS)} file")
     check_writable(path, force=True)
     if path.suffix.lower() == ".mp4":
-        import_optional("imageio_ffmpeg", "an MP4 video", "video")
+        ffmpeg()
     else:
         import_optional("PIL.Image", "a video", "io")
 
@@ -282,20 +284,38 @@ def _reduced(images: Any, picture: Picture) -> Any:
 
 @contextmanager
 def _mp4(path: Path, rate: int) -> Iterator[Write]:
-    ffmpeg = import_optional("imageio_ffmpeg", "an MP4 video", "video")
-    stream: Any = None
+    process: subprocess.Popen[bytes] | None = None
+    failed = False
 
     def write(picture: Picture, times: int) -> None:
-        nonlocal stream
-        even = np.ascontiguousarray(
-            picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]
-        )
-        if stream is None:
-            stream = ffmpeg.write_frames(str(path), even.shape[1::-1], fps=rate, macro_block_size=2)
-            stream.send(None)
-        for _ in range(times):
-            stream.send(even)
+        nonlocal process
+        # the codec takes even sizes only
+        height, width = (side // 2 * 2 for side in picture.shape[:2])
+        if process is None:
+            words = f"-y -f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {rate} -i - -pix_fmt yuv420p -f mp4"
+            command = [ffmpeg(), "-loglevel", "error", *words.split(), str(path)]
+            process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        assert process.stdin is not None
+        process.stdin.write(np.ascontiguousarray(picture[:height, :width]).tobytes() * times)
 
-    yield write
-    if stream is not None:
-        stream.close()
+    try:
+        yield write
+        if process is not None:
+            process.communicate()
+            failed = process.returncode != 0
+    except BrokenPipeError:
+        failed = True
+    finally:
+        if process is not None:
+            process.kill()
+            process.wait()
+    if failed:
+        raise FileError(f"ffmpeg wrote no {path.name}: is the disk full?")
+
+
+def ffmpeg() -> str:
+    """The program that encodes videos: the one that the environment names, that on the path, or imageio-ffmpeg's."""
+    found = os.environ.get("IMAGEIO_FFMPEG_EXE") or shutil.which("ffmpeg")
+    if found:
+        return found
+    return str(import_optional("imageio_ffmpeg", "an MP4 video", "video").get_ffmpeg_exe())

@@ -80,6 +80,25 @@ def test_a_picture_that_a_full_disk_cut_off_is_an_error(name, tmp_path, monkeypa
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.posix
+def test_the_ffmpeg_of_the_environment_comes_before_that_of_the_path(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    for name in ("ffmpeg", "mine"):
+        (tmp_path / name).write_text("#!/bin/sh\nexit 1\n")
+        (tmp_path / name).chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert window.ffmpeg() == str(tmp_path / "ffmpeg")
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(tmp_path / "mine"))
+    assert window.ffmpeg() == str(tmp_path / "mine")
+    with pytest.raises(FileError, match="ffmpeg wrote no"):
+        _write(tmp_path / "run.mp4")
+    assert not (tmp_path / "run.mp4").exists()
+    monkeypatch.delenv("IMAGEIO_FFMPEG_EXE")
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(FileError, match=r"pip install imageio.ffmpeg"):
+        check_video(tmp_path / "run.mp4")
+
+
 def test_an_mp4_needs_the_extra_video_alone(tmp_path, monkeypatch):
     pytest.importorskip("imageio_ffmpeg")
     monkeypatch.setitem(sys.modules, "PIL.Image", None)
