@@ -64,6 +64,7 @@ def balanced_map(
     x: FloatArray,
     balance: float,
     listener: Listener | None = None,
+    backend: str = "auto",
 ) -> tuple[FloatArray, Certificate, Run]:
     """The map of a balance from a map x without foldings, and how the minimisation ended.
 
@@ -74,9 +75,9 @@ def balanced_map(
     with phase("balance"):
         minimum = minimize_balanced(
             partial(FaceProblem, turns=False),
-            VertexSystem(source.f, source.n),
+            VertexSystem(source.f, source.n, backend),
             energy,
-            stretched(mesh, x),
+            stretched(mesh, x, backend),
             listener,
         )
     short, status, notes = energy.area_error(minimum.last.x), minimum.status, tuple[str, ...]()
@@ -163,14 +164,14 @@ def balanced_iterates(
         )
 
 
-def stretched(mesh: Mesh, x: FloatArray) -> FloatArray:
+def stretched(mesh: Mesh, x: FloatArray, backend: str) -> FloatArray:
     """The map, or, if its shortest edges are as small as rounding, one laid out anew with room for limbs.
 
     Newton steps can't move faces whose images are as small as rounding.
     """
     if log_edges(x, mesh.f).min() > np.log(FLOAT64_LIMIT):
         return x
-    laid_out = unroll(mesh, x, VertexSystem(mesh.f, len(x), limbs=True))
+    laid_out = unroll(mesh, x, VertexSystem(mesh.f, len(x), backend, limbs=True))
     if laid_out is None:
         return x
     y = onto_sphere(laid_out, shorten_limbs(laid_out, mesh.angles, _STRETCHED)[0])

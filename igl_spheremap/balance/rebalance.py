@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..maps.sphere_map import SphereMap
+from ..operators.factor.factorize import available_backends
 from ..result.run import History, Listener
 from .family import balanced_map
 
@@ -12,9 +13,12 @@ from .family import balanced_map
 def rebalanced(result: SphereMap, balance: float, listener: Listener | None) -> SphereMap:
     """A map without foldings at another balance, from where it is."""
     conformal = result.conformal or result
+    backend = conformal.settings.get("backend", "auto")
+    if backend not in available_backends():  # of a map from a file
+        backend = "auto"
     history = History(listener, conformal.run)
     x, certificate, run = balanced_map(
-        result.mesh, conformal.sphere, result.sphere, balance, history
+        result.mesh, conformal.sphere, result.sphere, balance, history, backend
     )
     run = replace(
         conformal.run,

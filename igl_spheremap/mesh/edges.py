@@ -68,28 +68,30 @@ class Patch:
 
 
 def patch_around(edges: HalfEdges, vertices: IntArray, rings: int) -> Patch:
-    """The faces around all vertices within `rings` edges of given ones, at the cost of their number."""
-    faces = edges.faces[faces_at(edges, within(edges, vertices, rings))].astype(np.int64)
-    names, local = np.unique(faces, return_inverse=True)
-    f = local.reshape(-1, 3)
+    """The faces around all vertices within `rings` edges of given ones."""
+    faces = edges.faces[faces_at(edges, within(edges, vertices, rings))]
+    n = len(edges.diagonal)
+    names, number = np.flatnonzero(marked(faces, n)), np.empty(n, dtype=np.int64)
+    number[names] = np.arange(len(names))
+    f = number.take(faces)
     valence = edges.indptr[names + 1] - edges.indptr[names] - 1
     return Patch(names, f, np.bincount(f.ravel()) < valence)
 
 
 def within(edges: HalfEdges, vertices: IntArray, rings: int) -> IntArray:
     """All vertices within `rings` edges of given ones, in ascending order."""
-    found = np.unique(vertices)
+    mask = marked(vertices, len(edges.diagonal))
+    found = np.flatnonzero(mask)
     for _ in range(rings):
-        found = np.unique(
-            edges.indices.take(_of_rows(edges, found))
-        )  # the diagonal adds themselves
+        mask[edges.indices.take(_of_rows(edges, found))] = True
+        found = np.flatnonzero(mask)
     return found
 
 
 def faces_at(edges: HalfEdges, vertices: IntArray) -> IntArray:
     """Faces that have one of several distinct vertices, in ascending order."""
     half = edges.half.take(_of_rows(edges, vertices))
-    return np.unique(half[half < edges.faces.size] // 3)
+    return np.flatnonzero(marked(half[half < edges.faces.size] // 3, len(edges.faces)))
 
 
 def _of_rows(edges: HalfEdges, rows: IntArray) -> IntArray:
@@ -99,7 +101,7 @@ def _of_rows(edges: HalfEdges, rows: IntArray) -> IntArray:
     return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
 
 
-def marked(rows: IntArray, n: int) -> BoolArray:
+def marked(rows: NDArray[np.integer], n: int) -> BoolArray:
     """Whether each of n vertices is among the given ones; these may be corners of faces, of any shape."""
     mask = np.zeros(n, dtype=bool)
     mask[rows] = True

@@ -92,17 +92,23 @@ def repair_locally(
     part = y[patch.vertices]
     if after is None:
         part = small_moves(part, patch.f, notify)
-    y = _relaxed(mesh, x, with_rows(y, patch.vertices, embed_patch(part, patch, notify)))
+    part = embed_patch(part, patch, notify)
+    y = with_rows(y, patch.vertices, part)
+    moved = patch.vertices[(part != x[patch.vertices]).any(axis=1)]
+    if after is not None:
+        moved = np.flatnonzero((y != x).any(axis=1))
+    y = _relaxed(mesh, y, moved)
     certificate = Certificate.of(y, mesh.f)
     if not certificate.folding_free:
-        y = _relaxed(mesh, x, progressive_embedding(y, mesh.f, listener))
+        y = progressive_embedding(y, mesh.f, listener)
+        y = _relaxed(mesh, y, np.flatnonzero((y != x).any(axis=1)))
         certificate = Certificate.of(y, mesh.f)
     return y, certificate
 
 
-def _relaxed(mesh: Mesh, before: FloatArray, x: FloatArray) -> FloatArray:
-    """A map relaxed towards the mesh's angles around what has moved."""
-    near = within(mesh.edges, np.flatnonzero((x != before).any(axis=1)), RELAXED_RINGS)
+def _relaxed(mesh: Mesh, x: FloatArray, moved: IntArray) -> FloatArray:
+    """A map relaxed towards the mesh's angles around vertices that have moved."""
+    near = within(mesh.edges, moved, RELAXED_RINGS)
     f = mesh.f[faces_at(mesh.edges, near)]
     loss = AngleLoss(corner_angles(mesh.unit, f).T)
     return relax_angles(x, f, loss, marked(near, len(x)), sweeps=_SWEEPS, tolerance=_SETTLED)
@@ -164,12 +170,12 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
         outward, column_crosses(side[:, 1], side[:, 2])
     )
     length = size * lack / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
-    corners, n, moves = folded.ravel(), x.shape[1], length * column_crosses(outward[:, None], side)
-    count = np.bincount(corners, minlength=n)
-    moved = np.flatnonzero((count > 0) & movable)
-    move = np.stack([np.bincount(corners, part.ravel(), n) for part in moves]).take(moved, axis=1)
+    corners, moves = folded.ravel(), length * column_crosses(outward[:, None], side)
+    moved, local = np.unique(corners, return_inverse=True)
+    move = np.stack([np.bincount(local, part.ravel()) for part in moves]) / np.bincount(local)
+    move[:, ~movable[moved]] = 0
     y = x.copy()
-    y[:, moved] = unit_rows((x[:, moved] + _OVER_RELAXATION * move / count[moved]).T.copy()).T
+    y[:, moved] = unit_rows((x[:, moved] + _OVER_RELAXATION * move).T.copy()).T
     return y
 
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import by_blocks
 
-#: A determinant of numbers up to s in size, computed in floating point, is off by less than this times s^3. It is also
-#: off by less than this times the summed sizes of its six products. To both bounds the smallest normal number is added,
-#: to the second times s if s > 1 (docs/guarantee.md).
+#: A determinant of numbers up to s in size, computed in floating point, is off by less than this times s^3. That of a
+#: corner and the two sides from there is off by less than this times the summed sizes of its six products. To both
+#: bounds the smallest normal number is added, to the second times s if s > 1 (docs/guarantee.md).
 _ERROR = 64 * np.finfo(float).eps
 _TINY = np.finfo(float).tiny
 #: Shewchuk's predicates are exact for numbers that are 0 or of a size between these. Such a number is a multiple of
@@ -52,9 +52,13 @@ def _signs(det: FloatArray, largest: float, rows: Callable[[IntArray], FloatArra
         unsure = np.flatnonzero(~(np.abs(det) > _ERROR * largest**3 + _TINY))  # NaN included
         if len(unsure):
             x = rows(unsure).reshape(-1, 3, 3)
-            (a0, b0, c0), (a1, b1, c1), (a2, b2, c2) = np.abs(x.T)
+            sides = x.T.copy()
+            sides[:, 1:] -= sides[:, :1]
+            det = signed_volumes(sides)
+            (a0, b0, c0), (a1, b1, c1), (a2, b2, c2) = np.abs(sides)
             size = a0 * (b1 * c2 + b2 * c1) + a1 * (b2 * c0 + b0 * c2) + a2 * (b0 * c1 + b1 * c0)
-            still = ~(np.abs(det.take(unsure)) > _ERROR * size + _TINY * max(1.0, largest))
+            still = ~(np.abs(det) > _ERROR * size + _TINY * max(1.0, largest))
+            signs[unsure] = np.sign(det)  # those that are still unsure follow
             if still.any():
                 signs[unsure[still]] = _exact_signs(x[still].reshape(-1, 3))
     return signs

@@ -88,6 +88,8 @@ def test_single_foldings_are_repaired_where_they_are(folded, spheroid):
     assert repaired.certificate.folding_free
     # it is good: steps are predicted to gain little
     assert [r.start for r in repaired.rounds] == ["map", "embedding"]
+    # no step depends on its angles
+    assert str(repaired.rounds[1]) == "embedding: 0 folded faces"
     far = np.linalg.norm(x - x[mesh.f[7, 0]], axis=1) > 0.5
     assert (repair_locally(mesh, x)[0][far] == x[far]).all()
     assert _mean(mesh, repaired.sphere) < 1.02 * _mean(mesh, spheroid[2])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+import igl_spheremap as ism
 from igl_spheremap.errors import FactorisationFailed
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.operators.factor import factor as factor_module
@@ -206,6 +207,24 @@ def test_non_finite_matrices_fail(backend):
     P.data[5] = np.nan
     with pytest.raises(FactorisationFailed, match="not finite"):
         factorize(P, backend)
+
+
+def test_a_backend_is_obeyed_by_every_step(monkeypatch):
+    """A map, its polish and another balance, of a body whose map folds."""
+    made, factorise = [], factor_module.Analysis.factorise
+
+    def noted(self, values):
+        made.append(self.backend)
+        return factorise(self, values)
+
+    monkeypatch.setattr(factor_module.Analysis, "factorise", noted)
+    v, f = ism.samples.make("octopus", n_vertices=1300)
+    method = ism.Auto(backend="scipy", polish="angles")
+    result = ism.spherical_conformal_map(v, f, method=method)
+    conformal = len(made)
+    assert result.rebalance(0.5).backend == result.backend == "scipy"
+    assert 1 < conformal < len(made)
+    assert set(made) == {"scipy"}
 
 
 def test_unknown_backend():
