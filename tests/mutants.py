@@ -20,7 +20,13 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
-from other_programs import WRITERS, image_of_freesurfer, image_of_labels, mni
+from other_programs import (
+    WRITERS,
+    cifti_of_scalars,
+    image_of_freesurfer,
+    image_of_labels,
+    mni,
+)
 
 import igl_spheremap as ism
 from igl_spheremap.io.files import read_mesh, read_sphere
@@ -34,6 +40,7 @@ WRITERS = WRITERS | {
     "mni.obj": mni,
     "labels.nii.gz": image_of_labels,
     "aseg.mgh": image_of_freesurfer,
+    "a.dscalar.nii": cifti_of_scalars,
 }
 #: What may leave a reader.
 ALLOWED = (ism.MeshError, ism.FileError, ism.MapError)
@@ -70,6 +77,11 @@ def read_polygons(path):
 def read_label(path):
     """The surface of a label."""
     return read_mesh(f"{path}:1")
+
+
+def read_left(path):
+    """The data of one side."""
+    return read_scalars(path, "CortexLeft")
 
 
 #: The readers, and the names of files that each is tried on.
@@ -126,6 +138,7 @@ READERS = {
         "data.1D",
         "data.ply",
     ),
+    read_left: ("a.dscalar.nii",),
     read_labels: ("lh.data.annot", "data.label.gii"),
     read_coefficients: ("ball.coef", "ball.npz.coef.npz"),
 }

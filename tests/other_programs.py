@@ -106,6 +106,35 @@ def label_image(kind="Nifti1Image", dtype=np.uint8):
     return image, affine, getattr(nibabel, kind)(image, affine)
 
 
+def cifti(n, wall, kind="scalar", structures=("LEFT", "RIGHT")):
+    """Two maps over hemispheres of n vertices without a medial wall, and over a voxel, as HCP's pipelines write them.
+
+    Labels are one map. Each number is the vertex, that of the right side and 1,000.
+    """
+    cifti2 = __import__("nibabel.cifti2").cifti2
+    kept = np.setdiff1d(np.arange(n), wall)
+    rows = cifti2.BrainModelAxis.from_mask(
+        np.ones((1, 1, 1), bool), affine=np.eye(4), name="CIFTI_STRUCTURE_THALAMUS_LEFT"
+    )
+    for side in structures:
+        name = f"CIFTI_STRUCTURE_CORTEX_{side}"
+        rows = rows + cifti2.BrainModelAxis.from_surface(kept, n, name)
+    places = [kept + 1000.0 * (side == "RIGHT") for side in structures]
+    data = np.concatenate([[-1.0], *places])[None]
+    table = {0: ("???", (0.0, 0.0, 0.0, 0.0)), 1: ("odd", (1.0, 0.0, 0.0, 1.0))}
+    axes = {
+        "scalar": (cifti2.ScalarAxis(["place", "twice"]), np.concatenate([data, 2 * data])),
+        "series": (cifti2.SeriesAxis(0, 1, 2), np.concatenate([data, 2 * data])),
+        "label": (cifti2.LabelAxis(["parity"], [table]), np.abs(data) % 2),
+    }
+    axis, values = axes[kind]
+    return cifti2.Cifti2Image(values.astype(np.float32), header=(axis, rows))
+
+
+def cifti_of_scalars(v, f):
+    return cifti(12, [3, 5]).to_bytes()
+
+
 def image_of_labels(v, f):
     return gzip.compress(label_image()[2].to_bytes())
 

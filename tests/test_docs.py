@@ -22,7 +22,7 @@ from corpus import ROOT
 from disks import half
 from doors import PUBLIC
 from drawing import missing
-from other_programs import label_image
+from other_programs import cifti, label_image
 
 import igl_spheremap as ism
 from benchmarks.pages import fill
@@ -170,7 +170,10 @@ def files(tmp_path_factory):
                 write_scalars(folder / f"{side}.{name}", {name: values})
         label_image()[2].to_filename(folder / "labels.nii.gz")
         label_image("MGHImage")[2].to_filename(folder / "aseg.mgz")
-        write_mesh(folder / "lh.sphere", ism.spherical_conformal_map(*brain).sphere, brain[1])
+        cifti(len(brain[0]), range(100)).to_filename(folder / "myelin.dscalar.nii")
+        x = ism.spherical_conformal_map(*brain).sphere
+        write_mesh(folder / "lh.sphere", x, brain[1])
+        write_mesh(folder / "rh.sphere", x * [-1, 1, 1], brain[1][:, ::-1])
     return folder
 
 

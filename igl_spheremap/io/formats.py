@@ -35,6 +35,7 @@ class Format:
     package: str = ""  # of an extra, without which files are neither read nor written
     data: bool = False  # a file can hold maps over the vertices
     packed: bool = False  # a file may be gzip's
+    sides: bool = False  # a file can hold data of several structures
     labels: bool = False  # an image, of which each label has a surface
 
     @property
@@ -66,6 +67,8 @@ _KINDS = (
 )
 #: Ends of names of images of voxels.
 IMAGES = (".nii", ".nii.gz", ".mgz", ".mgh")
+#: Ends of names of CIFTI-2 files of numbers; of those of labels another one.
+CIFTI_SCALARS, CIFTI_SERIES = ".dscalar.nii", ".dtseries.nii"
 #: How names of FreeSurfer's files begin.
 HEMISPHERES = ("lh.", "rh.")
 #: All formats of meshes. A further one is a module with `read` and `write`, and a row here.
@@ -114,6 +117,15 @@ FORMATS = (
 #: All formats of maps over vertices.
 DATA_FORMATS = (
     *(entry for entry in FORMATS if entry.data),
+    Format(
+        "CIFTI",
+        "cifti",
+        (CIFTI_SCALARS, ".dlabel.nii", CIFTI_SERIES),
+        magic=rb"\x1c\x02\0\0n",
+        package="nibabel",
+        data=True,
+        sides=True,
+    ),
     Format("annotation", "annot", (".annot",), data=True),
     Format("NumPy", "arrays", (".npy",), magic=rb"\x93NUMPY", data=True),
     Format("table", "arrays", (".csv", ".tsv", ".txt", ".1d"), data=True),

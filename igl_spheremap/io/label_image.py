@@ -147,6 +147,8 @@ def _load(path: Path) -> tuple[NDArray[Any], FloatArray]:
     # without nibabel's checks, which print what they mend
     header = kind.from_fileobj(BytesIO(data), check=False)
     shape, voxel = header.get_data_shape(), header.get_data_dtype()
+    if len(shape) > 4:
+        raise MeshError("it holds data over surfaces (CIFTI), no image; give a surface")
     announced = math.prod(shape) * voxel.itemsize
     check_complete(announced <= len(data), f"{len(data)} bytes", str(announced))
     array = np.asanyarray(nibabel.arrayproxy.ArrayProxy(BytesIO(data), header))

@@ -17,7 +17,7 @@ from .replacing import replacing
 from .write_mesh import write_mesh
 
 
-def read_scalars(path: PathLike) -> dict[str, FloatArray]:
+def read_scalars(path: PathLike, structure: str | None = None) -> dict[str, FloatArray]:
     """Read scalar maps over the vertices of a mesh.
 
     Parameters
@@ -25,7 +25,11 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     path : str or path-like
         A .gii or .annot file; an .npz file with arrays of one dimension; an .npy file; a table (.csv, .tsv, .txt, .1D),
         whose columns without a header are called 0, 1, ...; a .ply file with properties of vertices; a .vtk file
-        with point data; or a curvature file of FreeSurfer, known by how it begins.
+        with point data; a CIFTI file (.dscalar.nii, .dlabel.nii, .dtseries.nii); or a curvature file of FreeSurfer,
+        known by how it begins.
+    structure : str, optional
+        Whose data of a CIFTI file are read, such as "CortexLeft"; by default those of the only structure. Vertices
+        without data, those of the medial wall, are NaN.
 
     Returns
     -------
@@ -41,7 +45,9 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
     """
     source = Path(path)
     with reading(source):
-        found = format_in(source, data=True).functions.read_scalars(source)
+        kind = format_in(source, data=True)
+        which = (structure,) * kind.sides
+        found = kind.functions.read_scalars(source, *which)
         maps = {
             printable(name): values.astype(np.float64)
             for name, values in found.items()
@@ -52,12 +58,22 @@ def read_scalars(path: PathLike) -> dict[str, FloatArray]:
         return maps
 
 
-def read_named(path: str) -> dict[str, FloatArray]:
-    """The maps of a file as `read_scalars` gives them, or the one of FILE:NAME."""
+def file_of(path: str) -> tuple[str, str]:
+    """The file of FILE:NAME, and the name, which is empty for a file.
+
+    >>> file_of("thickness.csv:mean"), file_of("thickness.csv")
+    (('thickness.csv', 'mean'), ('thickness.csv', ''))
+    """
     file, colon, name = path.rpartition(":")
-    if not colon or Path(path).exists():
-        return read_scalars(path)
-    maps = read_scalars(file)
+    return (file, name) if colon and not Path(path).exists() else (path, "")
+
+
+def read_named(path: str, structure: str | None = None) -> dict[str, FloatArray]:
+    """The maps of a file as `read_scalars` gives them, or the one of FILE:NAME."""
+    file, name = file_of(path)
+    maps = read_scalars(file, structure)
+    if not name:
+        return maps
     if name not in maps:
         raise MeshError(f"{file} holds no map {name!r}; it has {', '.join(maps)}")
     return {name: maps[name]}
@@ -116,8 +132,9 @@ def write_scalars(
     ----------
     path : str or path-like
         The new file: .gii (one data array each, float32), .annot (one map of labels), .npz, .npy, .csv and .tsv (with a
-        header), .txt and .1D (without), .ply or .vtk; or another name that starts with lh. or rh. (one
-        map, as FreeSurfer writes curvature, float32).
+        header), .txt and .1D (without), .ply or .vtk, a CIFTI file (.dscalar.nii, .dlabel.nii, .dtseries.nii; float32;
+        NaN stands for no data); or another name that starts with lh. or rh. (one map, as FreeSurfer writes curvature,
+        float32).
     maps : dict of (n,) arrays
         Values by name.
     surface : (v, f), optional
@@ -126,8 +143,9 @@ def write_scalars(
         Replace an existing file.
     metadata : dict, optional
         As `read_mesh` gave it for the surface; nothing by default. With ``labels``, a table as `read_labels` gives it,
-        the values are labels: whole numbers (int32 in .gii files), and the table is written, too. An .annot file
-        renumbers labels by their places in the table.
+        the values are labels: whole numbers (int32 in .gii and CIFTI files), and the table is written, too. An .annot
+        file renumbers labels by their places in the table. A CIFTI file needs the ``structure``, and holds the maps of
+        ``others``, too, by their structures.
 
     Raises
     ------
@@ -136,8 +154,8 @@ def write_scalars(
     FileError
         If the format is another one, the file exists and `force` is not set, or writing fails.
     """
-    known = metadata or {}
-    functions = format_of(path, data=True).functions
+    known, kind = metadata or {}, format_of(path, data=True)
+    functions = kind.functions
     for name in maps:
         if (
             not name
@@ -149,6 +167,8 @@ def write_scalars(
             )
     if "labels" in known:
         for name, values in maps.items():
+            if kind.sides:
+                values = values[~np.isnan(values)]
             if not (np.abs(values) < 2**31).all() or (values != np.floor(values)).any():
                 raise MeshError(f"{name} holds no labels; give whole numbers of at most 32 bits")
     if not hasattr(functions, "write_scalars"):

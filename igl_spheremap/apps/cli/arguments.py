@@ -233,7 +233,7 @@ OUTPUT = (
     switch("-q", "--quiet", help="print no summary"),
 )
 DATA_HELP = (
-    "data over the vertices: .gii, .npz, .npy, .csv, .tsv, .txt, .1D, .ply, .vtk, .annot or "
+    "data over the vertices: .gii, CIFTI, .npz, .npy, .csv, .tsv, .txt, .1D, .ply, .vtk, .annot or "
     "FreeSurfer's curvature; FILE:NAME takes one map or column"
 )
 DATA = argument("--data", "FILE", f"{DATA_HELP}; without it the positions")

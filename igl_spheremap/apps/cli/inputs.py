@@ -21,7 +21,7 @@ from ...io.hemispheres import other_side
 from ...io.npz import read_arrays
 from ...io.reading import read_lines
 from ...io.records import Label, LoadedMesh
-from ...io.scalars import read_labels, read_named
+from ...io.scalars import file_of, read_labels, read_named
 from ...io.templates import TEMPLATES, template_files
 from ...io.written_map import read_map
 from ...maps.given_sphere import certified
@@ -243,7 +243,7 @@ def read_data(path: str, mesh: InputMesh) -> FloatArray:
 
 def read_maps(path: str, mesh: InputMesh) -> dict[str, FloatArray]:
     """The maps of a file, or the one of FILE:NAME, by name, (n,) each."""
-    maps = read_named(path)
+    maps = read_named(path, mesh.metadata.get("structure"))
     for key, values in maps.items():
         if len(values) != len(mesh.v):
             raise MeshError(
@@ -255,8 +255,7 @@ def read_maps(path: str, mesh: InputMesh) -> dict[str, FloatArray]:
 
 def read_table(path: str) -> tuple[Label, ...] | None:
     """The table of the labels that a file, or FILE:NAME, holds; None if it holds none."""
-    file, colon, _ = path.rpartition(":")
-    return read_labels(file if colon and not Path(path).exists() else path)
+    return read_labels(file_of(path)[0])
 
 
 def parts_of(name: str) -> list[str]:

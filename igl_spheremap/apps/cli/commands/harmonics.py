@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from ....draw.palette import colours
 from ....errors import FileError, MapError, MeshError, naming, one_line, without_name
+from ....io.formats import format_in
 from ....io.npz import array_of, read_arrays, write_arrays
 from ....io.pictures import write_picture
 from ....io.reading import reading
 from ....io.replacing import replacing
+from ....io.scalars import file_of
 from ....io.tables import SEPARATORS, write_cells
 from ....io.write_mesh import write_mesh
 from ....mesh.arrays import FloatArray
@@ -29,8 +31,20 @@ from ....shapes.harmonics.grid import to_grid
 from ....shapes.harmonics.harmonics import spherical_harmonics
 from ....timings import counted
 from ..exits import Exit, UsageError, usage
-from ..inputs import expand, load_pair, read_data, read_target_sphere
+from ..inputs import InputMesh, expand, load_pair, read_data, read_target_sphere
 from ..output import Findings, check_outputs, target_format, write_target
+
+
+def _data(args: Namespace, source: InputMesh) -> FloatArray:
+    """The columns of --data; vertices of a CIFTI file that have none, those of the medial wall, count as 0."""
+    values = read_data(args.data, source)
+    missing = np.isnan(values).any(axis=1)
+    if missing.any() and format_in(file_of(args.data)[0], data=True).sides:
+        args.progress.write(
+            f"igl-spheremap: {args.data}: {missing.sum()} vertices without data, the medial wall, count as 0"
+        )
+        values = np.nan_to_num(values)
+    return values
 
 
 def run_grid(args: Namespace) -> None:
@@ -46,7 +60,7 @@ def run_grid(args: Namespace) -> None:
     check_outputs(args)
     pair = load_pair(args)
     source = pair.source
-    values = source.v if args.data is None else read_data(args.data, source)
+    values = source.v if args.data is None else _data(args, source)
     args.progress.begin(f"sampling {source.name}")
     grid = to_grid(pair.map(), values, kind=args.kind, rows=args.rows, columns=args.columns)
     if target.lower().endswith(".png"):
@@ -121,7 +135,7 @@ def run_harmonics(args: Namespace) -> Exit:
     mesh = read_target_sphere(args.to) if args.surface else None
     pair = load_pair(args)
     source = pair.source
-    values = None if args.data is None else read_data(args.data, source)
+    values = None if args.data is None else _data(args, source)
     coefficients = (args.degree + 1) ** 2
     if coefficients > len(source.v):
         args.progress.write(

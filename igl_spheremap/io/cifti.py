@@ -1,0 +1,136 @@
+"""CIFTI-2 files of data (.dscalar.nii, .dlabel.nii, .dtseries.nii), by nibabel; float32.
+
+Each hemisphere has a model: its vertices that have data. The others, those of the medial wall, are NaN here.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import FileError, MeshError, import_optional, printable
+from ..mesh.arrays import FloatArray
+from .formats import CIFTI_SCALARS, CIFTI_SERIES
+from .reading import check_complete
+from .records import Label, Metadata
+
+_EXTENSION = 32  # the code of NIfTI's extension that holds CIFTI's XML
+_PREFIX = "CIFTI_STRUCTURE_"
+
+
+def read_scalars(path: Path, structure: str | None = None) -> dict[str, NDArray[Any]]:
+    """The maps over a hemisphere, or over the only one that has any; NaN at vertices without data."""
+    maps, rows, data = _load(path)
+    models = {
+        name: (where, model)
+        for name, where, model in rows.iter_structures()
+        if name in rows.nvertices
+    }
+    known = ", ".join(printable(_ours(name)) for name in models)
+    if structure is None and len(models) != 1:
+        raise MeshError(
+            f"it holds data of {known or 'no surface'}, and the mesh does not say which it is; name it "
+            "lh.NAME, rh.NAME or NAME_hemi-L"
+        )
+    name = next(iter(models)) if structure is None else _theirs(structure)
+    if name not in models:
+        raise MeshError(f"it holds no data of {structure}; it has {known or 'none of a surface'}")
+    where, model = models[name]
+    found = np.full((len(maps), rows.nvertices[name]), np.nan)
+    found[:, model.vertex] = data[:, where]
+    names = [str(name) for name in getattr(maps, "name", range(len(maps)))]
+    return dict(zip(names, found, strict=True))
+
+
+def read_table(path: Path) -> tuple[Label, ...] | None:
+    """The table of labels, which all maps must have in common; None if they hold other data."""
+    axis = _load(path)[0]
+    if not hasattr(axis, "label"):
+        return None
+    if any(table != axis.label[0] for table in axis.label):
+        raise MeshError(
+            "its maps have tables of labels of their own; give a file of one map, as `wb_command "
+            "-cifti-merge ONE.dlabel.nii -cifti FILE -column 1` makes it"
+        )
+    return tuple(
+        Label(int(key), printable(name), tuple(map(float, rgba)))  # type: ignore[arg-type]
+        for key, (name, rgba) in axis.label[0].items()
+    )
+
+
+def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
+    """Write maps over ``structure`` of the metadata, and those over its ``others`` by their structures.
+
+    Vertices at which all maps are NaN get no data.
+    """
+    cifti2 = import_optional("nibabel.cifti2", "CIFTI", "io")
+    if "structure" not in metadata:
+        raise FileError(
+            "a CIFTI file names the hemisphere of its data; name the surface lh.NAME, rh.NAME or NAME_hemi-L"
+        )
+    names, name = list(maps), path.name.lower()
+    axis: Any
+    if name.endswith(CIFTI_SCALARS):
+        axis = cifti2.ScalarAxis(names)
+    elif name.endswith(CIFTI_SERIES):
+        axis = cifti2.SeriesAxis(0, 1, len(names))
+    elif metadata.get("labels"):
+        table = {label.key: (label.name, label.rgba) for label in metadata["labels"]}
+        axis = cifti2.LabelAxis(names, [table] * len(names))
+    else:
+        raise MeshError(
+            "a .dlabel.nii file names labels, and the data have no table of them; write .dscalar.nii"
+        )
+    models, parts = [], []
+    for structure, each in {metadata["structure"]: maps, **metadata.get("others", {})}.items():
+        rows = np.stack([each[key] for key in names])
+        kept = np.flatnonzero(~np.isnan(rows).all(axis=0))
+        models.append(cifti2.BrainModelAxis.from_surface(kept, rows.shape[1], _theirs(structure)))
+        parts.append(rows[:, kept])
+    data = np.concatenate(parts, axis=1)
+    kind: type = np.float32
+    if "labels" in metadata:
+        data, kind = np.nan_to_num(data), np.int32
+    image = cifti2.Cifti2Image(data.astype(kind), header=(axis, sum(models[1:], models[0])))
+    path.write_bytes(image.to_bytes())
+
+
+def _load(path: Path) -> tuple[Any, Any, NDArray[Any]]:
+    """The axes of maps and of vertices, and the maps, one a row.
+
+    nibabel would take memory for as many numbers as are announced, and print what it mends in a header.
+    """
+    nibabel = import_optional("nibabel", "CIFTI", "io")
+    content = path.read_bytes()
+    header = nibabel.Nifti2Header.from_fileobj(BytesIO(content), check=False)
+    announced = math.prod(header.get_data_shape()) * header.get_data_dtype().itemsize
+    check_complete(announced <= len(content), f"{len(content)} bytes", str(announced))
+    known = [each.get_content() for each in header.extensions if each.get_code() == _EXTENSION]
+    if not known:
+        raise MeshError("it is an image, not data over surfaces; give a CIFTI file")
+    maps, rows = (known[0].get_axis(k) for k in range(2))
+    if not hasattr(rows, "iter_structures"):
+        raise MeshError(
+            "it holds data of parcels, not of vertices; give a dense file, such as .dscalar.nii"
+        )
+    data = np.asanyarray(nibabel.arrayproxy.ArrayProxy(BytesIO(content), header))
+    return maps, rows, data.reshape(len(maps), len(rows))
+
+
+def _theirs(structure: str) -> str:
+    """CIFTI's name of a structure of GIFTI's.
+
+    >>> _theirs("CortexLeft"), _ours("CIFTI_STRUCTURE_CORTEX_LEFT")
+    ('CIFTI_STRUCTURE_CORTEX_LEFT', 'CortexLeft')
+    """
+    return _PREFIX + re.sub("(?<!^)(?=[A-Z])", "_", structure).upper()
+
+
+def _ours(name: str) -> str:
+    return "".join(word.capitalize() for word in name.removeprefix(_PREFIX).split("_"))
