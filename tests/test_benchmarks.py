@@ -61,6 +61,7 @@ OPTIONS = (
     "repairs",
     "scaling",
     "shapes",
+    "solids",
     "versions",
 )
 

@@ -1,4 +1,4 @@
-"""Maps of a coarse body to choose from: layouts without one face or another, in gauges that fold few faces.
+"""Layouts of a body to choose from: without one face or another, in gauges that fold few faces.
 
 On coarse bodies the choice of the hole, the face that is cut out, changes angle differences by factors. A layout has
 straight sides in the plane. On the sphere sides are arcs of great circles, and hundreds of vertices may lie between a
@@ -9,8 +9,8 @@ is repaired.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from itertools import chain, islice
-from operator import itemgetter
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from ..newton.system import VertexSystem
 from ..sphere.moebius import moebius
 from ..start.punctured import candidate_faces
 from ..untangle.local_repair import small_moves
+from ..verify.certificate import Certificate
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces, signed_volumes
 from .angles import close_angles, proper_angles
@@ -28,50 +29,70 @@ from .layout import Layout, Placed, centred, onto_sphere
 from .match_angles import covers_once
 
 #: Nepers: on a body whose limbs are at most this deep rounding turns edges by at most .001 (float64's eps times e^29).
-#: With 18 a part of a robot ends at 11.8 degrees, not 9.2.
 _DEEPEST = 29.0
-#: Gauges are compared by the angles of at most this many faces. With 250 every second part of the set tune ends alike,
-#: 2 worse and 2 better (`python -m benchmarks versions . FOLDER/tune --every 2 --set angles.candidates._SAMPLE=250`).
+#: Gauges are compared by the angles of at most this many faces.
 _SAMPLE = 1000
-#: Where gauges are compared, this mean angle difference, in degrees, counts as much as a fold of all faces. With 10
-#: every eighth part of the set tune ends 2.7 percent higher, with 100 the same.
-_FOLDED = 30.0
-#: Number of Moebius maps that are tried, enough for the search to settle, and how far the first ones move the sphere's
-#: centre. Of every eighth part of the set tune only three depend on these numbers, too few to choose by: they end 1.3
-#: percent lower with 30 maps, .2 percent lower with .2, and 2.4 percent higher with .8.
-_GAUGES, _FIRST = 60, 0.4
+#: Where gauges are compared, each folded face counts as much as this mean angle difference, in degrees.
+_FOLDED = 0.03
 
 
-def unfolded_first(
-    mesh: Mesh, maps: Iterable[FloatArray]
-) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Yield each map in the Moebius gauge that folds fewest faces, and the same map after small moves.
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A map that may fold, before it is certified or repaired.
 
-    Maps that still fold after small moves come last, the least bad first: embedding spoils many of them.
+    Attributes
+    ----------
+    name : str
+        How it was made, see `Round`.
+    x : (n, 3) float64 array
+        Unit rows.
+    after_moves : (n, 3) float64 array, optional
+        The same map after small moves, if these were tried.
+    stretch, gauge : float, str
+        Of its limbs, see `Run`.
+    certificate : Certificate, optional
+        Its certificate, if that is known.
     """
-    badness, folded = Badness(mesh), list[tuple[float, FloatArray, FloatArray]]()
-    for y in maps:
-        after_moves = small_moves(y, mesh.f)
+
+    name: str
+    x: FloatArray
+    after_moves: FloatArray | None = None
+    stretch: float = 1.0
+    gauge: str = "centred"
+    certificate: Certificate | None = None
+
+
+def lay_out(
+    mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int, others: Iterable[Start]
+) -> Iterator[Start]:
+    """Yield layouts around up to `holes` faces beside that of a placement, and other maps, from the best on.
+
+    Each is in the Moebius gauge that folds fewest faces. Those that fold even after small moves come last: embedding
+    spoils many of them.
+    """
+    badness, ranked = Badness(mesh), list[tuple[bool, float, Start]]()
+    for start in chain(layouts(mesh, placed, system, holes), others):
+        x = start.x
+        after_moves = small_moves(x, mesh.f)
         if badness.folded(after_moves):
-            y = least_folded(y, badness)
-            after_moves = small_moves(y, mesh.f)
-        if folded_faces(after_moves, mesh.f).any():
-            folded.append((badness(y), y, after_moves))
-        else:
-            yield y, after_moves
-    for _, y, after_moves in sorted(folded, key=itemgetter(0)):
-        yield y, after_moves
+            x = least_folded(x, badness)
+            after_moves = small_moves(x, mesh.f)
+        start = replace(start, x=x, after_moves=after_moves)
+        folds = bool(folded_faces(after_moves, mesh.f).any())
+        ranked.append((folds, badness(after_moves), start))
+    for _, _, start in sorted(ranked, key=lambda each: each[:2]):
+        yield start
 
 
-def layouts(
-    mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int
-) -> Iterator[FloatArray]:
-    """Yield the map of a layout, then those of layouts around up to `holes` other faces, by the mesh's own angles.
+def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int) -> Iterator[Start]:
+    """Yield a placement, then layouts around up to `holes` other faces, by the mesh's own angles.
 
     Layouts with limbs that are too deep for Moebius maps are left out.
     """
+    first = None
     if placed is not None:
-        yield onto_sphere(placed, placed.points)
+        first = placed.hole
+        yield Start("angles", onto_sphere(placed, placed.points))
     source = proper_angles(mesh.angles)
     # Well-shaped faces of middling size, and the largest, in turn.
     pairs = zip(
@@ -79,12 +100,13 @@ def layouts(
         np.argsort(-face_areas(mesh.unit, mesh.f), kind="stable").tolist(),
         strict=False,
     )
-    for hole in islice(dict.fromkeys(chain.from_iterable(pairs)), holes):
+    others = (hole for hole in dict.fromkeys(chain.from_iterable(pairs)) if hole != first)
+    for hole in islice(others, holes):
         closed = close_angles(system, source, hole)
         if closed is not None:
             placed = centred(mesh, Layout.of(mesh.f, closed, hole))
             if placed.depth.max() < _DEEPEST:
-                yield onto_sphere(placed, placed.points)
+                yield Start("angles", onto_sphere(placed, placed.points))
 
 
 class Badness:
@@ -95,30 +117,35 @@ class Badness:
         self.source = corner_angles(mesh.unit, self.sample)
 
     def __call__(self, x: FloatArray) -> float:
-        """Mean angle difference of a sample of faces, plus .3 degrees for each percent of faces that fold."""
+        """Mean angle difference of a sample of faces, plus a part for each face that folds."""
         return mean_difference(self.source, x, self.sample) + _FOLDED * self.folded(x)
 
-    def folded(self, x: FloatArray) -> float:
-        """Share of the faces that fold; 1 where the degree is not 1.
+    def folded(self, x: FloatArray) -> int:
+        """Number of faces that fold; all where the degree is not 1.
 
         A map of degree 0 may fold a single face, within whose image all others lie.
         """
-        return (
-            float((by_blocks(signed_volumes, x, self.f) <= 0).mean())
-            if covers_once(x, self.f)
-            else 1.0
-        )
+        if covers_once(x, self.f):
+            return int((by_blocks(signed_volumes, x, self.f) <= 0).sum())
+        return len(self.f)
 
 
-def least_folded(x: FloatArray, badness: Badness) -> FloatArray:
-    """The Moebius image of a map with the least badness; the map itself if that image folds no fewer faces."""
+def least_folded(
+    x: FloatArray, badness: Badness, tried: int = 60, first: float = 0.4
+) -> FloatArray:
+    """The Moebius image of a map with the least badness; the map itself if that image folds no fewer faces.
+
+    `tried` Moebius maps are enough for the search to settle; the first ones move the sphere's centre by `first`.
+    """
     from scipy.optimize import minimize  # takes .2 s, which maps without foldings don't need
 
     def moved(b: FloatArray) -> FloatArray:
         return moebius(x, b / np.sqrt(1 + b @ b))
 
-    simplex = np.vstack((np.zeros(3), _FIRST * np.eye(3)))
-    options = {"maxfev": _GAUGES, "initial_simplex": simplex, "xatol": 0.01, "fatol": 0.001}
+    simplex = np.vstack((np.zeros(3), first * np.eye(3)))
+    options = {"maxfev": tried, "initial_simplex": simplex, "xatol": 0.01, "fatol": 0.001}
     found = minimize(lambda b: badness(moved(b)), simplex[0], method="Nelder-Mead", options=options)
     y = moved(found.x)
-    return y if badness.folded(y) < badness.folded(x) else x
+    if badness.folded(y) < badness.folded(x):
+        return y
+    return x

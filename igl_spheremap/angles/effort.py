@@ -6,16 +6,13 @@ from dataclasses import dataclass
 
 from ..errors import check_number, check_whole
 
-#: All layouts of a mesh may have this many vertices together, so that they cost the same on all meshes. With 2,000 the
-#: 59 parts of 430 to 2,100 vertices of the set tune end 1 percent higher (`python -m benchmarks versions . FOLDER/tune
-#: --set angles.effort._TOGETHER=2000`).
-_TOGETHER = 3000
-#: Vertices at which the price of steps is halfway from its least to its largest. It rises with the mesh, as factors
-#: take more than proportional time. With 8,000 forty parts of the set tune end .2 percent lower, for more time.
+#: So many layouts take steps, and so many are made, that their vertices add up to this: the cost is the same for every
+#: mesh.
+_TOGETHER, _COMPARED = 3000, 30_000
+#: Vertices at which the price of steps is halfway from its least to its largest: factors take more than proportional
+#: time.
 _MIDDLING = 3000
-#: The price rises with the mesh by up to this many times the least gain: to 11 percent at 20,000 vertices, where steps
-#: take 2 to 4 times the time of the map. With 4, the 47 parts of 700 vertices and more in the set tune end .2 percent
-#: higher, in .95 of the time.
+#: On large meshes, where steps take 2 to 4 times the time of the map, they must gain up to 1 + this times `least_gain`.
 _GROWTH = 7
 
 
@@ -31,8 +28,8 @@ class Effort:
         At most this many linear systems, with two unknowns a vertex, are solved in a round of Newton steps, one for
         each step that is tried. Only bodies with limbs of 60 nepers and more take 20.
     holes : int, default 5
-        At most this many faces are cut out in turn, if a map is poor, to lay the mesh out in the plane around each. On
-        large meshes fewer layouts take steps (`layouts`).
+        At most this many faces are cut out in turn, if a map is poor, to lay the mesh out in the plane around each; on
+        large meshes fewer (`holes_of`), of which fewer take steps (`layouts`).
     least_gain : float, default 0.015
         Steps end when all further ones together would lower the mean angle difference by less than this share, on
         small meshes; on large ones, where a step costs more, by up to eight times as much (`price`).
@@ -76,6 +73,14 @@ class Effort:
         [5, 5, 3, 1]
         """
         return min(self.holes, max(1, round(_TOGETHER / n)))
+
+    def holes_of(self, n: int) -> int:
+        """Around how many faces a mesh of n vertices may be laid out, to choose the layouts that start.
+
+        >>> [Effort().holes_of(n) for n in (100, 6000, 10_000, 40_000)]
+        [5, 5, 3, 0]
+        """
+        return min(self.holes, _COMPARED // n)
 
     def price(self, n: int) -> float:
         """Share of the mean angle difference that further steps have to gain on a mesh of n vertices.

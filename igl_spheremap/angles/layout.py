@@ -66,6 +66,8 @@ class Placed:
     finer: FloatArray | float = 0.0
     #: Rotation of rows that follows inverse stereographic projection.
     turn: FloatArray = field(default_factory=lambda: np.eye(3))
+    #: The face around infinity, if it is known.
+    hole: int | None = None
 
     @property
     def points(self) -> Anchored:
@@ -129,11 +131,14 @@ class Layout:
         Positions relative to a vertex, see `About`.
     log_edge : (n,) float64 array
         Mean logarithm of the lengths of the edges around each vertex.
+    hole : int
+        The face around infinity.
     """
 
     f: IntArray
     about: About
     log_edge: FloatArray
+    hole: int
 
     @classmethod
     def of(cls, f: IntArray, angles: FloatArray, hole: int) -> Layout:
@@ -149,7 +154,8 @@ class Layout:
         graph = sp.csr_matrix((length - length.min() + 1, (start, end)), shape=(n, n))
         tree = minimum_spanning_tree(graph.maximum(graph.T))
         about = partial(_summed, (tree + tree.T).tocsr(), key[order], steps)
-        return cls(f, about, np.bincount(start, length, n) / np.bincount(start, minlength=n))
+        log_edge = np.bincount(start, length, n) / np.bincount(start, minlength=n)
+        return cls(f, about, log_edge, hole)
 
     def inverted(self, face: int) -> Layout:
         """The layout after the inversion z -> 1 / (z - m) that takes the middle m of a face to infinity."""
@@ -161,6 +167,7 @@ class Layout:
             self.f,
             about_images(self.about, denominator, 1j * np.pi),
             self.log_edge - 2 * denominator.real,
+            face,
         )
 
 
@@ -242,7 +249,14 @@ def centred(mesh: Mesh, layout: Layout) -> Placed:
     turn = best_rotation(
         to_ball(Anchored(exponential(log))).astype(np.float64), orientation_target(mesh), area
     )
-    return Placed(layout.f, log, depth, lambda tip: layout.about(tip) - unit, turn=turn)
+    return Placed(
+        layout.f,
+        log,
+        depth,
+        lambda tip: layout.about(tip) - unit,
+        turn=turn,
+        hole=layout.hole,
+    )
 
 
 def onto_sphere(placed: Placed, points: Anchored) -> FloatArray:

@@ -10,7 +10,6 @@ import numpy as np
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
-from ..start.punctured import is_coarse
 from ..timings import phase
 from ..untangle.local_repair import has_few_foldings
 from ..verify.certificate import Certificate
@@ -18,14 +17,13 @@ from ..verify.distortion import mean_angle_difference
 from .effort import Effort
 from .match_angles import is_worth_steps
 
-#: Degrees: a map of a coarse mesh, or one that folds, is poor if its mean angle difference is above. No candidate
-#: starts after one that is not poor. A short trial on 30 random parts of the set tune: with 4.8 the sum of means is 1.0
-#: percent higher (3 worse, 1 better), with 1.2 the same for 1.1 of the time (`python -m benchmarks versions .
-#: FOLDER/tune --set angles.plan.POOR=4.8`).
+#: Degrees: where a map is farther off in the mean, layouts start, too; none starts after a candidate that is nearer.
 POOR = 2.4
-#: What the first row of `Auto`'s table, for maps with many foldings, does with them: it embeds what folds ("embedded");
-#: it embeds only where several layouts may start, as embedding spoils the symmetry that a map is to have ("laid out");
-#: or it leaves the map as it is ("left").
+#: Harmonic energy over flat image area is 1 for a conformal map. Smooth bodies reach 1.01 and noisy scans 1.04; it
+#: begins at 1.07 on machine parts, whose long faces cut through the sphere or fold.
+_CONFORMAL = 1.05
+#: How to repair a map of which many faces fold: embed it ("embedded"); embed it only if several layouts start, since
+#: embedding breaks symmetry ("laid out"); or leave it as it is ("left").
 Large = Literal["embedded", "laid out", "left"]
 
 
@@ -39,20 +37,19 @@ class Plan:
         What decided.
     price : float
         Share of the mean angle difference that further steps have to gain; infinite if none are taken.
-    itself : bool
-        Whether the map starts, repaired where it folds. If layouts start and it does not, it is embedded, and comes
-        after them.
+    use_map : bool
+        The map is a candidate, repaired where it folds. If it is not but layouts are, its embedding comes last.
     layouts : int
         How many layouts by angles that close may start.
     holes : int
-        How many faces more are cut out in turn at most, to lay the body out around them.
+        Around how many faces more, cut out in turn, the body may be laid out.
     embeds : bool
         Whether what folds may be embedded.
     """
 
     why: str
     price: float = np.inf
-    itself: bool = False
+    use_map: bool = False
     layouts: int = 0
     holes: int = 0
     embeds: bool = True
@@ -60,7 +57,7 @@ class Plan:
     @property
     def starts(self) -> int:
         """How many candidates may start; 0 if the map is to stay as it is."""
-        return self.itself + self.layouts
+        return self.layouts + int(self.use_map)
 
     @property
     def compares(self) -> bool:
@@ -69,16 +66,20 @@ class Plan:
 
     def __str__(self) -> str:
         """The plan in a sentence."""
-        several = "1 layout" if self.layouts == 1 else f"up to {self.layouts} layouts"
-        names = ["the map itself"] * self.itself + [f"{several} by angles that close"] * (
-            self.layouts > 0
-        )
+        if self.starts == 0:
+            return f"{self.why}; so the map stays as it is"
         if np.isinf(self.price):
-            return f"{self.why}; so the map {'is repaired where it folds' if self.itself else 'stays as it is'}"
-        percent = f"{100 * self.price:.2g} percent"
+            return f"{self.why}; so the map is repaired where it folds"
+        names = []
+        if self.use_map:
+            names.append("the map itself")
+        if self.layouts == 1:
+            names.append("1 layout by angles that close")
+        elif self.layouts:
+            names.append(f"up to {self.layouts} layouts by angles that close")
         return (
             f"{self.why}; so {' and '.join(names)} may start, and steps on angles go on while further ones "
-            f"gain {percent}"
+            f"gain {100 * self.price:.2g} percent"
         )
 
 
@@ -86,35 +87,38 @@ class Plan:
 def plan_repair(
     mesh: Mesh,
     x: FloatArray,
+    energy: float,
     certificate: Certificate,
     polish: str | None,
     effort: Effort,
     large: Large = "embedded",
 ) -> Plan:
-    """The first row of `Auto`'s table whose condition a map meets."""
-    few, free, n = has_few_foldings(certificate, mesh.f), certificate.folding_free, len(x)
-    folded = "no face folds" if free else f"{certificate.foldings:,} of {len(mesh.f):,} faces fold"
-    price = effort.polish_gain if polish == "angles" else effort.price(n)
+    """The first row of `Auto`'s table whose condition a map of this harmonic energy meets."""
+    n, few = len(x), has_few_foldings(certificate, mesh.f)
+    folded = f"{certificate.foldings:,} of {len(mesh.f):,} faces fold"
+    if certificate.folding_free:
+        folded = "no face folds"
+    price = effort.price(n)
+    if polish == "angles":
+        price = effort.polish_gain
     if not few and large == "left":
         return Plan(folded)
-    coarse = is_coarse(surface_area(x, mesh.f))
+    coarse = energy > _CONFORMAL * surface_area(x, mesh.f)
     mean = mean_angle_difference(mesh, x) if coarse or not few else 0.0
-    poor, angles = mean > POOR, f"{folded}, and angles are {mean:.3g} degrees off in the mean"
+    layouts, holes = effort.layouts(n), effort.holes_of(n)
+    angles = f"{folded}, and angles are {mean:.3g} degrees off in the mean"
     if not few:  # row 1
-        layouts = max(1, effort.layouts(n)) if poor else 1
-        # On coarse meshes embedding spoils angles: layouts follow each other until one does not fold.
-        return Plan(
-            angles,
-            price,
-            layouts=layouts,
-            holes=effort.holes if coarse else layouts - 1,
-            embeds=large == "embedded" or layouts > 1,
-        )
-    if poor:  # row 2
-        return Plan(angles, price, itself=True, layouts=effort.layouts(n), holes=effort.holes)
+        layouts = max(1, layouts) if mean > POOR else 1
+        if not coarse:
+            holes = layouts - 1
+        embeds = large == "embedded" or layouts > 1
+        return Plan(angles, price, layouts=layouts, holes=holes, embeds=embeds)
+    if mean > POOR:  # row 2
+        return Plan(angles, price, use_map=True, layouts=layouts, holes=holes)
     if polish == "angles":  # row 3
-        return Plan(folded, price, itself=True)
-    if polish == "auto" and is_worth_steps(mesh, x, price):  # row 4
-        return Plan(f"{folded}, and steps on angles are predicted to pay", price, itself=True)
-    little = f", and steps on angles are predicted to gain less than {100 * price:.2g} percent"
-    return Plan(folded + little * (polish == "auto"), itself=not free)  # rows 5 and 6
+        return Plan(folded, price, use_map=True)
+    if polish == "auto":
+        if is_worth_steps(mesh, x, price):  # row 4
+            return Plan(f"{folded}, and steps on angles are predicted to pay", price, use_map=True)
+        folded += f", and steps on angles are predicted to gain less than {100 * price:.2g} percent"
+    return Plan(folded, use_map=not certificate.folding_free)  # rows 5 and 6

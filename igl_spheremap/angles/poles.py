@@ -9,22 +9,29 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import permutations
+from typing import TypeGuard
 
 import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray
 from ..sphere.stereographic import Anchored, exponential, log_sum, logarithm, to_ball
+from .candidates import Start
 from .deep_limbs import floor_of, normal_range, shorten_limbs, tips_beyond
 from .layout import Placed, about_images, onto_sphere
 
 
-def on_float64(placed: Placed, source: FloatArray, centred: bool) -> tuple[FloatArray, float, str]:
-    """The map of a body with limbs too deep for float64, with stretch and gauge: "poles" unless it is to be centred."""
-    floor = floor_of(np.float64)
+def is_too_deep(placed: Placed | None) -> TypeGuard[Placed]:
+    """True if a placement has limbs too deep for float64."""
+    return placed is not None and bool(placed.depth.max() > floor_of(np.float64))
+
+
+def map_deep_limbs(placed: Placed, source: FloatArray, centred: bool) -> Start:
+    """The map of a body with limbs too deep for float64, in the gauge "poles" unless it is to be centred."""
+    floor, gauge = floor_of(np.float64), "centred"
     if not centred:
-        placed = at_poles(placed, floor)
+        placed, gauge = at_poles(placed, floor), "poles"
     points, stretch = shorten_limbs(placed, source, floor)
-    return onto_sphere(placed, points), stretch, "centred" if centred else "poles"
+    return Start("angles", onto_sphere(placed, points), stretch=stretch, gauge=gauge)
 
 
 def at_poles(placed: Placed, floor: float) -> Placed:

@@ -66,7 +66,7 @@ def auto(
     if 2 * certificate.foldings > len(mesh.f):
         x = fix_orientation(x, mesh.f)
         certificate = Certificate.of(x, mesh.f)
-    plan = plan_repair(mesh, x, certificate, options.polish, options.effort, large)
+    plan = plan_repair(mesh, x, run.energy, certificate, options.polish, options.effort, large)
     try:
         if plan.starts:
             x, certificate, run = repair(

@@ -55,9 +55,9 @@ class Auto(Method):
     =  ==================================================  ========================================================
     1  more than 1 percent of the faces fold, or the       layouts of the mesh in the plane race in the map's
        degree is not 1                                     place: one, or `Effort.layouts` if the mean is above 2.4
-    2  the mean is above 2.4, and the mesh so coarse that  the map, repaired where it folds, and `Effort.layouts`
-       the flat image has less than 95 percent of the      layouts race
-       sphere's area
+    2  the mean is above 2.4, and the harmonic energy is   the map, repaired where it folds, and `Effort.layouts`
+       more than 1.05 times the area of the flat image,    layouts race
+       to which conformal maps have it equal
     3  `polish` is "angles"                                steps, until further ones gain less than
                                                            `Effort.polish_gain`
     4  `polish` is "auto", the mean above 1.2, and steps   steps, until further ones gain less than that
@@ -77,8 +77,8 @@ class Auto(Method):
     >>> decided(v * [1, 1, 10])
     auto: 100 of 1,280 faces fold, and angles are 9.69 degrees off in the mean; so up to 5 layouts by angles that close
     may start, and steps on angles go on while further ones gain 3.4 percent
-    >>> decided(v * [1, 1, 6])
-    auto: no face folds, and angles are 3.24 degrees off in the mean; so the map itself and up to 5 layouts by angles
+    >>> decided(v * [1, 1, 7])
+    auto: no face folds, and angles are 3.86 degrees off in the mean; so the map itself and up to 5 layouts by angles
     that close may start, and steps on angles go on while further ones gain 3.4 percent
     >>> decided(v, polish="angles")
     auto: no face folds; so the map itself may start, and steps on angles go on while further ones gain 0.4 percent

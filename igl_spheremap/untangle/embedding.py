@@ -19,7 +19,7 @@ from itertools import count
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..mesh.edges import Patch, touching
+from ..mesh.edges import Patch, components, marked, touching
 from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces, orientation_signs
@@ -105,22 +105,47 @@ def embed_locally(
 ) -> FloatArray:
     """Repair foldings by progressive embedding around them; the map's degree stays.
 
-    `grid` rounds unit rows to the positions that are allowed. Where it is too coarse vertices spread out, and then ever
-    larger regions are rebuilt. Foldings that this does not repair stay. The whole map stays as it is if more than half
-    of its faces are folded.
+    Clusters of foldings that need more room than all have at first are repaired one by one. `grid` rounds unit rows to
+    the positions that are allowed. Foldings that this does not repair stay. The whole map stays as it is if more than
+    half of its faces are folded.
     """
-    bad, forced, rings, keep = (
-        folded_faces(x, f),
-        np.zeros(len(x), dtype=bool),
-        REMOVED_RINGS,
-        True,
-    )
-    while 0 < bad.sum() <= len(f) / 2:
+    bad = folded_faces(x, f)
+    if bad.sum() > len(f) / 2:
+        return x
+    if grid is None:
+        grid = unit_rows
+    apart = clusters(f, bad)
+    if len(apart) > 1:
+        none = np.zeros(len(x), dtype=bool)
+        with suppress(_RegionTooSmall, _TooCoarse):
+            return _rebuild_locally(x, f, bad, none, none, grid, listener, REMOVED_RINGS, True)
+    for cluster in apart:
+        x = _embed_cluster(x, f, cluster, grid, listener)
+    return x
+
+
+def clusters(f: IntArray, bad: BoolArray) -> list[BoolArray]:
+    """The bad faces, apart where no edge joins them or their neighbours."""
+    n = int(f.max()) + 1
+    near = f[dilate(f, marked(f[bad], n), 1)[f].all(axis=1)]
+    _, label = components(near[:, :2].ravel(), near[:, 1:].ravel(), n)
+    own = label[f[:, 0]]
+    return [bad & (own == each) for each in np.unique(own[bad])]
+
+
+def _embed_cluster(
+    x: FloatArray,
+    f: IntArray,
+    cluster: BoolArray,
+    grid: Grid,
+    listener: PositionsListener | None,
+) -> FloatArray:
+    """Repair the foldings among some faces, in ever more room; where the grid is too coarse vertices spread out."""
+    forced, rings, keep = np.zeros(len(x), dtype=bool), REMOVED_RINGS, True
+    fixed = np.zeros_like(forced)
+    while (bad := cluster & folded_faces(x, f)).any():
         try:
-            fixed = np.zeros_like(forced)
-            return _rebuild_locally(
-                x, f, bad, forced, fixed, grid or unit_rows, listener, rings, keep
-            )
+            return _rebuild_locally(x, f, bad, forced, fixed, grid, listener, rings, keep)
         except _RegionTooSmall:
             rings *= 2
         except _TooCoarse as failure:

@@ -12,6 +12,7 @@ from triangulations import unit
 import igl_spheremap as ism
 from igl_spheremap.angles.plan import plan_repair
 from igl_spheremap.angles.race import Candidate, race
+from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.verify.certificate import Certificate
 
 
@@ -78,7 +79,9 @@ def test_prices_rise_and_layouts_fall_with_the_size_of_a_mesh():
 
 
 def plan_of(result, x, polish, large="embedded"):
-    return plan_repair(result.mesh, x, Certificate.of(x, result.faces), polish, ism.Effort(), large)
+    energy = HarmonicEnergy.of(result.mesh).evaluate(x)[0]
+    certificate = Certificate.of(x, result.faces)
+    return plan_repair(result.mesh, x, energy, certificate, polish, ism.Effort(), large)
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +103,7 @@ def test_what_mostly_folds_is_laid_out_and_embedded_as_the_caller_says(bodies, n
     plans = {
         large: plan_of(result, folded, "auto", large) for large in ("embedded", "laid out", "left")
     }
-    assert [plan.itself for plan in plans.values()] == [False] * 3
+    assert [plan.use_map for plan in plans.values()] == [False] * 3
     assert plans["left"].starts == 0
     assert (
         plans["embedded"].layouts == plans["laid out"].layouts == ism.Effort().layouts(len(folded))
@@ -116,7 +119,7 @@ def test_a_map_with_few_foldings_starts_itself_whatever_is_done_with_many(bodies
     x[[i, j]] = x[[j, i]]
     assert 0 < Certificate.of(x, result.faces).foldings < 20
     plan = plan_of(result, x, polish, large)
-    assert (plan.itself, plan.layouts) == (True, 0)
+    assert (plan.use_map, plan.layouts) == (True, 0)
     assert (plan.price < np.inf) == (polish == "angles")
     assert plan_of(result, result.sphere, polish, large).starts == (polish == "angles")
 
@@ -127,10 +130,10 @@ def test_a_plan_says_what_starts_and_why():
     stays = plan_of(good, good.sphere, None)
     assert (stays.starts, stays.price) == (0, np.inf)
     asked = plan_of(good, good.sphere, "angles")
-    assert (asked.itself, asked.layouts, asked.price) == (True, 0, ism.Effort().polish_gain)
+    assert (asked.use_map, asked.layouts, asked.price) == (True, 0, ism.Effort().polish_gain)
     x = unit(np.where(good.mesh.unit[:, :1] > 0, good.sphere[::-1], good.sphere))
     plan = plan_of(good, x, "auto")
-    assert not plan.itself
+    assert not plan.use_map
     assert plan.layouts > 1
     assert "faces fold" in str(plan)
     assert f"up to {plan.layouts} layouts" in str(plan)
