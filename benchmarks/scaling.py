@@ -29,7 +29,7 @@ def main(argv: list[str]) -> None:
     arguments.add_argument("--scipy", action="store_true")
     options = arguments.parse_args(argv)
     if options.scipy:
-        sys.modules["cvxopt"] = None  # type: ignore[assignment]
+        sys.modules["cvxopt"] = sys.modules["rslab"] = None  # type: ignore[assignment]
     runs = list(zip(options.runs[::2], options.runs[1::2], strict=True))
     if options.only is not None:
         [(operation, source)] = runs

@@ -237,7 +237,7 @@ def test_each_public_name_is_listed_once_for_readers_type_checkers_and_the_front
 def test_the_core_needs_no_extra():
     """Polyscope is imported only where something is drawn, an extra only where it is used.
 
-    Not in the list are the solvers: scipy.optimize itself looks for scikit-sparse, and cvxopt, where it is installed,
+    Not in the list are the solvers: scipy.optimize itself looks for scikit-sparse, and one that is installed
     is imported with what factorises, so that no process's first map waits for it.
     """
     code = (

@@ -6,6 +6,7 @@ it factorises one matrix of that pattern after the other.
 
 from __future__ import annotations
 
+import os
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
@@ -146,6 +147,11 @@ class Analysis(ABC):
     @abstractmethod
     def __init__(self, entries: Entries) -> None: ...
 
+    @classmethod
+    def waits(cls) -> bool:
+        """Whether its library would wait for ever in this process."""
+        return False
+
     @abstractmethod
     def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver]:
         """Order and solver of the reordered matrix with these entries, whose i-th row is row ``order[i]`` of P."""
@@ -253,6 +259,50 @@ class Cholmod(Analysis):
                     )
                 )
         return np.asarray(x).reshape(b.shape)
+
+
+class Rslab(Analysis):
+    """The LDL^T factorisation of rslab, under the MIT licence; its bits don't depend on the number of threads."""
+
+    backend: ClassVar[str] = "rslab"
+    _process: ClassVar[int | None] = None
+
+    def __init__(self, entries: Entries) -> None:
+        import rslab
+
+        self._order = entries.expanded(bandwidth_order(entries.graph))
+        rows, columns, numbers = entries.lower(self._order)
+        A = sp.csc_matrix((numbers + 1.0, (rows, columns)), shape=(entries.n, entries.n))
+        self._place = A.data.astype(np.int64) - 1
+        # least fill; positive definite matrices need no scaling
+        self._symbolic = rslab.analyze(
+            A, path="ldlt", ordering="amf", scaling="identity", threads=1
+        )
+
+    @classmethod
+    def waits(cls) -> bool:
+        """Whether this process was forked from one that solved: it lacks the threads that solves wait for."""
+        return cls._process not in (None, os.getpid())
+
+    def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver]:
+        try:
+            factor = self._symbolic.factor(values.take(self._place))
+        except RuntimeError as error:
+            raise FactorisationFailed(f"rslab: {error}") from error
+        if factor.inertia[0] < factor.n:
+            raise FactorisationFailed("rslab: the matrix is not numerically positive definite")
+        return self._order, partial(self._solve, factor)
+
+    def _solve(self, factor: Any, b: np.ndarray) -> np.ndarray:
+        if self.waits():
+            raise RuntimeError(
+                "rslab can't solve in a process that was forked from one where it did: start processes by spawn, or "
+                "give another backend"
+            )
+        Rslab._process = os.getpid()
+        if b.ndim == 1:
+            return np.asarray(factor.solve(b))
+        return np.asarray(factor.solve_many(np.ascontiguousarray(b)))
 
 
 class SuperLU(Analysis):

@@ -8,19 +8,24 @@ from importlib import import_module
 import scipy.sparse as sp
 
 from ...timings import phase
-from .factor import Analysis, Cholmod, Entries, Factor, SuperLU, factorised
+from .factor import Analysis, Cholmod, Entries, Factor, Rslab, SuperLU, factorised
 from .memory import OF_SOLVER, bytes_left, too_little
 
 #: The module that each solver needs, and its class. The fastest measured comes first.
 _SOLVERS: dict[str, tuple[str, type[Analysis]]] = {
     "cvxopt": ("cvxopt.cholmod", Cholmod),
+    "rslab": ("rslab", Rslab),
     "scipy": ("scipy.sparse.linalg", SuperLU),
 }
 
 
 def available_backends() -> tuple[str, ...]:
-    """Names of the solvers that are installed, the fastest first; "scipy" always is."""
-    return tuple(name for name, (needs, _) in _SOLVERS.items() if _loads(needs))
+    """Names of the solvers that are installed and work in this process, the fastest first; "scipy" always does."""
+    return tuple(
+        name
+        for name, (needs, analysis) in _SOLVERS.items()
+        if _loads(needs) and not analysis.waits()
+    )
 
 
 @phase("factorisation")
@@ -64,9 +69,14 @@ def _chosen(backend: str) -> str:
             f"unknown backend {backend!r}: choose 'auto' or one of {', '.join(_SOLVERS)}"
         )
     if backend not in available:
+        needs, analysis = _SOLVERS[backend]
+        why = f"needs {needs}, which is not installed; install it"
+        if analysis.waits():
+            why = (
+                "does not work in a process forked from one that used it; start processes by spawn"
+            )
         raise ValueError(
-            f"backend {backend!r} needs {_SOLVERS[backend][0]}, which is not installed; install it, or "
-            f"choose {' or '.join(map(repr, available))}"
+            f"backend {backend!r} {why}, or choose {' or '.join(map(repr, available))}"
         )
     return backend
 

@@ -9,9 +9,9 @@ import os
 _BYTES_PER_UNKNOWN = 3_000
 #: Bytes of address space that libraries take when they are loaded and first used: those of any map with one thread of
 #: BLAS, and what each solver adds. With 20 MB less OpenBLAS waits for memory without end, or ends the process (measured
-#: with `ulimit -v`, of numpy 2.4, scipy 1.17 and cvxopt 1.3).
+#: with `ulimit -v`, of numpy 2.4, scipy 1.17, cvxopt 1.3 and rslab 1.7).
 OF_ANY_MAP = 300e6
-OF_SOLVER = {"cvxopt.cholmod": 260e6, "scipy.sparse.linalg": 80e6}
+OF_SOLVER = {"cvxopt.cholmod": 260e6, "rslab": 300e6, "scipy.sparse.linalg": 80e6}
 
 
 def fits_memory(n: int) -> bool:

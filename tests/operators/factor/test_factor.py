@@ -19,7 +19,7 @@ from igl_spheremap.operators.factor.factor import Entries
 from igl_spheremap.operators.factor.factorize import analyse, available_backends, factorize
 from igl_spheremap.operators.laplacian import laplacian
 
-BACKENDS = ("cvxopt", "scipy")
+BACKENDS = ("cvxopt", "rslab", "scipy")
 
 
 def problem(n_subdivisions, regularisation=1e-9):
@@ -227,13 +227,41 @@ def test_a_backend_is_obeyed_by_every_step(monkeypatch):
     assert set(made) == {"scipy"}
 
 
+@pytest.mark.posix
+def test_a_forked_process_takes_another_solver_than_one_that_would_wait_for_ever():
+    """Threads do not come along: rslab's solves in the child would never end."""
+    pytest.importorskip("rslab")
+    code = """
+import os, numpy as np, scipy.sparse as sp
+from igl_spheremap.operators.factor.factorize import available_backends, factorize
+P = sp.diags_array([np.full(9, -1.0), np.full(10, 4.0), np.full(9, -1.0)], offsets=[-1, 0, 1]).tocsr()
+before, b = factorize(P, "rslab"), np.ones((10, 3))
+x = before.solve(b)
+child = os.fork()
+if not child:
+    assert "rslab" not in available_backends()
+    assert np.allclose(factorize(P).solve(b), x)
+    for words, call in (("spawn", lambda: before.solve(b)), ("forked", lambda: factorize(P, "rslab"))):
+        try:
+            call()
+        except (RuntimeError, ValueError) as error:
+            assert words in str(error)
+        else:
+            os._exit(1)
+    os._exit(0)
+assert os.waitpid(child, 0)[1] == 0
+assert np.array_equal(factorize(P, "rslab").solve(b), x)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
 def test_unknown_backend():
     with pytest.raises(ValueError, match="unknown backend 'mumps'"):
         factorize(problem(1), "mumps")
 
 
 def test_missing_backend(monkeypatch):
-    monkeypatch.setattr(factorize_module, "_loads", lambda module: module != "cvxopt.cholmod")
+    monkeypatch.setattr(factorize_module, "_loads", lambda module: module.startswith("scipy"))
     with pytest.raises(
         ValueError, match=r"needs cvxopt\.cholmod, which is not .*, or choose 'scipy'"
     ):
@@ -259,7 +287,7 @@ def test_wrong_shape_of_right_hand_side():
 def test_a_limit_of_memory_leads_to_a_smaller_solver_or_a_sentence(
     megabytes, status, words, tmp_path
 ):
-    """Without one OpenBLAS waits for memory without end at 240 MB, and cvxopt's kills the process at 400."""
+    """Else OpenBLAS waits for memory without end at 240 MB, and with faster solvers ends the process at 400."""
     command = (
         f"ulimit -t 20; ulimit -v {megabytes * 1024}; "
         f"exec {sys.executable} -m igl_spheremap map sample:spheroid:n_vertices=500 m.npz"
