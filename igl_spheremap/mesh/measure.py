@@ -239,3 +239,21 @@ def fill_directions(x: FloatArray, f: IntArray) -> FloatArray:
         x[new] = total[new] / np.linalg.norm(total[new], axis=1, keepdims=True)
         known[new] = True
     return x
+
+
+def rounding_notes(v: FloatArray, f: IntArray, share: float = 0.01) -> list[str]:
+    """A note if float32 rounds positions, as they are far from the origin, by more than that share of an edge.
+
+    >>> v, f = 4e6 + np.eye(3) / 3, np.array([[0, 1, 2]])
+    >>> len(rounding_notes(v, f)), len(rounding_notes(np.float32(v).astype(float), f))
+    (0, 1)
+    """
+    step = float(np.spacing(np.float32(min(np.abs(v).max(), np.finfo(np.float32).max))))
+    sample = f[spread(len(f), 10_000)]
+    edge = float(np.median(np.linalg.norm(v[sample] - v[np.roll(sample, 1, axis=1)], axis=2)))
+    if step <= share * edge or (v != v.astype(np.float32)).any():
+        return []
+    return [
+        f"positions are float32 and far from the origin: they are rounded to {step:.2g}, and edges are about {edge:.2g} long; "
+        "move the body to the origin before it is saved, or save it in float64"
+    ]

@@ -13,7 +13,7 @@ from ..errors import FactorisationFailed, MapError, Remedy
 from ..mesh.arrays import FloatArray, IntArray, count, examples
 from ..mesh.check import Mesh
 from ..mesh.edges import HalfEdges, Indices, half_edges
-from ..mesh.measure import by_libigl
+from ..mesh.measure import by_libigl, rounding_notes
 from ..timings import phase
 from .factor.factorize import Factor, factorize
 from .flips import delaunay_triangulation
@@ -164,7 +164,7 @@ class Operators:
     L: sp.csr_matrix
     factor: Factor
     weights: Weights
-    notes: tuple[str, ...] = ()  # why the weights are not the first choice
+    notes: tuple[str, ...] = ()  # why the weights, or positions, are not as good as they might be
 
 
 @phase("Laplacian")
@@ -176,7 +176,7 @@ def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None =
 
     Raises FactorisationFailed if not even uniform weights can be factorised, for want of memory.
     """
-    notes: list[str] = []
+    notes = rounding_notes(mesh.v, mesh.f)
     order: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay", "uniform")
     for choice in order:
         L = laplacian(mesh.unit, mesh.f, choice, mesh.edges)

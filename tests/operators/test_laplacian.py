@@ -103,3 +103,14 @@ def test_delaunay_weights_are_not_negative():
 def test_delaunay_weights_equal_libigl():
     v, f = bumpy_sphere(amplitude=0.6)
     assert abs(laplacian(v, f, "delaunay") + igl.intrinsic_delaunay_cotmatrix(v, f)[0]).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("offset", "kind", "noted"),
+    [(4.5e6, "f4", True), (4.5e6, "f8", False), (3.0, "f4", False), (1e5, "f4", True)],
+)
+def test_float32_far_from_the_origin_is_noted(offset, kind, noted):
+    """A body of 1 m in coordinates of a map: float32 holds them to half a metre, float64 well enough."""
+    v, f = ism.samples.make("pear", n_vertices=500)
+    notes = ism.info((v / np.ptp(v) + offset).astype(kind), f).notes
+    assert any("float32 and far from the origin" in note for note in notes) == noted
