@@ -254,6 +254,6 @@ def rounding_notes(v: FloatArray, f: IntArray, share: float = 0.01) -> list[str]
     if step <= share * edge or (v != v.astype(np.float32)).any():
         return []
     return [
-        f"positions are float32 and far from the origin: they are rounded to {step:.2g}, and edges are about {edge:.2g} long; "
-        "move the body to the origin before it is saved, or save it in float64"
+        f"positions are float32 and far from the origin: they are rounded to {step:.2g}, and edges are "
+        f"about {edge:.2g} long; move the body to the origin before it is saved, or save it in float64"
     ]

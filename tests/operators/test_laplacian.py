@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+import igl_spheremap as ism
 from igl_spheremap.operators.laplacian import is_usable, laplacian, mollified_edge_lengths
 
 WEIGHTS = ("cotangent", "mollified", "delaunay")
