@@ -103,5 +103,5 @@ class _Wheels:
         values = self.system.damped(
             self.system.assemble(gram_blocks(PJ, J)), _RIDGE, np.where(self.free, 0.0, 1.0)
         )
-        multipliers = self.system.solve(self.system.factorise(values, within_memory=True), lack)
+        multipliers = self.system.solve(self.system.factorize(values, within_memory=True), lack)
         return wanted + np.einsum("aikm,kim->am", PJ, multipliers.take(self.corners, axis=1))

@@ -119,7 +119,7 @@ class LineSearch:
         """The first of ever shorter steps that lowers the value enough."""
         values = self.system.assemble(model.blocks, model.at_vertices)
         try:
-            factor = self.system.factorise(self.system.damped(values, self.damping))
+            factor = self.system.factorize(self.system.damped(values, self.damping))
         except FactorisationFailed:
             return None
         return self.search(problem, x, model, factor)
@@ -162,7 +162,7 @@ class Levenberg:
         while self.systems > 0:
             self.systems -= 1
             try:
-                factor = self.system.factorise(
+                factor = self.system.factorize(
                     self.system.damped(values, self.damping, _RIDGE), within_memory=True
                 )
             except FactorisationFailed:

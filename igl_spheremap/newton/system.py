@@ -53,7 +53,7 @@ class VertexSystem:
             values[numbers] = (1 + share) * values[numbers] + added
         return values
 
-    def factorise(self, values: FloatArray, within_memory: bool = False) -> Factor:
+    def factorize(self, values: FloatArray, within_memory: bool = False) -> Factor:
         """Exact factor of a matrix, in place of the one before. FactorisationFailed where it can't be.
 
         If `within_memory`, it takes at most half of the machine's.
@@ -62,7 +62,7 @@ class VertexSystem:
             raise FactorisationFailed("two unknowns a vertex: too large for an exact factorisation")
         if self._analysis is None:
             self._analysis = analyse(self._entries, self._backend)
-        return self._analysis.factorise(values)
+        return self._analysis.factorize(values)
 
     def solve(self, factor: Factor, load: FloatArray) -> FloatArray:
         """Solutions of systems with the right-hand sides (..., 2, n)."""

@@ -91,7 +91,7 @@ def test_a_step_is_that_of_the_dense_system_with_its_border():
         np.linalg.solve(whole, np.append(-model.gradient.T.ravel(), c))[: 2 * n].reshape(n, 2).T
     )
     step = bordered_step(
-        system, system.factorise(system.damped(system.assemble(model.blocks), 1e-3)), model
+        system, system.factorize(system.damped(system.assemble(model.blocks), 1e-3)), model
     )
     assert np.allclose(step, expected, atol=1e-9 * np.abs(expected).max())
 

@@ -53,7 +53,7 @@ def test_solutions_are_those_of_the_dense_matrix(mesh, backend, limbs):
         load = rng.normal(size=(4, 2, n))
         columns = load.transpose(2, 1, 0).reshape(2 * n, 4)
         expected = np.linalg.solve(dense, columns).reshape(n, 2, 4).transpose(2, 1, 0)
-        factor = system.factorise(values)
+        factor = system.factorize(values)
         assert np.allclose(system.solve(factor, load), expected, atol=1e-9)
         assert np.allclose(system.solve(factor, load[0]), expected[0], atol=1e-9)
 
@@ -81,4 +81,4 @@ def test_entries_that_are_not_finite_fail():
     blocks, _ = random_blocks(f)
     blocks[0, 0, 0, 0] = np.nan
     with pytest.raises(FactorisationFailed, match="not finite"):
-        system.factorise(system.assemble(blocks))
+        system.factorize(system.assemble(blocks))

@@ -11,7 +11,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar
 
@@ -35,33 +35,6 @@ _SUPERLU_DISSECTS_FROM = 40_000
 _LARGEST_BACKWARD_ERROR = 1e-8
 #: cvxopt has one set of options for all threads.
 _OPTIONS = threading.Lock()
-
-
-@dataclass(frozen=True, eq=False)
-class Factor:
-    """The inverse of a symmetric positive definite matrix."""
-
-    backend: str
-    n: int
-    apply: Solver  # takes contiguous float64 (n,) or (n, k) arrays
-    # columns of the matrix's entries, row by row, if `again` is there
-    indices: np.ndarray | None = None
-    #: Factorises a matrix with the same pattern in less time, in place of this factor, which raises if used again.
-    again: Callable[[sp.csr_matrix], Factor] | None = None
-
-    def fits(self, P: sp.csr_matrix) -> bool:
-        """Whether a matrix has the same pattern."""
-        return self.indices is not None and np.array_equal(self.indices, P.indices)
-
-    @phase("solves")
-    def solve(self, b: np.ndarray) -> np.ndarray:
-        """``P^-1 b`` for right-hand sides in the columns of an (n,) or (n, k) array."""
-        b = np.asarray(b, dtype=np.float64)
-        if b.ndim not in (1, 2) or b.shape[0] != self.n:
-            raise ValueError(
-                f"right-hand side has shape {b.shape}; expected ({self.n},) or ({self.n}, k)"
-            )
-        return self.apply(b)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +71,10 @@ class Entries:
         columns = np.arange(P.shape[0], dtype=P.indices.dtype).repeat(np.diff(P.indptr))
         return cls(P, P.indices, columns, mirrored=True)
 
+    def are_of(self, P: sp.csr_matrix) -> bool:
+        """Whether they are all entries of a matrix."""
+        return self.mirrored and np.array_equal(self.rows, P.indices)
+
     @property
     def n(self) -> int:
         """Rows of the matrices."""
@@ -123,11 +100,8 @@ class Entries:
     def full(self, order: np.ndarray) -> tuple[sp.csc_matrix, np.ndarray]:
         """The reordered matrix, both triangles, with zeros as values, and the number of each value's entry."""
         rank = inverse_permutation(order)
-        rows, columns, numbers = (
-            rank.take(self.rows),
-            rank.take(self.columns),
-            np.arange(1, len(self.rows) + 1),
-        )
+        rows, columns = rank.take(self.rows), rank.take(self.columns)
+        numbers = np.arange(1, len(rows) + 1)
         if not self.mirrored:
             off = np.flatnonzero(rows != columns)
             rows, columns = np.append(rows, columns[off]), np.append(columns, rows[off])
@@ -142,10 +116,10 @@ class Analysis(ABC):
     """An order and room for the factors of one pattern, one at a time."""
 
     backend: ClassVar[str]
-    _made = 0
+    factorised = 0  # matrices so far
 
-    @abstractmethod
-    def __init__(self, entries: Entries) -> None: ...
+    def __init__(self, entries: Entries) -> None:
+        self.entries = entries
 
     @classmethod
     def waits(cls) -> bool:
@@ -157,7 +131,7 @@ class Analysis(ABC):
         """Order and solver of the reordered matrix with these entries, whose i-th row is row ``order[i]`` of P."""
 
     @phase("factorisation")
-    def factorise(self, values: np.ndarray) -> Factor:
+    def factorize(self, values: np.ndarray) -> Factor:
         """Factor of a matrix with these entries, in place of the one before, which raises if it is used again.
 
         Raises FactorisationFailed for a matrix that is not finite or, unless the solver is SuperLU, which does not see
@@ -165,21 +139,41 @@ class Analysis(ABC):
         """
         if not np.isfinite(values).all():
             raise FactorisationFailed("the matrix has entries that are not finite")
-        self._made += 1
-        order, solve = self._numeric(values)
-        ordered = order, inverse_permutation(order)
-        return Factor(self.backend, len(order), partial(self._solved, self._made, *ordered, solve))
+        self.factorised += 1
+        order, solver = self._numeric(values)
+        return Factor(self, self.factorised, order, inverse_permutation(order), solver)
 
-    def _solved(
-        self, made: int, order: np.ndarray, rank: np.ndarray, solve: Solver, b: np.ndarray
-    ) -> np.ndarray:
-        """Solve with one of the factors made; a RuntimeError unless it is the last."""
-        if made != self._made:
+
+@dataclass(frozen=True, eq=False)
+class Factor:
+    """The inverse of a symmetric positive definite matrix."""
+
+    analysis: Analysis
+    number: int  # the analysis has factorised so many matrices, this one included
+    order: np.ndarray
+    rank: np.ndarray
+    solver: Solver
+
+    @property
+    def backend(self) -> str:
+        """Name of the solver."""
+        return self.analysis.backend
+
+    @phase("solves")
+    def solve(self, b: np.ndarray) -> np.ndarray:
+        """``P^-1 b`` for right-hand sides in the columns of an (n,) or (n, k) array.
+
+        Raises a RuntimeError once another matrix was factorised in its place.
+        """
+        b, n = np.asarray(b, dtype=np.float64), len(self.order)
+        if b.ndim not in (1, 2) or b.shape[0] != n:
+            raise ValueError(f"right-hand side has shape {b.shape}; expected ({n},) or ({n}, k)")
+        if self.number != self.analysis.factorised:
             raise RuntimeError(
                 "another matrix was factorised in the place of this factor; solve with that factor"
             )
         x = np.empty_like(b)
-        x.T[...] = solve(b.T.take(order, axis=-1).T).T.take(rank, axis=-1)
+        x.T[...] = self.solver(b.T.take(self.order, axis=-1).T).T.take(self.rank, axis=-1)
         return x
 
 
@@ -194,21 +188,26 @@ class Cholmod(Analysis):
         # cvxopt.cholmod is set a moment after another thread has imported it
         from cvxopt import amd, cholmod
 
+        super().__init__(entries)
         self._cvxopt: Any = cvxopt
         self._cholmod: Any = cholmod
-        dissect, graph = entries.n >= _CHOLMOD_DISSECTS_FROM, entries.graph
-        vertices = nested_dissection(graph).order if dissect else bandwidth_order(graph)
-        ordered = dissect or entries.unknowns > 1
-        # minimum degree on the vertices' graph: a quarter of the entries, the same fill
-        if ordered and not dissect:
+        graph, given = entries.graph, {"p": cvxopt.matrix(np.arange(entries.n))}
+        if entries.n >= _CHOLMOD_DISSECTS_FROM:
+            vertices, tried = nested_dissection(graph).order, 1
+            if entries.repeated:
+                tried = 2
+        elif entries.unknowns > 1:
+            # minimum degree on the vertices' graph: a quarter of the entries, the same fill
+            vertices = bandwidth_order(graph)
             half = self._matrix(*Entries.of(graph).lower(vertices), len(vertices))
-            vertices = vertices[np.asarray(amd.order(half)).ravel()]
+            vertices, tried = vertices[np.asarray(amd.order(half)).ravel()], 1
+        else:
+            vertices, tried, given = bandwidth_order(graph), 0, {}
         self._order = entries.expanded(vertices)
         self._A = self._matrix(*entries.lower(self._order), entries.n)
         self._place = np.asarray(self._A.V, dtype=np.int64).ravel()  # cvxopt sorts by columns
-        given = {"p": cvxopt.matrix(np.arange(entries.n))} if ordered else {}
-        # Orders to try, `given` first; 0 is the default.
-        with self._options(nmethods=1 + (dissect and entries.repeated) if ordered else 0):
+        # the given order first; 0 are its own
+        with self._options(nmethods=tried):
             self._symbolic = cholmod.symbolic(self._A, **given)
 
     def _matrix(self, rows: np.ndarray, columns: np.ndarray, values: np.ndarray, n: int) -> Any:
@@ -270,6 +269,7 @@ class Rslab(Analysis):
     def __init__(self, entries: Entries) -> None:
         import rslab
 
+        super().__init__(entries)
         self._order = entries.expanded(bandwidth_order(entries.graph))
         rows, columns, numbers = entries.lower(self._order)
         A = sp.csc_matrix((numbers + 1.0, (rows, columns)), shape=(entries.n, entries.n))
@@ -317,7 +317,8 @@ class SuperLU(Analysis):
     def __init__(self, entries: Entries) -> None:
         from scipy.sparse.linalg import splu
 
-        self._splu, self._entries = splu, entries
+        super().__init__(entries)
+        self._splu = splu
         small = entries.n < _SUPERLU_DISSECTS_FROM
         if small and (entries.limbs or not entries.repeated):
             vertices, self._rule = bandwidth_order(entries.graph), "MMD_AT_PLUS_A"
@@ -339,26 +340,18 @@ class SuperLU(Analysis):
             raise FactorisationFailed(f"SuperLU: {error}") from error
         order = self._order
         # minimum degree would be searched every time
-        if self._entries.repeated and self._rule != "NATURAL":
+        if self.entries.repeated and self._rule != "NATURAL":
             self._order, self._rule = self._order[np.argsort(lu.perm_c)], "NATURAL"
-            self._A, self._place = self._entries.full(self._order)
+            self._A, self._place = self.entries.full(self._order)
         return order, lu.solve
 
 
-def factorised(analysis: Analysis, P: sp.csr_matrix) -> Factor:
-    """Factor of a matrix of which both triangles are stored; it can factorise others of its pattern."""
-    factor = analysis.factorise(P.data)
-    if isinstance(analysis, SuperLU):
-        _check_definite(P, factor.apply)
-    return replace(factor, indices=P.indices, again=partial(factorised, analysis))
-
-
-def _check_definite(P: sp.csr_matrix, solve: Solver) -> None:
+def check_definite(P: sp.csr_matrix, factor: Factor) -> None:
     """SuperLU factorises indefinite matrices without an error: try the inverse on three right-hand sides."""
     i = np.arange(P.shape[0], dtype=np.float64)
     # the last: all directions
     b = np.stack([np.ones_like(i), np.cos(i), np.cos(i**2 % 1009.0)], axis=1)
-    x = solve(b)
+    x = factor.solve(b)
     backward_error = np.abs(P @ x - b).max() / (np.abs(P.data).max() * np.abs(x).max() + 1.0)
     if not ((b * x).sum(axis=0) > 0.0).all() or not backward_error < _LARGEST_BACKWARD_ERROR:
         raise FactorisationFailed("SuperLU: the matrix is not numerically positive definite")

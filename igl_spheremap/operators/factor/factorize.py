@@ -8,7 +8,7 @@ from importlib import import_module
 import scipy.sparse as sp
 
 from ...timings import phase
-from .factor import Analysis, Cholmod, Entries, Factor, Rslab, SuperLU, factorised
+from .factor import Analysis, Cholmod, Entries, Factor, Rslab, SuperLU, check_definite
 from .memory import OF_SOLVER, bytes_left, too_little
 
 #: The module that each solver needs, and its class. The fastest measured comes first.
@@ -32,8 +32,8 @@ def available_backends() -> tuple[str, ...]:
 def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None) -> Factor:
     """Factorise a symmetric positive definite matrix, of which both triangles are stored.
 
-    "auto" takes the fastest solver that is installed. The order and the memory of `reuse`, the factor of another
-    matrix, are used again if that has the same pattern; then `reuse` raises a RuntimeError if it is used again.
+    "auto" takes the fastest solver that is installed. The order and the memory of `reuse`, a factor that this function
+    made, are used again if its matrix had the same pattern; then `reuse` raises if it is used again.
 
     Raises ValueError for a backend that is unknown or not installed, and FactorisationFailed for a matrix that is
     not finite or not numerically positive definite.
@@ -45,9 +45,14 @@ def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None
     """
     P = P.T if P.format == "csc" else sp.csr_matrix(P)  # symmetric: its transpose will do
     backend = _chosen(backend)
-    if reuse is not None and reuse.backend == backend and reuse.again and reuse.fits(P):
-        return reuse.again(P)
-    return factorised(_SOLVERS[backend][1](Entries.of(P)), P)
+    if reuse is not None and reuse.backend == backend and reuse.analysis.entries.are_of(P):
+        analysis = reuse.analysis
+    else:
+        analysis = _SOLVERS[backend][1](Entries.of(P))
+    factor = analysis.factorize(P.data)
+    if isinstance(analysis, SuperLU):
+        check_definite(P, factor)
+    return factor
 
 
 def analyse(entries: Entries, backend: str = "auto") -> Analysis:

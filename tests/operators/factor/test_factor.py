@@ -81,11 +81,11 @@ def test_all_orders_of_a_backend_solve_a_matrix_and_others_of_its_pattern(
     b = right_hand_sides(P.shape[0])
     entries, values = lower_triangle(P, repeated=True, limbs=limbs)
     analysis = analyse(entries, backend)
-    x = analysis.factorise(values).solve(b)
+    x = analysis.factorize(values).solve(b)
     np.testing.assert_allclose(P @ x, b, atol=1e-10)
     for factor in (4, 2, 0.5):
         np.testing.assert_allclose(
-            factor * analysis.factorise(factor * values).solve(b), x, atol=1e-9
+            factor * analysis.factorize(factor * values).solve(b), x, atol=1e-9
         )
 
 
@@ -124,7 +124,7 @@ def test_entries_of_either_triangle_with_several_rows_a_vertex(backend):
     rows, columns = np.nonzero(np.tril(dense))
     turned = rng.random(len(rows)) < 0.5
     rows, columns = np.where(turned, columns, rows), np.where(turned, rows, columns)
-    factor = analyse(Entries(graph, rows, columns, unknowns=2), backend).factorise(
+    factor = analyse(Entries(graph, rows, columns, unknowns=2), backend).factorize(
         dense[rows, columns]
     )
     b = right_hand_sides(len(dense))
@@ -139,7 +139,7 @@ def test_threads_share_the_options_of_cvxopt_and_leave_the_callers_own_alone(mon
     P = problem(4, 1e-3)
     b = right_hand_sides(P.shape[0])
     entries, values = lower_triangle(P)
-    alone = analyse(entries, "cvxopt").factorise(values).solve(b)
+    alone = analyse(entries, "cvxopt").factorize(values).solve(b)
     seen, failures = [], []
 
     def work(k):
@@ -147,7 +147,7 @@ def test_threads_share_the_options_of_cvxopt_and_leave_the_callers_own_alone(mon
             for scale in range(1, 8):
                 analysis = analyse(lower_triangle(P, repeated=bool(k % 2))[0], "cvxopt")
                 seen.append(
-                    np.abs(scale * analysis.factorise(scale * values).solve(b) - alone).max()
+                    np.abs(scale * analysis.factorize(scale * values).solve(b) - alone).max()
                 )
         except Exception as error:  # a thread's exceptions are lost
             failures.append(error)
@@ -211,13 +211,13 @@ def test_non_finite_matrices_fail(backend):
 
 def test_a_backend_is_obeyed_by_every_step(monkeypatch):
     """A map, its polish and another balance, of a body whose map folds."""
-    made, factorise = [], factor_module.Analysis.factorise
+    made, factorize = [], factor_module.Analysis.factorize
 
     def noted(self, values):
         made.append(self.backend)
-        return factorise(self, values)
+        return factorize(self, values)
 
-    monkeypatch.setattr(factor_module.Analysis, "factorise", noted)
+    monkeypatch.setattr(factor_module.Analysis, "factorize", noted)
     v, f = ism.samples.make("octopus", n_vertices=1300)
     method = ism.Auto(backend="scipy", polish="angles")
     result = ism.spherical_conformal_map(v, f, method=method)
