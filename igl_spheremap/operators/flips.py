@@ -8,8 +8,7 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import HalfEdges, twins
 
 #: Bounds on the rounds of flips, of edges that share no face in a round, and on the flips: a number for each face, and
-#: one for the whole mesh, as small ones may take more for each. Meshes that no bound stopped took up to 60 rounds and
-#: 5 flips a face; without bounds, rounding can flip edges back and forth for ever.
+#: one for the whole mesh, as small ones may take more for each: rounding can flip edges back and forth for ever.
 _ROUNDS = 400
 _FLIPS_PER_FACE, _FLIPS_BESIDE = 6, 100_000
 #: An edge is flipped if the sine of the sum of its opposite angles is below minus this: rounding must not flip it back.

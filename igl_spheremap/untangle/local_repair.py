@@ -28,34 +28,26 @@ from .embedding import (
 )
 from .relax import AngleLoss, relax_angles
 
-#: Foldings of at most this share of the faces are few, and are repaired locally. Measured: with 1 percent folded that
-#: leads to maps as good as from angles at a quarter of the cost, with 2 percent (hairy sphere) to 3.3 degrees instead
-#: of 1.1 (`python -m benchmarks repairs maps`).
+#: Foldings of at most this share of the faces are few, and are repaired locally: above, layouts by angles are nearer.
 FEW = 0.01
-#: Rings around foldings within which small moves move vertices. With 3 one of 231 maps gains .3 percent (tried by
-#: hand).
+#: Rings around foldings within which small moves move vertices.
 _MOVED_RINGS = 2
-#: Rings around what a repair moved that are relaxed with it. With 3 ten of 231 maps gain and seven lose, up to a tenth
-#: (tried by hand).
+#: Rings around what a repair moved that are relaxed with it.
 RELAXED_RINGS = 2
-#: Relaxing ends after this many sweeps, or one that gains less than this share: with 5 sweeps 158 parts end alike
-#: (tried by hand).
+#: Relaxing ends after this many sweeps, or one that gains less than this share.
 _SWEEPS, _SETTLED = 30, 0.01
 #: Twice the area that small moves give folded faces, over the square of their longest side: about their least angle in
-#: radians. With 1e-2 every eighth part of the set tune ends the same, 3 worse and 1 better (`python -m benchmarks
-#: versions . FOLDER/tune --every 8 --set untangle.local_repair._LEAST_AREA=1e-2`).
+#: radians.
 _LEAST_AREA = 1e-3
 #: A map is worse than another if its mean angle difference is this many times the other's: centring always changes it a
-#: bit. With 1.2 every eighth part of the set tune ends the same.
+#: bit.
 _WORSE = 1.05
 #: Distance of the centroid from the origin, the sphere's radius being 1, beyond which a map is centred even if that
-#: folds faces. With 1e-2 every eighth part of the set tune ends .1 percent lower.
+#: folds faces.
 _OFF_CENTRE = 1e-3
-#: Small moves are longer than the shortest sufficient ones by this factor. With 1 the whole set tune ends 1.6 percent
-#: higher, 17 parts worse and 8 better, with 1.8 every eighth part 1.3 percent higher, 3 worse and 1 better.
+#: Small moves are longer than the shortest sufficient ones by this factor, so that fewer rounds are needed.
 _OVER_RELAXATION = 1.3
-#: Small moves end after this many rounds in which no fewer faces fold. With 8 a part of 149 vertices ends at 25.9, not
-#: 22.8 degrees (tried by hand).
+#: Small moves end after this many rounds in which no fewer faces fold.
 _PATIENCE = 25
 
 

@@ -24,14 +24,11 @@ from .ordering import bandwidth_order, inverse_permutation, nested_dissection
 
 Solver = Callable[[np.ndarray], np.ndarray]
 
-#: Unknowns from which on CHOLMOD takes nested dissection: no slower than minimum degree, less fill on folded surfaces
-#: (benchmarks/tried.md, orders and factorisations).
+#: Unknowns from which on CHOLMOD takes nested dissection: no slower than minimum degree, and less fill.
 _CHOLMOD_DISSECTS_FROM = 100_000
-#: Unknowns from which on SuperLU takes nested dissection: below, minimum degree fills and costs less; far above, its
-#: search takes longer than the factorisation (benchmarks/tried.md, orders and factorisations).
+#: Unknowns from which on SuperLU takes nested dissection: below, minimum degree costs less.
 _SUPERLU_DISSECTS_FROM = 40_000
-#: Relative residual from which on SuperLU counts as having failed: half of the digits. Of the samples' Laplacians it is
-#: 7e-16 at most.
+#: Relative residual from which on SuperLU counts as having failed: half of the digits.
 _LARGEST_BACKWARD_ERROR = 1e-8
 #: cvxopt has one set of options for all threads.
 _OPTIONS = threading.Lock()

@@ -12,17 +12,13 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from ...sphere.rows import row_dots, unit_rows
 
-#: Graphs of up to this size are placed by a dense eigenvalue decomposition. With 150 and 600 SuperLU's factor of
-#: sample:brain:n_vertices=48000 has as many entries (tried by hand).
+#: Graphs of up to this size are placed by a dense eigenvalue decomposition.
 _COARSEST = 300
-#: Averaging sweeps on each level, fewer on the finest, where they cost most: with 3 everywhere factors would have up to
-#: half as many entries again (docs/factorisations.md).
+#: Averaging sweeps on each level, fewer on the finest, where they cost most.
 _SWEEPS, _FINEST_SWEEPS = 10, 3
-#: Weight of the vertex itself in a sweep: it damps oscillating modes. With .05 and .2 SuperLU's factor of
-#: sample:brain:n_vertices=48000 has as many entries within .2 percent (tried by hand).
+#: Weight of the vertex itself in a sweep: it damps oscillating modes.
 _SELF_WEIGHT = 0.1
-#: Fixed-point steps on the coarsest graph; the map need not be converged: with 15 and 60 SuperLU's factor of
-#: sample:brain:n_vertices=48000 has 2 and .3 percent fewer entries (tried by hand).
+#: Fixed-point steps on the coarsest graph; the map need not be converged.
 _PROJECTIONS = 30
 #: Share of the largest eigenvalue, or area, below which others are rounding.
 _ZERO = 1e-12

@@ -10,8 +10,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from .graph_sphere import graph_sphere
 
-#: The cutting planes are medians over a sample of this many vertices a leaf. With 1 and 4 SuperLU's factor of
-#: sample:brain:n_vertices=48000 has 1.3 percent more and 1.6 percent fewer entries (tried by hand).
+#: The cutting planes are medians over a sample of this many vertices a leaf.
 _SAMPLE = 2
 #: A vertex with more than this many times sqrt(n) neighbours is a hub, which the best separator would hold: that many
 #: vertices would fill more than it does. (Amestoy, Davis and Duff 2004, *Algorithm 837: AMD*, put such rows last, too.)
