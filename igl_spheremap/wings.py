@@ -48,6 +48,13 @@ def refusal(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> Refusal
     return Refusal(f, n, v, asked)
 
 
+def refuse_polygons(v: FloatArray, f: ArrayLike) -> None:
+    """Refuse faces that are an array of polygons, and say what repairs them."""
+    from .mesh_repair.refusal import refuse_polygons
+
+    refuse_polygons(v, f)
+
+
 def rebalanced(result: SphereMap, balance: float, listener: Listener | None) -> SphereMap:
     """A map without foldings at another balance."""
     from .balance.rebalance import rebalanced

@@ -125,6 +125,8 @@ def check_triangles(f: ArrayLike) -> IntArray:
     Raises MeshError for anything else, and where there are no faces.
     """
     array = plain_array(f, "faces")
+    if is_padded(array):
+        array = array.reshape(-1, 4)[:, 1:]
     if array.size == 0:
         raise MeshError("no faces: the mesh is empty or a point cloud; give a closed triangle mesh")
     if array.ndim != 2 or array.shape[1] != 3:
@@ -140,6 +142,13 @@ def check_triangles(f: ArrayLike) -> IntArray:
     return np.array(array, dtype=np.int64, order="C")
 
 
+def is_padded(f: NDArray[Any]) -> bool:
+    """Whether an array has the number 3 before the corners of each face, as VTK and PyVista keep triangles."""
+    rows = f.ndim == 2 and f.shape[1] == 4
+    row = f.ndim == 1 and len(f) % 4 == 0
+    return f.size > 0 and (rows or row) and bool((f.reshape(-1, 4)[:, 0] == 3).all())
+
+
 def _transposed(array: NDArray[Any]) -> str:
     """A hint for errors where rows and columns seem to be swapped."""
     return " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
@@ -148,12 +157,16 @@ def _transposed(array: NDArray[Any]) -> str:
 def plural(number: int, singular: str, several: str | None = None) -> str:
     """A number of things.
 
-    >>> plural(1, "face"), plural(3, "face"), plural(2, "vertex", "vertices")
-    ('1 face', '3 faces', '2 vertices')
+    >>> plural(1, "face"), plural(0, "face"), plural(2, "vertex", "vertices")
+    ('1 face', 'no faces', '2 vertices')
     """
     if number == 1:
         return f"1 {singular}"
-    return f"{number} {singular + 's' if several is None else several}"
+    if several is None:
+        several = f"{singular}s"
+    if number == 0:
+        return f"no {several}"
+    return f"{number} {several}"
 
 
 def count(items: NDArray[Any], singular: str, several: str | None = None) -> str:

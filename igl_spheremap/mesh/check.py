@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Protocol, cast, runtime_checkable
+from typing import Any, Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +25,7 @@ from .arrays import (
     count,
     examples,
     plain_array,
+    plural,
 )
 from .edges import HalfEdges, half_edges, twins
 from .measure import corner_angles, face_areas, vertex_normals, vertex_shares
@@ -141,13 +143,20 @@ def check_mesh(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> 
         ...
     igl_spheremap.errors.MeshError: open surface: 1 hole (3 edges) near (-0.333, -0.333, -0.333), ...
     """
-    return checked(v, f, caps, Remedy("repair_mesh"))
+    return checked(v, f, caps, partial(wings.refusal, asked=Remedy("repair_mesh")))
 
 
-def checked(v: ArrayLike, f: ArrayLike, caps: ArrayLike | None, asked: Remedy) -> Mesh:
-    """`check_mesh` for a repair: the call that an error suggests includes the options `asked` of that repair."""
-    vertices, faces = check_positions(v), check_triangles(f)
-    edges = _check_sphere(faces, len(vertices), vertices, asked)
+def checked(
+    v: ArrayLike, f: ArrayLike, caps: ArrayLike | None, refusal: Callable[..., Any]
+) -> Mesh:
+    """`check_mesh` with a repair's own sentences for what it refuses."""
+    vertices = np.array(check_rows(v, name="vertices"))
+    try:
+        faces = check_triangles(f)
+    except MeshError:
+        wings.refuse_polygons(vertices, f)
+        raise
+    edges = _check_sphere(faces, len(vertices), vertices, refusal)
     return _mesh(vertices, faces, edges, None if caps is None else check_caps(caps, len(faces)))
 
 
@@ -207,20 +216,27 @@ def check_faces(f: ArrayLike | Mesh, n_vertices: int) -> IntArray:
             )
         return f.f
     faces = check_triangles(f)
-    _check_sphere(faces, n_vertices, None, Remedy("repair_mesh"))
+    _check_sphere(faces, n_vertices, None, partial(wings.refusal, asked=Remedy("repair_mesh")))
     return faces
 
 
 def check_positions(v: ArrayLike) -> FloatArray:
     """A copy of the positions; MeshError unless they are finite rows of three."""
     vertices = np.array(check_rows(v, name="vertices"))
-    if not np.isfinite(vertices).all():
-        bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
+    bad = not_finite(vertices)
+    if len(bad):
         raise MeshError(
             f"not finite: {count(bad, 'vertex', 'vertices')} with NaN or infinite coordinates, "
             f"{examples(bad)}; correct or remove them"
         )
     return vertices
+
+
+def not_finite(v: FloatArray) -> IntArray:
+    """Rows with a coordinate that is NaN or infinite."""
+    if np.isfinite(v).all():
+        return np.empty(0, dtype=np.int64)
+    return np.flatnonzero(~np.isfinite(v).all(axis=1))
 
 
 def check_caps(caps: ArrayLike, m: int) -> BoolArray | None:
@@ -253,7 +269,9 @@ def check_indices(f: IntArray, n: int) -> None:
         )
 
 
-def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> HalfEdges:
+def _check_sphere(
+    f: IntArray, n: int, v: FloatArray | None, refuse: Callable[..., Any]
+) -> HalfEdges:
     """Half-edges; a MeshError unless each edge has two opposite faces, and the faces form one sphere.
 
     With faces connected across edges and every vertex used, V - E + F = 2 - 2 g - (extra vertex fans),
@@ -261,13 +279,18 @@ def _check_sphere(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> H
     """
     if n < 4:
         raise MeshError(
-            f"{n or 'no'} vertices: a closed surface has at least 4, and 4 faces; give a closed mesh"
+            f"{plural(n, 'vertex', 'vertices')}: a closed surface has at least 4, and 4 faces; give a "
+            "closed mesh"
         )
     check_indices(f, n)
-    m, edges = len(f), half_edges(f, n)
-    refusal = partial(wings.refusal, f, n, v, asked)
-    if edges is None:
+    m = len(f)
+    refusal = partial(refuse, f, n, v)
+    if v is not None and len(bad := not_finite(v)):
+        refusal().not_finite(bad)
+    found = half_edges(f, n)
+    if found is None:
         refusal().half_edges()
+    edges = cast(HalfEdges, found)
     alone = np.diff(edges.indptr) == 1
     if alone.any():
         refusal().unreferenced(np.flatnonzero(alone))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,14 +14,23 @@ from .. import wings
 from ..errors import Remedy
 from ..gate import takes_mesh
 from ..timings import phase
-from .arrays import BoolArray, FloatArray, IntArray, check_triangles, listed_words, place
+from .arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    check_rows,
+    check_triangles,
+    listed_words,
+    place,
+    plural,
+)
 from .check import (
     CheckedFaces,
     area_weights,
     check_caps,
     check_indices,
-    check_positions,
     normalised,
+    not_finite,
 )
 from .edges import components, pinched_vertices, rims, shared_edges, sides
 
@@ -86,7 +97,7 @@ def check_disk(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> 
         ...
     igl_spheremap.errors.MeshError: closed surface: it has no boundary; map it to the sphere (spherical_conformal_map...
     """
-    vertices, faces = check_positions(v), check_triangles(f)
+    vertices, faces = np.array(check_rows(v, name="vertices")), check_triangles(f)
     rim = disk_rim(faces, vertices)
     unit, areas = normalised(vertices, faces)
     return Disk(
@@ -99,11 +110,15 @@ def check_disk(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> 
     )
 
 
-def disk_rim(f: IntArray, v: FloatArray, asked: Remedy = Remedy("repair_disk")) -> IntArray:  # noqa: B008
-    """The boundary loop of a disk; a MeshError if the faces form none, with places by the positions v."""
+def disk_rim(f: IntArray, v: FloatArray, refuse: Callable[..., Any] | None = None) -> IntArray:
+    """The boundary loop of a disk; a MeshError if the faces form none, by a repair's own sentences if it has any."""
     n, m = len(v), len(f)
     check_indices(f, n)
-    refusal = partial(wings.refusal, f, n, v, asked)
+    if refuse is None:
+        refuse = partial(wings.refusal, asked=Remedy("repair_disk"))
+    refusal = partial(refuse, f, n, v)
+    if len(bad := not_finite(v)):
+        refusal().not_finite(bad)
     start, stop = sides(f)
     _, edge, one, other = shared_edges(f, n)
     faces_at = np.bincount(edge)
@@ -131,14 +146,11 @@ def disk_rim(f: IntArray, v: FloatArray, asked: Remedy = Remedy("repair_disk")) 
     )
     places = f"{listed_words([len(loop) for loop in loops])} edges, near {place(v[loops[0]], v)}"
     if len(loops) > 1:
-        refusal().refuse(
-            f"{len(loops)} boundary loops, of {places} and {place(v[loops[1]], v)}",
-            "a disk has one: fill the other holes",
-        )
+        refusal().several_loops(loops)
     handles = (1 - (n - len(faces_at) + m)) // 2
     if handles:
         refusal().refuse(
-            f"{handles} handle{'s' * (handles > 1)} and a boundary loop of {places}: no map to the plane is "
+            f"{plural(handles, 'handle')} and a boundary loop of {places}: no map to the plane is "
             "free of foldings",
             "fill the hole, cut the handles, and cut it open along a seam",
         )

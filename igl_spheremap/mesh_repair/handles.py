@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning_tree
 
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.edges import components, edge_keys
+from ..mesh.edges import components, edge_keys, sides
 
 #: Vertices of a loop of the basis at which searches begin, equally spaced, so that none misses a handle along which the
 #: loop runs for a 24th of its length.
@@ -71,7 +71,7 @@ class _Loops:
 
     def __init__(self, v: FloatArray, f: IntArray) -> None:
         n = len(v)
-        start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
+        start, stop = sides(f)
         keys = edge_keys(start, stop, n)
         there, back = (
             half[np.argsort(keys[half])]

@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike
 
 from ..errors import MeshError, Remedy
 from ..gate import takes_mesh
-from ..mesh.arrays import check_rows, check_triangles, listed_words
+from ..mesh.arrays import check_rows, listed_words, plural
 from ..mesh.check import check_mesh
 from ..mesh.disk import check_disk
 from ..operators.laplacian import build_operators
 from ..result.findings import Finding
+from .polygons import triangulated
 from .quality import MeshQuality, mesh_quality
 from .repair_mesh import repair_mesh
 from .topology import Topology, topology_of, usable_faces
@@ -81,7 +82,7 @@ def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
     v : (n, 3) array_like
         Vertex positions, any units, finite or not.
     f : (m, 3) array_like
-        Faces as 0-based vertex indices, in range or not.
+        Faces as 0-based vertex indices, in range or not; or polygons as of `repair_mesh`.
 
     Returns
     -------
@@ -99,11 +100,12 @@ def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
     >>> v, f = ism.samples.sphere(42)
     >>> found = ism.info(v, f[1:])
     >>> found.topology.components
-    (Component(vertices=42, faces=79, boundary_loops=(3,), handles=0),)
+    (Component(vertices=42, faces=79, boundary_loops=(3,), handles=0, part=None),)
     >>> found.maps_to, found.repair
     ('plane', {'holes': 'fill'})
     """
-    vertices, faces = check_rows(v, name="vertices"), check_triangles(f)
+    vertices = check_rows(v, name="vertices")
+    faces = triangulated(vertices, f)[0]
     finite = np.asarray(np.isfinite(vertices).all(axis=1))
     measured = faces[usable_faces(faces, len(vertices))[1]]
     measured = measured[np.all(finite[measured], axis=1)]
@@ -120,7 +122,9 @@ def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
         operators = build_operators(check_mesh(vertices, faces))
         maps_to, weights, notes = "sphere", operators.weights, operators.notes
     except MeshError as fault:
-        error, repair = str(fault), None if fault.remedy is None else fault.remedy.options
+        error, repair = str(fault), None
+        if fault.remedy is not None:
+            repair = fault.remedy.options
         with suppress(MeshError):
             check_disk(vertices, faces)
             maps_to = "plane"
@@ -146,146 +150,115 @@ def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
 
 def mesh_findings(found: MeshInfo) -> list[Finding]:
     """The sentences of a summary, and the numbers behind them."""
-    known = {
-        name: value for name, value in vars(found).items() if name not in ("topology", "quality")
-    }
-    quality = asdict(found.quality) if found.quality else {}
-    verdict = {
-        "sphere": "closed, oriented, connected, genus 0: it can be mapped to the sphere",
-        "plane": "oriented, connected, one boundary loop, no handle: a disk, which can be mapped to the plane",
-        None: f"it can't be mapped as it is: {found.error}",
-    }
+    numbers = {key: value for key, value in vars(found).items() if key not in _RECORDS}
+    numbers |= asdict(found.topology)
+    if found.quality:
+        numbers |= asdict(found.quality)
+    size = f"{_vertices(found.vertices)}, {plural(found.faces, 'face')}"
     rows = [
-        Finding(
-            "mesh",
-            f"{_vertices(found.vertices)}, {_faces(found.faces)}",
-            {**known, **asdict(found.topology), **quality},
-        ),
-        Finding("topology", verdict[found.maps_to], {}),
+        Finding("mesh", size, numbers),
+        _text("topology", _VERDICTS.get(found.maps_to, f"{_NO_MAP}{found.error}")),
         *_parts(found.topology),
     ]
     if found.not_finite:
-        rows.append(
-            Finding("not finite", f"{_vertices(found.not_finite)}, which figures leave out", {})
-        )
+        rows.append(_text("not finite", f"{_vertices(found.not_finite)}, which figures leave out"))
     if found.quality:
         rows += _figures(found.quality, found.topology.edges)
-    rows += [Finding("note", note, {}) for note in found.notes]
+    rows += [_text("note", note) for note in found.notes]
     if found.repair is not None:
         repair = Remedy("repair_mesh", found.repair)
-        rows.append(Finding("repair", f"{repair} would do this: {'; '.join(found.actions)}", {}))
+        rows.append(_text("repair", f"{repair} would do this: {'; '.join(found.actions)}"))
     elif found.error is not None:
-        rows.append(Finding("repair", "no repair makes it a closed surface of genus 0", {}))
+        rows.append(_text("repair", "no repair makes it a closed surface of genus 0"))
     return rows
+
+
+#: The fields of `MeshInfo` whose own fields are listed.
+_RECORDS = ("topology", "quality")
+_VERDICTS: dict[str | None, str] = {
+    "sphere": "closed, oriented, connected, genus 0: it can be mapped to the sphere",
+    "plane": "oriented, connected, one boundary loop, no handle: a disk, which can be mapped to the plane",
+}
+_NO_MAP = "it can't be mapped as it is: "
+#: Faults of the lists: the fields of `Topology`, and what is counted.
+_FAULTS = (
+    ("nonmanifold_edges", "edge of more than two faces", "edges of more than two faces"),
+    ("nonmanifold_vertices", "vertex where sheets touch", "vertices where sheets touch"),
+    (
+        "reversed_edges",
+        "edge along which both faces run in the same direction",
+        "edges along which both faces run in the same direction",
+    ),
+    ("out_of_range", "face with an index out of range", "faces with an index out of range"),
+    ("repeated_indices", "face with a repeated index", "faces with a repeated index"),
+    ("copies", "copy of another face", "copies of other faces"),
+    ("unreferenced", "vertex in no face", "vertices in no face"),
+)
 
 
 def _parts(topology: Topology) -> list[Finding]:
     """Components, and what is wrong with the lists."""
     several = len(topology.components) > 1
     found = []
-    for k, part in enumerate(topology.components[:_DESCRIBED]):
-        loops = part.boundary_loops
-        rim = (
-            f"{_counted(len(loops), 'boundary loop')} of {listed_words(loops)} edges"
-            if loops
-            else "closed"
-        )
-        handles = "not orientable" if part.handles is None else _counted(part.handles, "handle")
-        text = f"{_vertices(part.vertices)}, {_faces(part.faces)}, {rim}, {handles}"
-        found.append(Finding(f"part {k + 1}" if several else "surface", text, {}))
+    for part in topology.components[:_DESCRIBED]:
+        label = "surface"
+        if several:
+            label = "open part" if part.part is None else f"part {part.part}"
+        rim, handles = "closed", "not orientable"
+        if part.boundary_loops:
+            loops = plural(len(part.boundary_loops), "boundary loop")
+            rim = f"{loops} of {listed_words(part.boundary_loops)} edges"
+        if part.handles is not None:
+            handles = plural(part.handles, "handle")
+        size = f"{_vertices(part.vertices)}, {plural(part.faces, 'face')}"
+        found.append(_text(label, f"{size}, {rim}, {handles}"))
     more = topology.components[_DESCRIBED:]
     if more:
-        found.append(
-            Finding(
-                "",
-                f"and {_counted(len(more), 'more part')}, of at most {_faces(more[0].faces)}",
-                {},
-            )
-        )
-    faults = [
-        _counted(number, name, plural)
-        for number, name, plural in (
-            (
-                topology.nonmanifold_edges,
-                "edge of more than two faces",
-                "edges of more than two faces",
-            ),
-            (
-                topology.nonmanifold_vertices,
-                "vertex where sheets touch",
-                "vertices where sheets touch",
-            ),
-            (
-                topology.reversed_edges,
-                "edge along which both faces run in the same direction",
-                "edges along which both faces run in the same direction",
-            ),
-            (
-                topology.out_of_range,
-                "face with an index out of range",
-                "faces with an index out of range",
-            ),
-            (
-                topology.repeated_indices,
-                "face with a repeated index",
-                "faces with a repeated index",
-            ),
-            (topology.copies, "copy of another face", "copies of other faces"),
-            (topology.unreferenced, "vertex in no face", "vertices in no face"),
-        )
-        if number
-    ]
+        largest = plural(more[0].faces, "face")
+        found.append(_text("", f"and {plural(len(more), 'more part')}, of at most {largest}"))
+    counts = [(getattr(topology, name), one, several_) for name, one, several_ in _FAULTS]
+    faults = [plural(*each) for each in counts if each[0]]
     if faults:
-        found.append(Finding("faults", "; ".join(faults), {}))
+        found.append(_text("faults", "; ".join(faults)))
     return found
 
 
 def _figures(quality: MeshQuality, edges: int) -> list[Finding]:
     """Sizes, edges, angles and weights."""
-    volume = (
-        f", volume {abs(quality.volume):.4g}{' (oriented inwards)' * (quality.volume < 0)}"
-        if np.isfinite(quality.volume)
-        else ""
-    )
+    size = " x ".join(f"{side:.4g}" for side in quality.extent) + f", area {quality.area:.4g}"
+    if np.isfinite(quality.volume):
+        size += f", volume {abs(quality.volume):.4g}"
+        if quality.volume < 0:
+            size += " (oriented inwards)"
     return [
-        Finding(
-            "size",
-            f"{' x '.join(f'{side:.4g}' for side in quality.extent)}, area {quality.area:.4g}{volume}",
-            {},
-        ),
-        Finding(
+        _text("size", size),
+        _text(
             "edges",
             f"{edges}, {quality.shortest_edge:.3g} to {quality.longest_edge:.3g} long, mean "
             f"{quality.mean_edge:.3g}; at most {quality.largest_valence} at a vertex",
-            {},
         ),
-        Finding(
+        _text(
             "angles",
             f"{quality.smallest_angle:.3g} to {quality.largest_angle:.4g} degrees; "
-            f"{_counted(quality.slivers, 'sliver')} below 1 degree, {_faces(quality.zero_area_faces)} of zero area",
-            {},
+            f"{plural(quality.slivers, 'sliver')} below 1 degree, "
+            f"{plural(quality.zero_area_faces, 'face')} of zero area",
         ),
-        Finding(
+        _text(
             "vertices",
             f"{quality.coincident_vertices} at the place of another one, {quality.near_vertices} more "
             "within a millionth of the size of the mesh",
-            {},
         ),
-        Finding(
+        _text(
             "weights",
             f"{quality.non_delaunay_edges} of {edges} edges are not Delaunay: negative weights there",
-            {},
         ),
     ]
 
 
-def _counted(number: int, name: str, plural: str | None = None) -> str:
-    return f"{number or 'no'} {name if number == 1 else plural or name + 's'}"
+def _text(label: str, text: str) -> Finding:
+    """A sentence without numbers of its own."""
+    return Finding(label, text, {})
 
 
 def _vertices(number: int) -> str:
-    return _counted(number, "vertex", "vertices")
-
-
-def _faces(number: int) -> str:
-    return _counted(number, "face")
+    return plural(number, "vertex", "vertices")

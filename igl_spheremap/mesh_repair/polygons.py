@@ -5,12 +5,71 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..mesh.arrays import BoolArray, FloatArray, IntArray, own_unit
+from ..mesh.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    check_triangles,
+    is_padded,
+    own_unit,
+    plain_array,
+    plural,
+)
 from ..mesh.edges import edge_keys
 
 #: Height over the longest side below which a triangle counts as flat: files keep six digits.
 _FLAT = 1e-6
+
+
+def triangulated(v: FloatArray, f: ArrayLike) -> tuple[IntArray, IntArray, tuple[str, ...]]:
+    """Faces as triangles, the row of `f` that each comes from, and what was done: arrays of polygons are cut.
+
+    >>> v = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    >>> faces, row, done = triangulated(v, [[0, 1, 2, 3]])
+    >>> faces.tolist(), row.tolist(), done
+    ([[0, 1, 2], [0, 2, 3]], [0, 0], ('triangulated 1 polygon',))
+    """
+    polygons = polygons_in(f)
+    if polygons is None:
+        faces = check_triangles(f)
+        return faces, np.arange(len(faces)), ()
+    corners, sizes = polygons
+    cut = cut_polygons(v, corners, sizes)
+    done = triangulation(int((sizes > 3).sum()), int(cut.concave.sum()))
+    return corners[cut.triangles], cut.polygon, done
+
+
+def triangulation(polygons: int, concave: int) -> tuple[str, ...]:
+    """What was done to polygons, if there were any."""
+    if not polygons:
+        return ()
+    among = f", {concave} of them concave" if concave else ""
+    return (f"triangulated {plural(polygons, 'polygon')}{among}",)
+
+
+def polygons_in(f: ArrayLike) -> tuple[IntArray, IntArray] | None:
+    """The corners in one row, and the number of each face's, of an array of polygons; None of triangles and others.
+
+    Rows of four or more indices, or as VTK and PyVista keep them: before each face's corners their number.
+    """
+    array = plain_array(f, "faces")
+    if array.dtype.kind not in "iu" or not array.size or is_padded(array):
+        return None
+    if array.ndim == 2 and array.shape[1] > 3 and len(array) != 3:
+        if (array[:, 0] == array.shape[1] - 1).all():
+            array = array[:, 1:]
+        return array.astype(np.int64).ravel(), np.full(len(array), array.shape[1])
+    if array.ndim != 1:
+        return None
+    heads, at = [], 0
+    while at < len(array) and array[at] >= 3:
+        heads.append(at)
+        at += int(array[at]) + 1
+    if at != len(array):
+        return None
+    return np.delete(array, heads).astype(np.int64), array[heads].astype(np.int64)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,40 +6,67 @@ from functools import cached_property
 from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, Remedy
-from ..mesh.arrays import FloatArray, IntArray, count, examples, listed, own_unit, place
+from ..mesh.arrays import (
+    FloatArray,
+    IntArray,
+    count,
+    examples,
+    listed,
+    listed_words,
+    own_unit,
+    place,
+    plural,
+)
+from ..mesh.check import check_indices
 from ..mesh.edges import direction_components, pinched_vertices, shared_edges, sides
 from .handles import short_loop
+from .polygons import polygons_in, triangulated
 from .seam import TIPS
-from .surface import Surface, holes_text
+from .surface import Surface, holes_text, percent
 from .welding import weld_tolerance
 
-#: Share of the faces that the largest component must have for the others to be dropped. If even it is smaller, the mesh
-#: is a heap of pieces, none of which is the surface. A tenth is a choice.
-_LEAST_PART = 0.1
+#: Options of repairs and their defaults, in the order in which these are made.
+_REPAIRS = {
+    "weld": 0.0,
+    "keep_largest": False,
+    "holes": "refuse",
+    "handles": "refuse",
+    "rim": None,
+    "cut": None,
+}
 
 
-#: Options of repairs, in the order in which these are made.
-_REPAIRS = ("weld", "keep_largest", "holes", "handles", "cut")
+#: How to get one of several components.
+_ONE_PART = "give one (of a file FILE:K, as `igl-spheremap info FILE --parts` lists them), or keep the largest"
 
 
-def repair_by(function: str, **options: Any) -> Remedy:
-    """A repair with those of its options that are set."""
-    return Remedy(function, {name: options[name] for name in _REPAIRS if options.get(name)})
+def repair_by(function: str, options: dict[str, Any]) -> Remedy:
+    """A repair with those of its options that differ from the defaults."""
+    known = {name: options.get(name, default) for name, default in _REPAIRS.items()}
+    return Remedy(function, {key: value for key, value in known.items() if value != _REPAIRS[key]})
 
 
 class Refusal:
     """The errors of a refused mesh: faces with indices in range, and its positions where they are known.
 
-    `asked` is the repair that the mesh comes from; the call that an error suggests includes its options. A disk, which
-    `repair_disk` makes, may have a boundary.
+    `asked` is the repair that the mesh comes from, with all options given so far, and `work` the surface under that
+    repair. Numbers in sentences are those of the input, and the call that is suggested was followed from there. A disk,
+    which `repair_disk` makes, may have a boundary.
     """
 
-    def __init__(self, f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> None:
-        self.f, self.n, self.v, self.asked = f, n, v, asked
+    def __init__(
+        self, f: IntArray, n: int, v: FloatArray | None, asked: Remedy, work: Surface | None = None
+    ) -> None:
+        self.f, self.n, self.v, self.asked, self._work = f, n, v, asked, work
         self._closed = asked.function == "repair_mesh"
+        # random positions coincide nowhere
+        positions = np.random.default_rng(0).random((n, 3)) if v is None else v
+        self._given = (positions, f) if work is None else work.given
+        self._rows = np.arange(n) if work is None else work.vertex_source
+        self._faces = np.arange(len(f)) if work is None else work.face_source
 
     def half_edges(self) -> NoReturn:
         """Refuse faces with a repeated index, or edges that are not shared by two opposite faces."""
@@ -60,31 +87,50 @@ class Refusal:
                 np.sort(f, axis=1), axis=0, return_index=True, return_counts=True
             )
             twice = one[copies > 1]
-            hint = (
-                f"{count(twice, 'face')} given twice, {examples(twice)}: remove the copies"
-                if len(twice)
-                else "split the surface there, or remove the surplus faces"
-            )
+            hint = "part the sheets that meet there, and drop the faces that are left over"
+            if len(twice):
+                hint = f"{count(twice, 'face')} given twice, {examples(twice)}: remove the copies"
             self.refuse(
-                f"non-manifold edge: {count(bad, 'edge')} in more than two faces, {_edges(bad)}",
+                f"non-manifold edge: {count(bad, 'edge')} in more than two faces, {self._edges(bad)}",
                 hint,
             )
         if (faces_at < 2).any() and self._closed:
             self._open(np.column_stack((start, stop))[faces_at[edge] < 2])
         clash = start[first] == start[second]
         bad = ends[edge[first[clash]]]
-        faces = np.column_stack((first // 3, second // 3))[clash]
+        faces = self._faces[np.column_stack((first // 3, second // 3))[clash][0]]
         forward, backward = direction_components(first // 3, second // 3, clash, len(f))
         if (forward == backward).any():
             self.refuse(
                 "not orientable: no choice of face directions agrees across all edges (a Klein bottle or "
-                f"projective plane), it fails {_edges(bad[:1])}",
+                f"projective plane), it fails {self._edges(bad[:1])}",
                 "give an orientable surface",
             )
         self.refuse(
-            f"inconsistent orientation: {count(bad, 'edge')} run in the same direction by both faces, e.g. "
-            f"faces {listed(faces[0])} at edge {bad[0, 0]}-{bad[0, 1]}",
+            f"inconsistent orientation: {count(bad, 'edge')} run in the same direction by both faces, "
+            f"{self._edges(bad[:1])}, faces {listed(faces)}",
             "reverse faces until they agree",
+        )
+
+    def several_loops(self, loops: list[IntArray]) -> NoReturn:
+        """Refuse several boundary loops of a disk."""
+        assert self.v is not None
+        sizes, near = (
+            listed_words(list(map(len, loops))),
+            [place(self.v[each], self.v) for each in loops[:2]],
+        )
+        joined = repair_by("repair_disk", {**self.asked.options, "cut": max(2, len(loops))})
+        self.refuse(
+            f"{len(loops)} boundary loops, of {sizes} edges, near {near[0]} and {near[1]}",
+            f"a disk has one: join them by a cut ({joined} does), or fill the others",
+        )
+
+    def not_finite(self, bad: IntArray) -> NoReturn:
+        """Refuse vertices with coordinates that are not finite."""
+        self.refuse(
+            f"not finite: {count(bad, 'vertex', 'vertices')} with NaN or infinite coordinates, "
+            f"{examples(bad)}",
+            "correct them, or remove them with their faces",
         )
 
     def unreferenced(self, bad: IntArray) -> NoReturn:
@@ -97,10 +143,10 @@ class Refusal:
     def components(self, label: NDArray[np.int32]) -> NoReturn:
         """Refuse several components, given the component of each face."""
         sizes = np.sort(np.bincount(label))[::-1]
+        second = self._faces[int(np.argmax(label > 0))]
         self.refuse(
-            f"{len(sizes)} components of {listed(sizes)} faces, face {int(np.argmax(label > 0))} is in the "
-            "second one",
-            "give one closed surface" if self._closed else "give one of them",
+            f"{len(sizes)} components of {listed(sizes)} faces, face {second} is in the second one",
+            _ONE_PART,
         )
 
     def characteristic(self, twin: NDArray[np.int32]) -> NoReturn:
@@ -117,7 +163,7 @@ class Refusal:
                 f"the shortest loop found has {len(loop)} edges, near {place(self.v[loop], self.v)}"
             )
         self.refuse(
-            f"genus {genus}: {genus} handle{'s' * (genus > 1)} ({where}), and only genus 0 maps to a sphere",
+            f"genus {genus}: {plural(genus, 'handle')} ({where}), and only genus 0 maps to a sphere",
             "cut and fill the handles",
         )
 
@@ -125,78 +171,107 @@ class Refusal:
         """Refuse vertices with several fans of faces."""
         self.refuse(
             f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
-            f"{examples(bad)}",
+            f"{examples(self._rows[bad])}",
             "give each sheet a vertex of its own",
         )
 
     def _open(self, edges: IntArray) -> NoReturn:
-        """Refuse edges with one face: holes, or seams whose two sides have vertices at the same places."""
-        work, _, near = self._cleaned
+        """Refuse edges with one face: holes, or seams whose two sides don't share their vertices."""
+        work, near = self._cleaned
+        what, hints, rims = count(edges, "boundary edge"), list[str](), work.rims
+        if work.sound and rims:
+            what = holes_text(work.v, rims, places=self.v is not None)
+        seam = ""
         if near:
-            self.refuse(
-                f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}, whose vertices nearly "
-                f"coincide: within {near:g} of the diagonal of the bounding box",
-                "weld them",
-            )
-        if not work.sound or len(work.f) < _LEAST_PART * len(self.f):
-            self.refuse(
-                f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}", "close the holes"
-            )
-        if not work.rims:
-            self.refuse(
-                f"open surface: {count(edges, 'boundary edge')}, {_edges(edges)}",
-                "weld the coincident vertices along them",
-            )
-        self.refuse(
-            f"open surface: {holes_text(work.v, work.rims, places=self.v is not None)}, {_edges(edges)}",
-            "close the holes",
-        )
+            seam = f", whose vertices nearly coincide: within {near:g} of the diagonal of the bounding box"
+        if work.welded:
+            hints.append("weld the coincident vertices along them")
+        if work.stitched:
+            hints.append("split the faces on whose edges other vertices lie")
+        if work.parts > 1 and self._remedy is None:
+            hints.append(f"join the {work.parts} components")
+        elif work.parts > 1:
+            hints.append(f"of {work.parts} components {_ONE_PART}")
+        if rims or not hints:
+            hints.append("close the holes")
+        self.refuse(f"open surface: {what}, {self._edges(edges)}{seam}", listed_words(hints))
+
+    def _edges(self, edges: IntArray) -> str:
+        """Three edges of (k, 2), by the input's numbers, and where the first is if a repair has renumbered them."""
+        rows = self._rows[edges]
+        known = rows[(rows >= 0).all(axis=1)][:3].tolist()
+        text = "e.g. edge " + ", ".join(f"{i}-{j}" for i, j in known)
+        if not known:
+            text = "on new faces"
+        if self._work is not None and self._work.actions:
+            text += f" near {place(self._work.v[edges[0]], self._work.v)}"
+        return text
 
     @cached_property
-    def _cleaned(self) -> tuple[Surface, int, float]:
-        """The mesh, as far as it is repaired without new geometry, how many components it had, and how it was welded.
+    def _cleaned(self) -> tuple[Surface, float]:
+        """The input, as far as it is repaired without new geometry, and the tolerance by which it was welded.
 
         Vertices that nearly coincide are welded where that leaves fewer components and holes.
         """
-        work, parts = self._clean(0.0)
-        near = weld_tolerance(self.v, self.f) if self.v is not None else None
-        if near is not None:
-            joined, fewer = self._clean(near)
-            if joined.sound and fewer + len(joined.rims) < parts + len(work.rims):
-                return joined, fewer, near
-        return work, parts, 0.0
+        given = self.asked.options.get("weld", 0.0)
+        work = self._clean(given)
+        near = weld_tolerance(*self._given)
+        if near is not None and near != given:
+            joined = self._clean(near)
+            if joined.sound and joined.parts + len(joined.rims) < work.parts + len(work.rims):
+                return joined, near
+        return work, given
 
-    def _clean(self, near: float) -> tuple[Surface, int]:
-        apart = np.arange(self.n)[:, None] * np.ones(3)
-        work = Surface(apart if self.v is None else self.v, self.f)
-        return work, work.clean(keep_largest=True, weld=near)
+    def _clean(self, near: float) -> Surface:
+        work = Surface(*self._given, closed=self._closed)
+        work.clean(keep_largest=True, weld=near)
+        return work
 
     def refuse(self, what: str, hint: str) -> NoReturn:
-        """Raise the error with the hint, and the repair that follows it, if there is one."""
-        remedy = None
-        if self._cleaned[0].sound:
-            work, parts, near = self._cleaned
-            if len(work.f) < _LEAST_PART * len(self.f):
-                raise MeshError(
-                    f"{what}; join the {parts} components, the largest has {count(work.f, 'face')}"
-                )
-            loops = len(work.rims)
-            work.fill_holes()
-            cut = TIPS if not self._closed and (work.genus or not loops) else 0
-            stays = not self._closed and not cut
-            needed = {
-                "weld": near,
-                "keep_largest": parts > 1,
-                "holes": loops > stays and "fill",
-                "handles": work.genus > 0 and "cut",
-                "cut": cut,
-            }
-            remedy = repair_by(
-                self.asked.function,
-                **{**self.asked.options, **{k: x for k, x in needed.items() if x}},
-            )
+        """Raise the error with the hint, and the repair that mends it, if there is one, with the area that it keeps."""
+        remedy = self._remedy
+        kept = self._cleaned[0].kept
+        if remedy is not None and self.v is not None and round(kept, 6) < 1:
+            hint = f"{hint}, which keeps {percent(kept)} of the area"
         raise MeshError(f"{what}; {hint}", remedy)
 
+    @cached_property
+    def _remedy(self) -> Remedy | None:
+        """The repair of the input by which it passes the check; None if there is none, or it is the one that failed."""
+        work, near = self._cleaned
+        if not work.sound or not len(work.f):
+            return None
+        loops, parts = len(work.rims), work.parts
+        work.fill_holes()
+        if len(work.v) < 4:
+            return None
+        options = dict(self.asked.options)
+        options["weld"] = near
+        options["keep_largest"] = parts > 1
+        kept = 0
+        if not self._closed and "cut" not in options:
+            kept = 1
+            if work.genus or not loops:
+                options["cut"], kept = TIPS, 0
+        if loops > kept and (self._closed or work.genus or "cut" not in self.asked.options):
+            options["holes"] = "fill"
+        if work.genus:
+            options["handles"] = "cut"
+        remedy = repair_by(self.asked.function, options)
+        if self._work is not None and remedy.options == self.asked.options and self._work.cleaned:
+            return None
+        return remedy
 
-def _edges(edges: NDArray[Any]) -> str:
-    return "e.g. edge " + ", ".join(f"{int(i)}-{int(j)}" for i, j in edges[:3])
+
+def refuse_polygons(v: FloatArray, f: ArrayLike) -> None:
+    """Refuse faces that are an array of polygons."""
+    if polygons_in(f) is None:
+        return
+    faces, rows, _ = triangulated(v, f)
+    check_indices(faces, len(v))
+    work = Surface(v, faces, rows)
+    refusal = Refusal(faces, len(v), v, Remedy("repair_mesh"), work)
+    refusal.refuse(
+        f"faces are not triangles: {int(rows[-1]) + 1} faces, of {np.bincount(rows).max() + 2} corners",
+        "triangulate them",
+    )

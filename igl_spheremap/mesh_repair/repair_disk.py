@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError, check_whole, shown, within
+from ..errors import MeshError, check_whole, shown
 from ..gate import takes_mesh
-from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, own_unit, plain_array
-from ..mesh.check import check_indices, check_positions
+from ..mesh.arrays import FloatArray, IntArray, check_rows, own_unit, plain_array
+from ..mesh.check import check_indices
 from ..mesh.disk import disk_rim
-from .repair_mesh import RepairedMesh, asked_for
+from .polygons import triangulated
+from .refusal import Refusal
+from .repair_mesh import RepairedMesh, after_repair, asked_for, repaired
 from .surface import Surface
 
 
@@ -41,8 +44,9 @@ def repair_disk(
     rim : int or (3,) array_like, optional
         The boundary loop that stays is the one nearest to this vertex, or to this point; by default it is the longest.
     cut : int or (k,) array_like of int, optional
-        Cut a closed surface along a tree of shortest paths that joins these vertices, two or more, or as many of its
-        tips as a number says: each tip is the vertex farthest from the tree so far. The tree's vertices are doubled.
+        Cut the surface along a tree of shortest paths that joins its boundary loops and these vertices, two or more, or
+        as many loops and tips as a number says: each tip is the vertex farthest from the tree so far. So 2 cuts a tube
+        lengthways. The tree's vertices are doubled.
 
     Returns
     -------
@@ -52,7 +56,7 @@ def repair_disk(
     Raises
     ------
     MeshError
-        If that is not enough, or `cut` is given and the surface is open already.
+        If that is not enough.
     ValueError
         If `holes` or `handles` is another word, `weld` is out of range, or `rim` or `cut` names what is not a vertex.
 
@@ -70,35 +74,32 @@ def repair_disk(
     >>> len(disk.v) - len(v)
     5
     """
-    asked = asked_for("repair_disk", weld, keep_largest, holes, handles)
+    options = {"weld": weld, "keep_largest": keep_largest, "holes": holes, "handles": handles}
+    given = {
+        name: np.asarray(value).tolist()
+        for name, value in (("rim", rim), ("cut", cut))
+        if value is not None
+    }
+    asked = asked_for("repair_disk", **options, **given)
     if handles == "cut" and cut is None:
         raise ValueError("handles='cut' goes with cut: give the number of points to cut through")
-    vertices, faces = check_rows(v, name="vertices"), check_triangles(f)
-    check_indices(faces, len(vertices))
+    vertices = check_rows(v, name="vertices")
     near, points = _point(rim, vertices), _points(cut, len(vertices))
-    work = Surface(vertices, faces)
-    parts = work.clean(keep_largest, weld)
-    try:
-        check_positions(work.v)
-        if work.sound and (keep_largest or parts == 1):
-            if holes == "fill" and len(work.rims) > (points is None):
-                work.fill_holes(None if points is not None else _kept(work, near))
-            if points is not None and not work.rims:
-                if handles == "cut":
-                    work.cut_handles()
+    work = Surface(vertices, *triangulated(vertices, f), closed=False)
+    check_indices(work.f, len(vertices))
+    with after_repair(work):
+        work.clean(keep_largest, weld)
+        if work.sound and (keep_largest or work.parts == 1):
+            if holes == "fill" and points is not None:
+                work.fill_holes()
+            elif holes == "fill" and len(work.rims) > 1:
+                work.fill_holes(_kept(work, near))
+            if handles == "cut" and not work.rims:
+                work.cut_handles()
+            if points is not None:
                 work.cut_open(points if isinstance(points, int) else _images(work, points))
-            elif points is not None:
-                raise MeshError(
-                    f"open surface: {len(work.rims)} boundary loop{'s' * (len(work.rims) > 1)}, and a "
-                    "cut was asked for; leave out the cut, or fill the holes, too"
-                )
-        disk_rim(work.f, work.v, asked)
-    except MeshError as error:
-        done = "; ".join(work.actions) or "nothing"
-        raise within(error, f"repair (done: {done}) is not enough: ") from None
-    return RepairedMesh(
-        work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions)
-    )
+        disk_rim(work.f, work.v, partial(Refusal, asked=asked, work=work))
+    return repaired(work)
 
 
 def _points(cut: ArrayLike | None, n: int) -> IntArray | int | None:

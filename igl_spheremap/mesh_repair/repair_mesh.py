@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, Remedy, check_number, within
 from ..gate import takes_mesh
-from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
-from ..mesh.check import check_mesh, check_positions, checked
+from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows
+from ..mesh.check import check_indices, checked
 from . import LARGEST_WELD
-from .refusal import repair_by
+from .polygons import triangulated
+from .refusal import Refusal, repair_by
 from .surface import Surface
 
 
@@ -48,31 +51,37 @@ class RepairedMesh:
     @property
     def caps(self) -> BoolArray | None:
         """The faces that are caps, (m,); None if there are none."""
-        return self.face_source < 0 if (self.face_source < 0).any() else None
+        caps = self.face_source < 0
+        return caps if caps.any() else None
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.v, self.f))
 
     def __repr__(self) -> str:
-        return f"RepairedMesh({len(self.v)} vertices, {len(self.f)} faces; {'; '.join(self.actions) or 'nothing done'})"
+        done = "nothing done"
+        if self.actions:
+            done = "; ".join(self.actions)
+        return f"RepairedMesh({len(self.v)} vertices, {len(self.f)} faces; {done})"
 
 
-def asked_for(function: str, weld: float, keep_largest: bool, holes: str, handles: str) -> Remedy:
+def asked_for(function: str, **options: Any) -> Remedy:
     """The repair with these options, which are checked."""
-    for name, value, choices in (
-        ("holes", holes, ("refuse", "fill")),
-        ("handles", handles, ("refuse", "cut")),
-    ):
-        if value not in choices:
-            raise ValueError(f"{name} is {value!r}; give {' or '.join(map(repr, choices))}")
-    check_number(weld, "weld", most=LARGEST_WELD)
-    return repair_by(
-        function,
-        weld=weld,
-        keep_largest=keep_largest,
-        holes=holes == "fill" and holes,
-        handles=handles == "cut" and handles,
-    )
+    for name, word in (("holes", "fill"), ("handles", "cut")):
+        if options[name] not in ("refuse", word):
+            raise ValueError(f"{name} is {options[name]!r}; give 'refuse' or '{word}'")
+    check_number(options["weld"], "weld", most=LARGEST_WELD)
+    return repair_by(function, options)
+
+
+@contextmanager
+def after_repair(work: Surface) -> Iterator[None]:
+    """Put before an error what the repair had done by then."""
+    try:
+        yield
+    except MeshError as error:
+        if work.actions:
+            error = within(error, f"repair (done: {'; '.join(work.actions)}) is not enough: ")
+        raise error from None
 
 
 @takes_mesh
@@ -87,21 +96,27 @@ def repair_mesh(
 ) -> RepairedMesh:
     """Repair what keeps a surface from being a closed, oriented genus-0 mesh.
 
-    Welds vertices along open edges that coincide, drops faces with a repeated index, surplus copies of faces and
-    unreferenced vertices, makes the orientation consistent and outward, and separates sheets that touch at a
-    vertex or meet in edges of an even number of faces. At such an edge each sheet keeps its own two faces; one that
-    touches itself is separated by the angles of its faces. Coincident vertices elsewhere are left alone: thin sheets
-    have them. New vertices and faces, which close holes and handles, are made on request only.
+    Cuts polygons into triangles in their planes, welds vertices along open edges that coincide, splits faces on whose
+    open edges other vertices lie (T-junctions), and drops faces with a repeated index, surplus copies of faces,
+    vertices with NaN and the faces at them, and unreferenced vertices. Makes the orientation consistent and outward.
+    Separates sheets that touch at a vertex or meet in an edge: each keeps its own two faces there, one that touches
+    itself is separated by the angles of its faces, and faces that have no partner at an edge are dropped. Coincident
+    vertices elsewhere are left alone: thin sheets have them. New vertices and faces, which close holes and handles, are
+    made on request only.
 
     Parameters
     ----------
-    v, f : (n, 3) and (m, 3) array_like
-        Positions and faces as of `check_mesh`, whose faults are to be repaired.
+    v : (n, 3) array_like
+        Positions as of `check_mesh`.
+    f : (m, 3) array_like
+        Faces as of `check_mesh`, or polygons: (m, k) indices, or PyVista's row with each face's number of corners.
     weld : float
         Vertices along open edges are welded up to this distance, a share of the diagonal of the bounding box, at most
-        .01; the first of each group gives its place. By default only those at the same place are.
+        .01, and lie on open edges up to it; the first of each group gives its place. By default only those at the same
+        place are.
     keep_largest : bool
-        Keep the component with the most faces and drop the others; by default several are refused.
+        Keep the largest component and drop the others, whose share of the area `actions` say; by default several are
+        refused. The largest is the one of most volume, or of most area if none is closed.
     holes : {"refuse", "fill"}
         "fill" closes each hole by a cap: rings of triangles that first continue the surface, then grow towards a
         centre. By default holes are refused.
@@ -117,7 +132,7 @@ def repair_mesh(
     Raises
     ------
     MeshError
-        If that is not enough: holes and handles that are refused, surplus sheets, several components, NaN.
+        If that is not enough: holes, handles or several components that are refused, or no orientation.
     ValueError
         If `holes` or `handles` is another word, or `weld` is out of range.
 
@@ -131,29 +146,37 @@ def repair_mesh(
     >>> import igl_spheremap as ism
     >>> v = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1], [9, 9, 9]]
     >>> ism.repair_mesh(v, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 2, 3]]).actions
-    ('dropped 1 unreferenced vertex', 'reversed 1 face to agree with neighbours')
+    ('reversed 1 face to agree with neighbours', 'dropped 1 unreferenced vertex')
     >>> ism.repair_mesh(v[:4], [[0, 1, 2], [0, 2, 3], [0, 3, 1]], holes="fill").actions
     ('filled 1 hole (3 edges) near (-0.333, -0.333, -0.333)',)
     """
-    asked = asked_for("repair_mesh", weld, keep_largest, holes, handles)
-    vertices, faces = check_rows(v, name="vertices"), check_triangles(f)
-    low, high = int(faces.min()), int(faces.max())
-    if low < 0 or high >= len(vertices):
-        check_mesh(vertices, faces)  # raises
-    work = Surface(vertices, faces)
-    parts = work.clean(keep_largest, weld)
-    try:
-        if not work.sound or not len(work.f) or (work.rims and holes == "refuse"):
-            checked(work.v, work.f, None, asked)  # raises
-        check_positions(work.v)
-        work.fill_holes()
-        if handles == "cut" and (keep_largest or parts == 1):
-            work.cut_handles()
-        work.turn_outward()
-        checked(work.v, work.f, None, asked)
-    except MeshError as error:
-        done = "; ".join(work.actions) or "nothing"
-        raise within(error, f"repair (done: {done}) is not enough: ") from None
+    options = {"weld": weld, "keep_largest": keep_largest, "holes": holes, "handles": handles}
+    asked = asked_for("repair_mesh", **options)
+    vertices = check_rows(v, name="vertices")
+    work = Surface(vertices, *triangulated(vertices, f))
+    check_indices(work.f, len(vertices))
+    with after_repair(work):
+        work.clean(keep_largest, weld)
+        if not len(work.f):
+            raise MeshError("no face is left; give a closed triangle mesh")
+        if work.sound and (keep_largest or work.parts == 1):
+            if holes == "fill":
+                work.fill_holes()
+            if not work.rims:
+                if handles == "cut":
+                    work.cut_handles()
+                work.turn_outward()
+        check_again(work, asked)
+    return repaired(work)
+
+
+def check_again(work: Surface, asked: Remedy) -> None:
+    """Check a surface after its repair; the call that an error suggests includes the options `asked` of that."""
+    checked(work.v, work.f, None, partial(Refusal, asked=asked, work=work))
+
+
+def repaired(work: Surface) -> RepairedMesh:
+    """The mesh that a repair has made, and where its rows come from."""
     return RepairedMesh(
         work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions)
     )

@@ -2,45 +2,60 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray, own_unit
+from ..mesh.edges import edge_keys, sides
 
 #: Tips that errors suggest to cut through: with 6, 2 of 4 bodies keep their lengths better, 2 worse (tried by hand).
 TIPS = 4
 _TINY = np.finfo(np.float64).tiny
 
 
-def seam(v: FloatArray, f: IntArray, points: IntArray | int) -> IntArray:
-    """Edges (k, 2) of a tree of shortest paths through vertices, or through as many tips as `points` says.
+def seam(
+    v: FloatArray, f: IntArray, points: IntArray | int, rims: Sequence[IntArray] = ()
+) -> IntArray:
+    """Edges (k, 2) of a tree of shortest paths that joins boundary loops and vertices, or as many loops and tips.
 
-    Each path joins the tree to the nearest vertex that it lacks; a tip is the vertex farthest from it, as Gu, Gortler
-    and Hoppe (2002, Geometry images) extend a cut to the point that is stretched most. The first tip is farthest from
-    vertex 0.
+    Each path joins the tree to what is nearest of what it lacks; a tip is the vertex farthest from it, as Gu, Gortler
+    and Hoppe (2002, Geometry images) extend a cut to the point that is stretched most. Without loops the first tip is
+    farthest from vertex 0.
     """
-    start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
+    n = len(v)
+    keys = np.unique(edge_keys(*sides(f), n))
+    start, stop = keys // n, keys % n
     own = own_unit(v)[0]
     length = np.maximum(np.linalg.norm(own[start] - own[stop], axis=1), _TINY)  # 0 would be no edge
-    graph = csr_matrix((length, (start, stop)), shape=(len(v), len(v)))
-    given = None if isinstance(points, int) else np.unique(points)
-    tree = np.array([np.argmax(dijkstra(graph, indices=0))]) if given is None else given[:1]
+    graph = csr_matrix((length, (start, stop)), shape=(n, n))
+    graph = graph + graph.T
+    ends, tips = list(rims), 0
+    if isinstance(points, int):
+        if not ends:
+            ends.append(np.argmax(dijkstra(graph, indices=0), keepdims=True))
+        tips = points - len(ends)
+    else:
+        ends += list(np.unique(points)[:, None])
+    tree, ends = ends[0], ends[1:]
     edges: list[tuple[int, int]] = []
-    for _ in range((points if isinstance(points, int) else len(points)) - 1):
+    while ends or tips > 0:
         distance, before, _ = dijkstra(graph, indices=tree, return_predecessors=True, min_only=True)
-        left = np.arange(len(v)) if given is None else np.setdiff1d(given, tree)
-        if not len(left):
-            break
-        at = int(
-            left[np.argmax(distance[left])] if given is None else left[np.argmin(distance[left])]
-        )
+        if ends:
+            k = int(np.argmin([distance[end].min() for end in ends]))
+            end = ends.pop(k)
+            at = int(end[np.argmin(distance[end])])
+        else:
+            at, tips = int(np.argmax(distance)), tips - 1
+            end = np.array([at])
         while before[at] >= 0:
             edges.append((int(before[at]), at))
             at = int(before[at])
-        tree = np.unique(np.append(tree, edges))
-    if len(edges) < 2:
+        tree = np.unique(np.concatenate((tree, end, np.array(edges, dtype=np.int64).ravel())))
+    if not edges or (len(edges) < 2 and not rims):
         raise MeshError(
             "the points of the cut are neighbours, or one alone; give vertices that are farther apart"
         )

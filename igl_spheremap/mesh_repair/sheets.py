@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,53 +17,75 @@ _ROUNDS = 4
 
 @dataclass(frozen=True, eq=False)
 class PartedSheets:
-    """Faces, at most two at each edge, the input's row of each vertex, and how many edges were parted."""
+    """Faces, at most two at each edge, the rows of the input that they and the vertices come from, and how many edges
+    were parted.
+    """
 
     f: IntArray
     owner: IntArray
+    faces: IntArray
     edges: int
 
 
 def part_sheets(v: FloatArray, f: IntArray) -> PartedSheets | None:
-    """Part sheets that meet in edges of an even number of faces; None if there is no such edge, or it can't be done.
+    """Part the sheets that meet in edges of more than two faces; None if there is no such edge.
 
-    A sheet with two faces at an edge goes on from one into the other. Where a sheet touches itself, its faces are
-    sorted by angle around the edge, and neighbours with the body between them are paired, which separates bodies that
-    touch; where the edge stays non-manifold, neighbours with nothing between them. Paired faces agree in direction.
+    At each edge faces are paired, those that run along it with those that run against it. A sheet that has two faces
+    there goes on from one into the other. Other faces are sorted by angle around the edge: where directions alternate,
+    neighbours with the body between them are paired, which separates bodies that touch, and where the edge stays
+    non-manifold, neighbours with nothing between them. Where they don't alternate, the straightest pairs are taken.
+    Faces that are left over are dropped, and those of edges that stay non-manifold.
     """
+    count = np.bincount(shared_edges(f, len(v))[1])
+    if not (count > 2).any():
+        return None
+    faces = np.arange(len(f))
+    while True:
+        parted, owner, surplus = _parted(v, f[faces])
+        if not len(surplus):
+            return PartedSheets(parted, owner, faces, int((count > 2).sum()))
+        faces = np.delete(faces, surplus)
+
+
+def _parted(v: FloatArray, f: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Faces with a vertex for each sheet, the row of each vertex, and the faces that have no pair somewhere."""
     (start, stop), n = sides(f), len(v)
     _, edge, first, second = shared_edges(f, n)
     count = np.bincount(edge)
-    nonmanifold = np.flatnonzero(count[edge] > 2)
-    if not len(nonmanifold) or (count[count > 2] % 2).any():
-        return None
-    sheets, sheet = components(first // 3, second // 3, len(f))
-    pairs = nonmanifold[np.lexsort((sheet[nonmanifold // 3], edge[nonmanifold]))].reshape(-1, 2)
-    by_angles = (
-        np.unique(edge[nonmanifold] * sheets + sheet[nonmanifold // 3], return_counts=True)[1] != 2
-    ).any()
+    half = np.flatnonzero(count[edge] > 2)
+    none = np.empty(0, dtype=np.int64)
+    if not len(half):
+        return f, np.arange(n), none
     at = np.zeros(n, dtype=bool)
-    at[start[nonmanifold]] = at[stop[nonmanifold]] = True
+    at[start[half]] = at[stop[half]] = True
+    sheets, sheet = components(first // 3, second // 3, len(f))
+    _, index, faces = np.unique(
+        edge[half] * sheets + sheet[half // 3], return_inverse=True, return_counts=True
+    )
+    crowded = np.zeros(len(count), dtype=bool)
+    crowded[edge[half[faces[index] != 2]]] = True
+    alone = half[~crowded[edge[half]]]
+    by_sheets = alone[np.lexsort((sheet[alone // 3], edge[alone]))].reshape(-1, 2)
+    rest = half[crowded[edge[half]]]
     joined = np.zeros(len(count), dtype=bool)
-    for _ in range(_ROUNDS if by_angles else 1):
-        if by_angles:
-            found = _paired_by_angles(v, f, nonmanifold, edge, joined)
-            if found is None:
-                return None
-            pairs = found
-        parted = _with_pairs(f, n, at, np.r_[first, pairs[:, 0]], np.r_[second, pairs[:, 1]])
-        new = shared_edges(parted.f, len(parted.owner))[1]
-        left = np.unique(edge[np.bincount(new)[new] > 2])
-        if not len(left):
-            return replace(parted, edges=int((count > 2).sum()))
-        joined[left] ^= True
-    return None
+    for _ in range(_ROUNDS):
+        pairs = np.concatenate((by_sheets, _paired_by_angles(v, f, rest, edge, joined)))
+        unpaired = np.setdiff1d(half, pairs)
+        if len(unpaired):
+            return f, none, np.unique(unpaired // 3)
+        parted, owner = _with_pairs(f, n, at, np.r_[first, pairs[:, 0]], np.r_[second, pairs[:, 1]])
+        new = shared_edges(parted, len(owner))[1]
+        left = np.bincount(new)[new] > 2
+        if not left.any():
+            return parted, owner, none
+        joined[np.unique(edge[left])] ^= True
+    return f, none, np.unique(np.flatnonzero(left) // 3)
 
 
 def _paired_by_angles(
     v: FloatArray, f: IntArray, half: IntArray, edge: IntArray, joined: BoolArray
-) -> IntArray | None:
-    """Pairs (k, 2) of half-edges at non-manifold edges, by angles of faces; None unless directions alternate."""
+) -> IntArray:
+    """Pairs (k, 2) of half-edges at non-manifold edges, one each way, by angles of faces around the edge."""
     start, stop, third = (vertices[half] for vertices in (*sides(f), f.ravel()))
     up = start < stop
     a, b = np.minimum(start, stop), np.maximum(start, stop)
@@ -82,16 +104,38 @@ def _paired_by_angles(
     if enclosed_volume(v, f) < 0:
         down = ~down
     opens = down ^ joined[edge[half[order]]]
-    if (opens != (opens[begin] ^ (position % 2 == 1))).any():
-        return None
     size = np.bincount(group)[group[order]]
-    after = begin + (position + 1) % size
-    return np.column_stack((half[order[opens]], half[order[after[opens]]]))
+    alternate = (opens == (opens[begin] ^ (position % 2 == 1))) & (size % 2 == 0)
+    mixed = np.zeros(len(first), dtype=bool)
+    mixed[group[order[~alternate]]] = True
+    after = order[begin + (position + 1) % size]
+    taken = opens & ~mixed[group[order]]
+    pairs = [np.column_stack((half[order[taken]], half[after[taken]]))]
+    members = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
+    for k in np.flatnonzero(mixed).tolist():
+        one = members[k]
+        pairs.append(half[one[_straightest(angle[one], up[one], joined[edge[half[one[0]]]])]])
+    return np.concatenate(pairs)
+
+
+def _straightest(angle: FloatArray, up: BoolArray, least: bool) -> IntArray:
+    """Pairs (k, 2) of faces around an edge, one each way, straight ones first; or those least so."""
+    i, j = (each.ravel() for each in np.meshgrid(np.flatnonzero(up), np.flatnonzero(~up)))
+    bend = np.abs(np.pi - np.abs(angle[i] - angle[j]))
+    if least:
+        bend = -bend
+    pairs: list[tuple[int, int]] = []
+    free = np.ones(len(up), dtype=bool)
+    for k in np.argsort(bend, kind="stable").tolist():
+        if free[i[k]] and free[j[k]]:
+            free[[i[k], j[k]]] = False
+            pairs.append((int(i[k]), int(j[k])))
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
 def _with_pairs(
     f: IntArray, n: int, at: BoolArray, first: IntArray, second: IntArray
-) -> PartedSheets:
+) -> tuple[IntArray, IntArray]:
     """Give each fan of faces a vertex of its own at the vertices `at`; paired half-edges are neighbours."""
     start = f.ravel()
     (tail, head), (other_tail, other_head) = next_corners(first), next_corners(second)
@@ -109,4 +153,4 @@ def _with_pairs(
     number[order] = np.where(extra, n - 1 + np.cumsum(extra), start[one[order]])
     parted = start.copy()
     parted[corner] = number[index]
-    return PartedSheets(parted.reshape(-1, 3), np.append(np.arange(n), start[one[order[extra]]]), 0)
+    return parted.reshape(-1, 3), np.append(np.arange(n), start[one[order[extra]]])

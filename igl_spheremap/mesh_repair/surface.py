@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import igl
 import numpy as np
+from numpy.typing import NDArray
 
-from ..mesh.arrays import BoolArray, FloatArray, IntArray, listed_words, own_unit, place
+from ..mesh.arrays import BoolArray, FloatArray, IntArray, listed_words, own_unit, place, plural
 from ..mesh.edges import (
     components,
     direction_components,
@@ -16,9 +17,10 @@ from ..mesh.edges import (
     shared_edges,
     sides,
 )
-from ..mesh.measure import enclosed_volume
+from ..mesh.measure import enclosed_volume, face_areas
 from .handles import cutting_loops
 from .holes import cap, conormals, simple_rims
+from .junctions import stitched
 from .seam import seam
 from .sheets import part_sheets
 from .welding import welded
@@ -27,44 +29,78 @@ from .welding import welded
 class Surface:
     """Vertices and faces, the rows of the input that they come from (-1: new), and what was done.
 
+    `rows` are those of the input that faces come from, their numbers by default, and `done` what was done before. The
+    surface is to be `closed`, or else a disk.
+
     `clean` repairs what needs no new geometry, and gives each fan of faces a vertex of its own. If `sound`, only holes
-    (`rims`) and handles (`genus`) are left then; else an edge has more than two faces, or there is no orientation.
+    (`rims`), handles (`genus`) and components (`parts`) are left then; else there is no orientation.
     """
 
-    def __init__(self, v: FloatArray, f: IntArray) -> None:
-        self.v, self.f = v, f
-        self.vertex_source, self.face_source = np.arange(len(v)), np.arange(len(f))
-        self.image = np.arange(len(v))
-        self.actions: list[str] = []
-        self.sound = False
+    def __init__(
+        self,
+        v: FloatArray,
+        f: IntArray,
+        rows: IntArray | None = None,
+        done: tuple[str, ...] = (),
+        closed: bool = True,
+    ) -> None:
+        self.given = self.v, self.f = v, f
+        self.vertex_source, self.image = np.arange(len(v)), np.arange(len(v))
+        self.face_source = np.arange(len(f)) if rows is None else rows
+        self.actions, self._closed = list(done), closed
+        self.welded, self.stitched, self.parts = 0, 0, 0
+        self.cleaned = self.sound = False
         self.rims: list[IntArray] = []
+        self._power = own_unit(v)[1]
+        self._area = float(self._areas(f).sum())
 
-    def clean(self, keep_largest: bool, weld: float = 0.0) -> int:
-        """Repair what needs no new geometry; how many components there were."""
+    def clean(self, keep_largest: bool, weld: float = 0.0) -> None:
+        """Repair what needs no new geometry."""
+        self.cleaned = True
+        self._drop_not_finite()
         self._weld_open_edges(weld)
         self._drop_repeated_indices()
+        self._stitch_junctions(weld)
         self._drop_copies()
-        self._part_sheets()
-        parts = self._drop_components(keep_largest)
-        self._drop_unreferenced()
         self._orient()
+        self._part_sheets()
+        self._orient()
+        self._drop_components(keep_largest)
+        self._drop_unreferenced()
         self.split_fans(np.empty(0, dtype=np.int64))
-        return parts
+
+    @property
+    def kept(self) -> float:
+        """Share of the input's area that is left."""
+        return self._share(self.f[self.face_source >= 0])
 
     @property
     def genus(self) -> int:
         """Number of handles, once the holes are filled."""
         return (2 - len(self.v) + len(self.f) // 2) // 2
 
+    def _drop_not_finite(self) -> None:
+        bad = np.asarray(~np.isfinite(self.v).all(axis=1))
+        lost = int((bad & marked(self.f, len(self.v))).sum())
+        if lost:
+            self.image[bad] = -1
+            at_them = np.asarray(bad[self.f].any(axis=1))
+            self._keep_faces(~at_them)
+            self.actions.append(
+                f"dropped {plural(lost, 'vertex', 'vertices')} with NaN or infinite coordinates and "
+                f"{plural(int(at_them.sum()), 'face')} at them"
+            )
+
     def _weld_open_edges(self, tolerance: float) -> None:
         rim, first = welded(self.v, self.f, tolerance)
-        target = np.arange(len(self.v))
+        target = np.append(np.arange(len(self.v)), -1)  # -1 stays
         target[rim] = first
         self.f, self.image = target[self.f], target[self.image]
         near = f", within {tolerance:g} of the diagonal" if tolerance else ""
+        self.welded = int((rim != first).sum())
         self._note(
             "welded",
-            int((rim != first).sum()),
+            self.welded,
             "coincident vertex",
             "coincident vertices",
             f"along open edges{near}",
@@ -75,6 +111,13 @@ class Surface:
         bad = (a == b) | (b == c) | (c == a)
         self._keep_faces(~bad)
         self._note("dropped", int(bad.sum()), "face", "faces", "with a repeated index")
+
+    def _stitch_junctions(self, tolerance: float) -> None:
+        found = stitched(self.v, self.f, tolerance)
+        if found is not None:
+            self.f, self.face_source = found.f, self.face_source[found.source]
+            self.stitched = found.split
+            self._note("split", found.split, "face", "faces", "at vertices on their open edges")
 
     def _drop_copies(self) -> None:
         """Where an edge has more than two faces, keep the first of those with the same corners."""
@@ -95,24 +138,35 @@ class Surface:
 
     def _part_sheets(self) -> None:
         parted = part_sheets(own_unit(self.v)[0], self.f)
-        if parted is not None:
-            self.f, self.v = parted.f, self.v[parted.owner]
-            self.vertex_source = self.vertex_source[parted.owner]
-            self._note("parted", parted.edges, "edge", "edges", "where sheets meet")
+        if parted is None:
+            return
+        surplus = np.ones(len(self.f), dtype=bool)
+        surplus[parted.faces] = False
+        if surplus.any():
+            faces = plural(int(surplus.sum()), "face")
+            self._drop_faces(surplus, f"{faces} left over at edges of more than two faces")
+        self.f, self.v = parted.f, self.v[parted.owner]
+        self.vertex_source = self.vertex_source[parted.owner]
+        self._note("parted", parted.edges, "edge", "edges", "where sheets meet")
 
-    def _drop_components(self, keep_largest: bool) -> int:
+    def _drop_components(self, keep_largest: bool) -> None:
+        """Of several components keep the largest: by area, or of a surface to be closed by volume if any is closed."""
         first, second = self._twins()
-        number, label = components(first // 3, second // 3, len(self.f))
-        if keep_largest and number > 1:
-            self._keep_faces(label == np.argmax(np.bincount(label)))
-            self._note("dropped", number - 1, "smaller component", "smaller components")
-        return number
+        self.parts, label = components(first // 3, second // 3, len(self.f))
+        if not keep_largest or self.parts < 2:
+            return
+        size = np.bincount(label, self._areas(self.f)).astype(np.float64)
+        closed = 2 * np.bincount(label[first // 3], minlength=self.parts) == 3 * np.bincount(label)
+        if self._closed and closed.any():
+            size = _volumes(own_unit(self.v)[0], self.f, label)
+        largest = np.argmax(np.round(size / (size.max() or 1.0), 9))
+        self._drop_faces(label != largest, plural(self.parts - 1, "smaller component"))
 
     def _drop_unreferenced(self) -> None:
         used = marked(self.f, len(self.v))
         given = np.arange(len(self.image))
         lost = ~used[given] & (self.image == given)  # those that were welded are not lost
-        number = np.where(used, np.cumsum(used) - 1, -1)
+        number = np.append(np.where(used, np.cumsum(used) - 1, -1), -1)  # -1 stays
         self.f, self.image = number[self.f], number[self.image]
         self.v, self.vertex_source = self.v[used], self.vertex_source[used]
         self._note("dropped", int(lost.sum()), "unreferenced vertex", "unreferenced vertices")
@@ -189,11 +243,17 @@ class Surface:
         self.rims = left
 
     def cut_open(self, points: IntArray | int) -> None:
-        """Cut a closed surface along a tree through vertices, or through as many tips as a number says."""
-        edges = seam(self.v, self.f, points)
+        """Cut along a tree that joins the boundary loops and vertices, or as many loops and tips as a number says."""
+        loops = len(self.rims)
+        edges = seam(self.v, self.f, points, self.rims)
         self.split_fans(edge_keys(edges[:, 0], edges[:, 1], len(self.v)), capped=False)
-        through = f"{points} tips" if isinstance(points, int) else f"{len(points)} vertices"
-        self.actions.append(f"cut along {len(edges)} edges between {through}")
+        joined = [plural(loops, "boundary loop")] if loops else []
+        if not isinstance(points, int):
+            joined.append(plural(len(points), "vertex", "vertices"))
+        elif points > loops:
+            joined.append(plural(points - loops, "tip"))
+        between = listed_words(joined)
+        self.actions.append(f"cut along {plural(len(edges), 'edge')} between {between}")
 
     def cut_handles(self) -> None:
         """Cut the handles of a closed surface along short loops, and close the cuts by caps.
@@ -222,10 +282,8 @@ class Surface:
             )
             self._close_rims()
         if cuts:
-            plural = "s" if len(cuts) > 1 else ""
-            self.actions.append(
-                f"cut {len(cuts)} handle{plural}, {listed_words([text for _, text in sorted(cuts)])}"
-            )
+            texts = [text for _, text in sorted(cuts)]
+            self.actions.append(f"cut {plural(len(cuts), 'handle')}, {listed_words(texts)}")
 
     def _close_rims(self) -> None:
         own, power = own_unit(self.v)
@@ -257,15 +315,51 @@ class Surface:
     def _keep_faces(self, keep: BoolArray) -> None:
         self.f, self.face_source = np.ascontiguousarray(self.f[keep]), self.face_source[keep]
 
+    def _drop_faces(self, drop: BoolArray, words: str) -> None:
+        """Drop faces, and say their share of the input's area."""
+        self.actions.append(f"dropped {words}, {percent(self._share(self.f[drop]))} of the area")
+        self._keep_faces(~drop)
+
+    def _areas(self, f: IntArray) -> FloatArray:
+        """Areas of faces in the input's own unit, 0 where they are not finite."""
+        areas = face_areas(np.ldexp(self.v, -self._power), f)
+        return np.nan_to_num(areas, nan=0.0, posinf=0.0)
+
+    def _share(self, f: IntArray) -> float:
+        """The share of the input's area that faces have; 0 where it has none."""
+        return float(self._areas(f).sum()) / (self._area or 1.0)
+
     def _twins(self) -> tuple[IntArray, IntArray]:
         """Half-edges in pairs, of the edges that have exactly two faces."""
         return shared_edges(self.f, len(self.v))[2:]
 
-    def _note(self, verb: str, count: int, singular: str, plural: str, where: str = "") -> None:
+    def _note(self, verb: str, count: int, singular: str, several: str, where: str = "") -> None:
         if count:
-            self.actions.append(
-                f"{verb} {count} {singular if count == 1 else plural} {where}".rstrip()
-            )
+            self.actions.append(f"{verb} {plural(count, singular, several)} {where}".rstrip())
+
+
+def _volumes(v: FloatArray, f: IntArray, label: NDArray[np.int32]) -> FloatArray:
+    """Volumes that components enclose, boundary loops being closed by cones from the middle."""
+    corners = v[f]
+    faces = np.bincount(label)[:, None]
+    middle = np.column_stack(
+        [np.bincount(label, corners[:, :, axis].mean(axis=1)) for axis in range(3)]
+    )
+    a, b, c = (corners - (middle / faces)[label][:, None]).transpose(1, 0, 2)
+    return np.abs(np.bincount(label, np.einsum("ij,ij->i", a, np.cross(b, c))))
+
+
+def percent(share: float) -> str:
+    """A share in percent.
+
+    >>> percent(0.5), percent(0.99999), percent(0.00001)
+    ('50 percent', 'more than 99.9 percent', 'less than 0.1 percent')
+    """
+    if 0.999 < share < 1:
+        return "more than 99.9 percent"
+    if 0 < share < 0.001:
+        return "less than 0.1 percent"
+    return f"{100 * share:.3g} percent"
 
 
 def holes_text(v: FloatArray, rims: list[IntArray], places: bool = True) -> str:
@@ -275,6 +369,8 @@ def holes_text(v: FloatArray, rims: list[IntArray], places: bool = True) -> str:
     '2 holes (4 and 3 edges), the longest near (0.25, 0.25, 0.25)'
     """
     sizes = sorted(map(len, rims), reverse=True)
-    text = f"{len(rims)} hole{'s' * (len(rims) > 1)} ({listed_words(sizes)} edges)"
-    where = place(v[max(rims, key=len)], v)
-    return text + (", the longest" * (len(rims) > 1) + f" near {where}" if places else "")
+    text = f"{plural(len(rims), 'hole')} ({listed_words(sizes)} edges)"
+    if not places:
+        return text
+    longest = ", the longest" if len(rims) > 1 else ""
+    return f"{text}{longest} near {place(v[max(rims, key=len)], v)}"

@@ -22,12 +22,15 @@ class Component:
         The edges of each, the longest first; none where it is closed.
     handles : int or None
         0 for a sphere and a disk; None where it is not orientable.
+    part : int or None
+        The number K by which FILE:K names the closed part that it belongs to; None where that is open.
     """
 
     vertices: int
     faces: int
     boundary_loops: tuple[int, ...]
     handles: int | None
+    part: int | None
 
 
 @dataclass(frozen=True)
@@ -110,10 +113,13 @@ def topology_of(f: IntArray, n: int) -> Topology:
     """Look at any faces over n vertices.
 
     >>> topology_of(np.array([[0, 1, 2], [0, 2, 3]]), 4).components
-    (Component(vertices=4, faces=2, boundary_loops=(4,), handles=0),)
+    (Component(vertices=4, faces=2, boundary_loops=(4,), handles=0, part=None),)
     """
     inside, usable = usable_faces(f, n)
-    f = f[usable]
+    part = np.full(len(f), -1)
+    for k, faces_of_part in enumerate(closed_parts(f, n)):
+        part[faces_of_part] = k
+    f, part = f[usable], part[usable]
     keys, edge, first, second = shared_edges(f, n)
     start = f.ravel()
     number, label = components(first // 3, second // 3, len(f))
@@ -146,17 +152,22 @@ def topology_of(f: IntArray, n: int) -> Topology:
     lengths: list[list[int]] = [[] for _ in range(number)]
     for k in np.argsort(-length, kind="stable").tolist():
         lengths[owner[k]].append(int(length[k]))
+    a_face = np.unique(label, return_index=True)[1]
+    found = []
+    for k in np.argsort(-faces, kind="stable").tolist():
+        closed_part = int(part[a_face[k]])
+        found.append(
+            Component(
+                vertices=int(vertices[k]),
+                faces=int(faces[k]),
+                boundary_loops=tuple(lengths[k]),
+                handles=int(handles[k]) if orientable[k] else None,
+                part=closed_part if closed_part >= 0 else None,
+            )
+        )
     return Topology(
         edges=len(keys),
-        components=tuple(
-            Component(
-                int(vertices[k]),
-                int(faces[k]),
-                tuple(lengths[k]),
-                int(handles[k]) if orientable[k] else None,
-            )
-            for k in np.argsort(-faces, kind="stable").tolist()
-        ),
+        components=tuple(found),
         nonmanifold_edges=int((np.bincount(edge) > 2).sum()),
         nonmanifold_vertices=int((np.bincount(start[one]) > 1).sum()),
         reversed_edges=int(clash.sum()),

@@ -17,7 +17,7 @@ def welded(v: FloatArray, f: IntArray, tolerance: float) -> tuple[IntArray, IntA
 
     Two are joined whose distance is at most `tolerance` diagonals of the bounding box, and so all that such pairs link.
     """
-    rows, edges, own = _open_edges(v, f)
+    rows, _, edges, own = open_edges(v, f)
     rim = np.unique(edges)
     places, index = weld(own[rim])
     first = np.arange(len(places))
@@ -26,7 +26,7 @@ def welded(v: FloatArray, f: IntArray, tolerance: float) -> tuple[IntArray, IntA
 
         finite = np.flatnonzero(np.isfinite(places).all(axis=1))
         pairs = cKDTree(places[finite]).query_pairs(
-            tolerance * _diagonal(own), output_type="ndarray"
+            tolerance * diagonal(own), output_type="ndarray"
         )
         label = components(finite[pairs[:, 0]], finite[pairs[:, 1]], len(places))[1]
         first = np.unique(label, return_index=True)[1][label]
@@ -39,7 +39,7 @@ def weld_tolerance(v: FloatArray, f: IntArray) -> float | None:
     Distances from vertices on open edges to their nearest ones, and lengths of these edges: where vertices nearly
     coincide, a wide gap lies between both. The tolerance lies in the middle of the widest.
     """
-    _, edges, own = _open_edges(v, f)
+    _, _, edges, own = open_edges(v, f)
     places = weld(own[np.unique(edges)])[0]
     if len(places) < 2 or not np.isfinite(own).all():
         return None
@@ -47,23 +47,31 @@ def weld_tolerance(v: FloatArray, f: IntArray) -> float | None:
 
     nearest = cKDTree(places).query(places, k=2)[0][:, 1]
     length = np.linalg.norm(own[edges[0]] - own[edges[1]], axis=1)
-    steps = np.log10(np.sort(np.concatenate((nearest, length[length > 0]))) / _diagonal(own))
+    steps = np.log10(np.sort(np.concatenate((nearest, length[length > 0]))) / diagonal(own))
     widest = int(np.argmax(np.diff(steps)))
     low, high = steps[widest], steps[widest + 1]
     tolerance = 10.0 ** round((low + high) / 2)
-    return tolerance if high - low >= np.log10(_GAP) and tolerance <= LARGEST_WELD else None
+    if high - low < np.log10(_GAP) or tolerance > LARGEST_WELD:
+        return None
+    return tolerance
 
 
-def _open_edges(v: FloatArray, f: IntArray) -> tuple[IntArray, IntArray, FloatArray]:
-    """The vertices of faces, the ends (2, k) of open edges as places among them, and their positions in own units."""
+def open_edges(v: FloatArray, f: IntArray) -> tuple[IntArray, IntArray, IntArray, FloatArray]:
+    """The vertices of faces, half-edges (k,) with one face, their ends (2, k), and positions in the mesh's own unit.
+
+    Ends and positions are places among the vertices of faces.
+    """
     rows, corners = np.unique(f, return_inverse=True)
     corners = corners.reshape(-1, 3)
     edge = shared_edges(corners, len(rows))[1]
-    alone = np.bincount(edge)[edge] == 1
+    half = np.flatnonzero(np.bincount(edge)[edge] == 1)
     ends = np.stack(sides(corners))
-    return rows, ends[:, alone], own_unit(v[rows])[0]
+    return rows, half, ends[:, half], own_unit(v[rows])[0]
 
 
-def _diagonal(own: FloatArray) -> float:
+def diagonal(own: FloatArray) -> float:
+    """The diagonal of the bounding box of the positions that are finite."""
     finite = own[np.isfinite(own).all(axis=1)]
-    return float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
+    if not len(finite):
+        return 0.0
+    return float(np.linalg.norm(np.ptp(finite, axis=0)))

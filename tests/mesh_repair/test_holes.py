@@ -185,11 +185,9 @@ def test_a_soup_with_a_hole_is_welded_and_filled():
 
 
 def test_what_filling_does_not_mend_is_refused():
-    book = np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4]])
     # five triangles that make a Moebius strip
     strip = np.array([[i, (i + 1) % 5, (i + 2) % 5] for i in range(5)])
     for v, f, words in (
-        (V, np.vstack((F, book)), "non-manifold edge"),
         (V[:5], strip, "open surface: 5 boundary edges.*close the holes$"),
         (V[:3], [[0, 1, 2]], "at least 4"),
     ):

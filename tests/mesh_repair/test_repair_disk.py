@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
@@ -69,10 +71,6 @@ def test_wrong_cuts_are_one_sentence():
     near = [int(F[0, 0]), int(F[0, 1])]
     with pytest.raises(ism.MeshError, match="points of the cut are neighbours"):
         ism.repair_disk(V, F, cut=near)
-    with pytest.raises(
-        ism.MeshError, match="open surface: 1 boundary loop, and a cut was asked for"
-    ):
-        ism.repair_disk(V, F[1:], cut=2)
     assert ism.repair_disk(V, F[1:], cut=2, holes="fill").caps.sum() == 1
     for options, words in (
         ({"cut": [0, len(V)]}, "two or more of the vertices"),
@@ -83,6 +81,40 @@ def test_wrong_cuts_are_one_sentence():
     ):
         with pytest.raises(ValueError, match=words):
             ism.repair_disk(V, F, **options)
+
+
+def tube(n, k, loops):
+    """A cylinder of n vertices around and k rings; single faces are missing, so that it has that many loops."""
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(k), indexing="ij"))
+    v = np.column_stack((np.cos(2 * np.pi * i / n), np.sin(2 * np.pi * i / n), 0.3 * j))
+    a, b = (i * k + j)[j < k - 1], ((i + 1) % n * k + j)[j < k - 1]
+    f = np.concatenate((np.column_stack((a, b, b + 1)), np.column_stack((a, b + 1, a + 1))))
+    return v, np.delete(f, 4 + 3 * (k - 1) * np.arange(loops - 2), axis=0)
+
+
+@pytest.mark.parametrize("loops", [2, 3, 5])
+def test_a_cut_joins_boundary_loops_along_shortest_paths(loops):
+    """So that a tube unrolls without distortion; further tips lengthen the cut."""
+    v, f = tube(24, 9, loops)
+    with pytest.raises(ism.MeshError, match=rf"join them by a cut \(.*cut={loops}\) does\)"):
+        ism.check_disk(v, f)
+    disk = ism.repair_disk(v, f, cut=2)
+    assert re.fullmatch(rf"cut along \d+ edges? between {loops} boundary loops", disk.actions[-1])
+    assert disk.caps is None
+    if loops == 2:
+        assert disk.actions[-1].startswith("cut along 8 edges")
+        flat = ism.flatten(disk)
+        assert np.abs(flat.log_length_ratios()).max() < 0.01
+    more = ism.repair_disk(v, f, cut=loops + 2)
+    assert more.actions[-1].endswith(f"{loops} boundary loops and 2 tips")
+    assert len(more.v) > len(disk.v)
+    ism.check_disk(ism.repair_disk(v, f, cut=[100, 130]))
+
+
+def test_a_cut_of_a_disk_is_a_slit():
+    disk = ism.repair_disk(V, F[1:], cut=2)
+    assert "between 1 boundary loop and 1 tip" in disk.actions[-1]
+    assert np.array_equal(np.sort(disk.vertex_source[disk.f], axis=1), np.sort(F[1:], axis=1))
 
 
 def test_more_tips_than_vertices_are_refused_at_once():

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from corpus import CORPUS
+from scipy.spatial import ConvexHull
 
 from igl_spheremap import MeshError, check_mesh, samples
 from igl_spheremap.io.files import read_mesh
@@ -27,7 +30,7 @@ def assert_consistent(repaired, v, f) -> None:
     check_mesh(repaired.v, repaired.f)
     assert np.array_equal(repaired.v, np.asarray(v)[repaired.vertex_source])
     source = np.sort(repaired.vertex_image[np.asarray(f)[repaired.face_source]], axis=1)
-    if not any("split" in action for action in repaired.actions):
+    if not any(word in action for word in ("split", "parted") for action in repaired.actions):
         assert np.array_equal(source, np.sort(repaired.f, axis=1))
         kept = repaired.vertex_image >= 0
         assert np.array_equal(repaired.v[repaired.vertex_image[kept]], np.asarray(v)[kept])
@@ -114,15 +117,15 @@ def test_a_soup_is_welded_by_the_tolerance_that_its_error_names(jitter, ball):
     assert len(repaired.v) == len(ball[0])
     assert np.array_equal(repaired.vertex_image[f], repaired.f)
     if near:  # what one tolerance joins, a smaller one than the jitter does not
-        with pytest.raises(MeshError, match=r"open surface.*weld them"):
+        with pytest.raises(
+            MeshError, match=r"open surface.*weld the coincident vertices along them"
+        ):
             repair_mesh(v, f, weld=jitter / 1e3)
 
 
 def test_pieces_that_no_tolerance_joins_are_not_dropped(ball):
     v, f = plant_soup(*ball)
-    with pytest.raises(
-        MeshError, match=r"join the 320 components, the largest has 1 face$"
-    ) as caught:
+    with pytest.raises(MeshError, match=r"join the 320 components and close the holes$") as caught:
         check_mesh(v + 0.05 * np.random.default_rng(0).uniform(-1, 1, v.shape), f)
     assert caught.value.remedy is None
     with pytest.raises(ValueError, match=r"weld is 0\.1; give a number from 0 to 0\.01"):
@@ -198,7 +201,7 @@ def test_sheets_that_meet_in_an_edge_are_parted(ball):
     v, f = ball
     number = np.arange(len(v)) + len(v)
     number[f[0, :2]] = f[0, :2]
-    both, w = np.vstack([f, number[f[:, ::-1]]]), np.vstack([v, -v + 2])
+    both, w = np.vstack([f, number[f[:, ::-1]]]), np.vstack([v, -v / 4 + v[f[0, 0]]])
     with pytest.raises(
         MeshError, match=r"non-manifold edge: 1 edge .*\(v, f, keep_largest=True\) does"
     ):
@@ -210,9 +213,168 @@ def test_sheets_that_meet_in_an_edge_are_parted(ball):
     assert "parted 1 edge where sheets meet" in repaired.actions
     assert oriented(repaired.f) == oriented(f)
     assert np.array_equal(repaired.vertex_image[: len(v)], np.arange(len(v)))
-    pages = np.vstack([f, [[f[0, 0], f[0, 1], 60]]])
-    with pytest.raises(MeshError, match="non-manifold edge"):
-        repair_mesh(v, pages, holes="fill")
+    fin = np.vstack([f, [[f[0, 0], f[0, 1], 60]]])
+    repaired = repair_mesh(v, fin)
+    assert repaired.actions[0].startswith("dropped 1 face left over at edges of more than two")
+    assert np.array_equal(repaired.f, f)
+
+
+def test_a_wall_inside_is_dropped_and_the_ball_stays_whole():
+    """Edges of three faces around a ball: the two that go on most straight are kept."""
+    v, f = samples.sphere(642)
+    low = v[:, 2] < 0
+    rim = np.array(
+        [
+            (a, b)
+            for t in f.tolist()
+            for a, b in zip(t, t[1:] + t[:1], strict=True)
+            if low[t].all() and not low[f[((f == a).any(axis=1)) & ((f == b).any(axis=1))]].all()
+        ]
+    )
+    wall = np.column_stack((rim, np.full(len(rim), len(v))))
+    w, g = np.vstack((v, [[0, 0, -0.05]])), np.vstack((f, wall))
+    with pytest.raises(MeshError, match=r"non-manifold edge: .*\(v, f\) does|keep_largest"):
+        check_mesh(w, g)
+    repaired = repair_mesh(w, g, keep_largest=True)
+    assert np.array_equal(repaired.f, f)
+    assert "percent of the area" in repaired.actions[0]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("rounds", [0, 3, 30])
+def test_sheets_are_parted_where_angles_no_longer_do(rounds, seed):
+    """The surface of a rough blob of voxels, smoothed: around its edges of four faces directions don't alternate."""
+    rng = np.random.default_rng(seed)
+    grid = np.indices((12, 12, 12)) - 5.5
+    v, f = voxels(np.sqrt((grid**2).sum(axis=0)) + rng.normal(size=(12, 12, 12)) < 4.5)
+    edges = np.concatenate((f, f[:, [1, 2, 0]]), axis=1).reshape(-1, 2, 3).swapaxes(1, 2)
+    edges = edges.reshape(-1, 2)
+    for _ in range(rounds):
+        mean = [np.bincount(edges[:, 0], v[edges[:, 1], k], len(v)) for k in range(3)]
+        v = (v + np.column_stack(mean) / np.bincount(edges[:, 0], minlength=len(v))[:, None]) / 2
+    with pytest.raises(MeshError, match="non-manifold edge") as caught:
+        check_mesh(v, f)
+    repaired = repair_mesh(v, f, **caught.value.remedy.options)
+    check_mesh(repaired.v, repaired.f)
+    assert "parted" in repaired.actions[0]
+
+
+def blocks(rng, counts):
+    """The sides of a box, each a grid of its own: on common edges vertices of one lie on edges of the other."""
+    v, f = [], []
+    sides = [(0, 1, 2), (1, 2, 0), (2, 0, 1)]
+    for (a, b, c), flip in ((side, flip) for side in sides for flip in (0, 1)):
+        n, m = counts(rng)
+        i, j = (each.ravel() for each in np.meshgrid(np.arange(n + 1), np.arange(m + 1)))
+        points = np.zeros((len(i), 3))
+        points[:, a], points[:, b], points[:, c] = i / n, j / m, flip
+        k = np.arange(len(i)).reshape(m + 1, n + 1)
+        q = [k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]][:: 2 * flip - 1]
+        q = np.stack([each.ravel() for each in q], axis=1)
+        f.append(np.vstack((q[:, [0, 1, 2]], q[:, [0, 2, 3]])) + sum(map(len, v)))
+        v.append(points)
+    return np.vstack(v), np.vstack(f)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_t_junctions_are_stitched_in_any_pose(seed):
+    """On several edges of a face, in chains where neither side has the vertices of the other: the area stays whole."""
+    rng = np.random.default_rng(seed)
+    v, f = blocks(rng, lambda rng: rng.integers(1, 6, 2))
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    v = (v * [3, 2, 1]) @ turn.T * 10.0 ** rng.integers(-3, 4)
+    with pytest.raises(MeshError, match="open surface") as caught:
+        check_mesh(v, f)
+    assert caught.value.remedy.options == {}
+    repaired = repair_mesh(v, f)
+    areas = [
+        np.linalg.norm(np.cross(*(w[g[:, k]] - w[g[:, 0]] for k in (1, 2))), axis=1)
+        for w, g in ((v, f), (repaired.v, repaired.f))
+    ]
+    assert areas[1].sum() == pytest.approx(areas[0].sum())
+    parts = np.bincount(repaired.face_source, areas[1], len(f))
+    assert np.allclose(parts, areas[0])
+    assert np.array_equal(repaired.v, v[repaired.vertex_source])
+
+
+def test_vertices_with_nan_are_dropped_with_their_faces(ball):
+    v, f = ball
+    v = v.copy()
+    v[[3, 90], 1] = np.nan, np.inf
+    with pytest.raises(MeshError, match=r"not finite: 2 vertices .*holes='fill'\) does") as caught:
+        check_mesh(v, f)
+    repaired = repair_mesh(v, f, **caught.value.remedy.options)
+    assert repaired.actions[0].startswith("dropped 2 vertices with NaN or infinite coordinates and")
+    assert (repaired.vertex_image[[3, 90]] == -1).all()
+    assert np.isfinite(repaired.v).all()
+
+
+@pytest.mark.parametrize("parts", [2, 10, 11, 40])
+def test_of_many_equal_parts_the_remedy_is_named_with_its_share(parts, ball):
+    v, f = ball
+    w = np.vstack([v + 3 * k for k in range(parts)])
+    g = np.vstack([f + len(v) * k for k in range(parts)])
+    with pytest.raises(MeshError, match=r"FILE:K.*--parts") as caught:
+        check_mesh(w, g)
+    assert f"keeps {100 / parts:.3g} percent of the area" in str(caught.value)
+    assert caught.value.remedy.options == {"keep_largest": True}
+    assert len(repair_mesh(w, g, keep_largest=True).f) == len(f)
+
+
+def test_the_largest_part_is_that_of_most_volume(ball):
+    """Not the one of most faces, as a fine bubble in a coarse box, nor a loose ground plane."""
+    v, f = ball
+    box = np.array([(x, y, z) for x in (0, 10) for y in (0, 10) for z in (0, 10)], dtype=float)
+    sides = ConvexHull(box).simplices
+    repaired = repair_mesh(
+        np.vstack((v / 2 + 5, box)), np.vstack((f, sides + len(v))), keep_largest=True
+    )
+    assert np.array_equal(repaired.v, box)
+    assert "dropped 1 smaller component, 0.511 percent of the area" in repaired.actions
+    plane = np.array([(-3, -3, -2), (3, -3, -2), (3, 3, -2), (-3, 3, -2)], dtype=float)
+    w, g = np.vstack((v, plane)), np.vstack((f, np.array([[0, 1, 2], [0, 2, 3]]) + len(v)))
+    assert np.array_equal(repair_mesh(w, g, keep_largest=True).v, v)
+
+
+def test_numbers_after_a_repair_are_those_of_the_input(ball):
+    """A stray piece before it is dropped; the hole is named by vertices of the input, and by its place."""
+    v, f = ball
+    w = np.vstack(([[9, 9, 9], [9, 9, 8], [9, 8, 9], [8, 9, 9]], v))
+    g = np.vstack(([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]], f[1:] + 4))
+    with pytest.raises(MeshError, match="1 hole") as caught:
+        repair_mesh(w, g, keep_largest=True)
+    for a, b in re.findall(r"(\d+)-(\d+)", str(caught.value)):
+        assert {int(a), int(b)} <= {*(f[0] + 4).tolist()}
+    assert caught.value.remedy.options == {"keep_largest": True, "holes": "fill"}
+
+
+@pytest.mark.parametrize("padded", ["quads", "PyVista's quads", "one row"])
+def test_arrays_of_polygons_are_cut(padded):
+    box = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    quads = np.array(
+        [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    )
+    f = quads
+    if padded != "quads":
+        f = np.column_stack((np.full(6, 4), quads))
+    if padded == "one row":
+        f = f.ravel()
+    with pytest.raises(MeshError, match=r"triangulate .*\(repair_mesh\(v, f\) does\)"):
+        check_mesh(box, f)
+    repaired = repair_mesh(box, f)
+    assert repaired.actions == ("triangulated 6 polygons",)
+    assert repaired.face_source.tolist() == np.repeat(np.arange(6), 2).tolist()
+
+
+@pytest.mark.parametrize("ravel", [False, True])
+def test_padded_triangles_are_triangles(ravel, ball):
+    v, f = ball
+    padded = np.column_stack((np.full(len(f), 3), f))
+    if ravel:
+        padded = padded.ravel()
+    assert np.array_equal(check_mesh(v, padded).f, f)
+    assert repair_mesh(v, padded).actions == ()
 
 
 def voxels(solid):
@@ -265,7 +427,7 @@ def test_what_cannot_be_repaired_is_named(ball):
     for w, g, words in (
         (v, f[1:], r"1 hole \(3 edges\)"),
         (v, np.vstack([f, [[0, 1, 500]]]), "out of range"),
-        (np.where(np.arange(len(v))[:, None] == 5, np.nan, v), f, "not finite"),
+        (np.where(np.arange(len(v))[:, None] == 5, np.nan, v), f, r"1 hole .*holes='fill'\) does"),
         (v, f[:0], "no faces"),
     ):
         with pytest.raises(MeshError, match=words) as caught:
@@ -292,10 +454,12 @@ REPAIRABLE = (
     "dup_face_flipped",
     "half_faces_flipped",
     "misoriented_bunny_real",
+    "nonmanifold_edge_dino",
     "nonmanifold_vertex_pinched",
     "nonmanifold_vertex_two_heads",
     "one_face_flipped",
     "quad_faces",
+    "sphere_plus_torus_chi2",
     "triangle_soup_stl",
     "two_components_cortex",
     "two_components_same",

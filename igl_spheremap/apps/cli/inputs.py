@@ -26,8 +26,9 @@ from ...io.templates import TEMPLATES, template_files
 from ...io.written_map import read_map
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
-from ...mesh.arrays import BoolArray, FloatArray, IntArray, check_directions, plural
+from ...mesh.arrays import BoolArray, FloatArray, IntArray, check_directions
 from ...mesh.check import check_faces, check_mesh
+from ...mesh_repair.polygons import triangulation
 from ...mesh_repair.repair_mesh import repair_mesh
 from ...resampling.transfer import regular_mesh
 from ...sphere.rows import row_lengths
@@ -119,7 +120,7 @@ def read_source(
         name, kind, lambda path: read_mesh(path, triangulate=repair is not None or not check)
     )
     name = "stdin" if name == STREAM else name
-    cut = triangulated(mesh)
+    cut = triangulation(mesh.triangulated, mesh.concave)
     with naming(name):
         if repair is None:
             caps = check_mesh(mesh).caps if check else None
@@ -128,14 +129,6 @@ def read_source(
     return InputMesh(
         name, done.v, done.f, mesh.metadata, cut + done.actions, done.caps, done.face_source
     )
-
-
-def triangulated(mesh: LoadedMesh) -> tuple[str, ...]:
-    """What was done to the polygons of a file, if it has any."""
-    if not mesh.triangulated:
-        return ()
-    concave = f", {mesh.concave} of them concave" if mesh.concave else ""
-    return (f"triangulated {plural(mesh.triangulated, 'polygon')}{concave}",)
 
 
 def map_of(args: Namespace, source: InputMesh, **options: Any) -> SphereMap:

@@ -14,6 +14,7 @@ from ....io.plane_map import is_patch, read_images, write_plane_map
 from ....io.scalars import read_landmarks
 from ....mesh.arrays import FloatArray
 from ....mesh.disk import check_disk
+from ....mesh_repair.polygons import triangulation
 from ....mesh_repair.repair_disk import repair_disk
 from ....plane.disk_map import balanced_disk_map
 from ....plane.flat_map import flatten
@@ -25,7 +26,7 @@ from ....verify.certificate import Certificate
 from ...report import write_plane_report
 from ..arguments import repair_options
 from ..exits import Exit, UsageError, usage
-from ..inputs import STREAM, InputMap, InputMesh, load_pair, read_any, triangulated
+from ..inputs import STREAM, InputMap, InputMesh, load_pair, read_any
 from ..output import Findings, check_outputs, check_plots
 from ..workflow import map_and_report
 
@@ -118,7 +119,7 @@ def _load(args: Namespace) -> InputMesh:
     with naming(args.source), usage("--"):
         # the faces of a patch may touch at vertices, or leave some apart
         disk = repair_disk(v, f, **options)
-    done = triangulated(mesh) + disk.actions
+    done = triangulation(mesh.triangulated, mesh.concave) + disk.actions
     if done:
         args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(done)}")
     rows = np.where(disk.vertex_source < 0, -1, rows[disk.vertex_source])
