@@ -19,6 +19,7 @@ from ..newton.faces import FaceProblem
 from ..newton.loop import newton
 from ..newton.system import VertexSystem
 from ..operators.laplacian import usable_laplacian
+from ..result.findings import as_factor
 from ..result.run import Iterate, Listener, Run, Status
 from ..sphere.moebius import turn_to_gauss_map
 from ..timings import phase
@@ -83,7 +84,7 @@ def balanced_map(
     short, status, notes = energy.area_error(minimum.last.x), minimum.status, tuple[str, ...]()
     if short > _SHORT and status is not Status.STOPPED:
         notes = (
-            f"areas are off what balance {balance:g} aims at by a factor of {np.exp(short):.3g} on average; "
+            f"areas are off what balance {balance:g} aims at by a factor of {as_factor(short)} on average; "
             f"{status.value}",
         )
         status = Status.SHORT

@@ -243,7 +243,7 @@ class Refusal:
             return None
         loops, parts = len(work.rims), work.parts
         work.fill_holes()
-        if len(work.v) < 4:
+        if self._closed and len(work.v) < 4:
             return None
         options = dict(self.asked.options)
         options["weld"] = near

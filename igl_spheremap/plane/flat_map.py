@@ -19,6 +19,7 @@ from ..mesh.arrays import FloatArray, own_unit
 from ..mesh.disk import Disk, check_disk
 from ..mesh.measure import surface_area
 from ..newton.system import VertexSystem
+from ..result.findings import as_factor
 from ..result.run import History, Iterate, Listener, Run, Status
 from ..sphere.rows import weighted_sum
 from ..timings import phase, timed
@@ -213,10 +214,10 @@ def _placed(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
 
 def _judged(found: PlaneMap) -> Run:
     """The record of a layout's run, which says so where lengths are far off."""
-    worst = float(np.exp(np.abs(found.log_length_ratios()).max()))
-    if worst < _FAR:
+    worst = float(np.abs(found.log_length_ratios()).max())
+    if worst < np.log(_FAR):
         return found.run
-    note = f"lengths are off by a factor of up to {worst:.3g}; {found.status.value}"
+    note = f"lengths are off by a factor of up to {as_factor(worst)}; {found.status.value}"
     return replace(found.run, status=Status.SHORT, notes=(*found.notes, note))
 
 

@@ -21,6 +21,7 @@ from ..maps.options import Auto, Method
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh_repair.repair_mesh import repair_mesh
+from ..result.findings import moved_for_float32
 from ..verify.distortion import log_figures, log_length_ratios
 from .job import Job, Task
 from .table import Row
@@ -69,11 +70,9 @@ class SphereMapping(Task[Job]):
                 )
         result = _map(v, f, caps, self)
         written = write_map(target, result, force=True, metadata=loaded.metadata)
-        moved = (
-            (f"{written.moved} vertices moved to keep float32 from folding",)
-            if written.moved
-            else ()
-        )
+        notes = [*result.notes]
+        if written.moved:
+            notes.append(moved_for_float32(written.moved))
         figures = {
             "angle": log_figures(result.angle_differences()),
             "area": log_figures(result.log_area_ratios()),
@@ -90,7 +89,7 @@ class SphereMapping(Task[Job]):
             self.empty(job), status="certified" if written.folding_free else "folded", vertices=len(v),
             foldings_before=result.rounds[0].foldings_before if result.rounds else result.certificate.foldings,
             foldings=written.foldings, energy=result.energy, stretch=result.stretch,
-            notes="; ".join((*result.notes, *moved)), **columns,
+            notes="; ".join(notes), **columns,
         )  # fmt: skip
 
 

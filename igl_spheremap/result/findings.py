@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ..mesh.arrays import BoolArray, FloatArray
+from ..mesh.arrays import BoolArray, FloatArray, plural
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_figures, log_figures
 
@@ -22,6 +23,22 @@ class Finding(NamedTuple):
     label: str
     text: str
     numbers: dict[str, Any]
+
+
+def as_factor(log: float) -> str:
+    """A factor by its natural logarithm, which float64 may not hold.
+
+    >>> as_factor(math.log(20)), as_factor(800.0)
+    ('20', 'e^800')
+    """
+    if log > math.log(sys.float_info.max):
+        return f"e^{log:.3g}"
+    return f"{math.exp(log):.3g}"
+
+
+def moved_for_float32(moved: int) -> str:
+    """How many vertices a file's float32 has moved."""
+    return f"{plural(moved, 'vertex', 'vertices')} moved to keep float32 from folding"
 
 
 def verdict(certificate: Certificate, caps: BoolArray | None = None) -> Finding:

@@ -15,7 +15,7 @@ from ..mesh.check import Mesh
 from ..mesh.disk import Disk
 from ..timings import timed
 from ..verify.certificate import Certificate
-from .findings import Finding
+from .findings import Finding, as_factor
 from .run import Listener, Round, Run, Status, Step, iterations_in
 
 R = TypeVar("R", bound="Result")
@@ -117,9 +117,8 @@ class Result:
             self.iterations - before.iterations,
             [note for note in self.notes if note not in before.notes],
         )
-        angles, areas = (
-            [f"{off(each):.3g}" for each in (self, before)] for off in (_angles_off, _areas_off)
-        )
+        angles = [f"{_angles_off(each):.3g}" for each in (self, before)]
+        areas = [as_factor(_areas_off(each)) for each in (self, before)]
         line = (
             f"{self.method}, balance {self.balance:g}: {iterations_in(own)}; angles are {angles[0]} degrees off in "
             f"the mean, not {angles[1]}, and areas by a factor of {areas[0]}, not {areas[1]}; {self.status.value}"
@@ -193,7 +192,7 @@ def _angles_off(result: Any) -> float:
 
 
 def _areas_off(result: Any) -> float:
-    return float(np.exp(np.abs(result.log_area_ratios()).mean()))
+    return float(np.abs(result.log_area_ratios()).mean())
 
 
 def run_findings(result: Result) -> list[Finding]:

@@ -82,6 +82,11 @@ class _Parser(ArgumentParser):
     """A parser that raises what goes wrong: wrong usage, and help that its stream can't take."""
 
     def error(self, message: str) -> NoReturn:
+        _, found, missing = message.partition("arguments are required: ")
+        if found and "-" not in missing:
+            names = [str(each.metavar) for each in self._get_positional_actions() if each.required]
+            missing = str(missing.count(",") + 1)
+            message = f"{' '.join(names)} are needed; missing: {missing}"
         raise UsageError(f"{message} (see {self.prog} --help)")
 
     def parse(self, words: list[str]) -> Namespace:

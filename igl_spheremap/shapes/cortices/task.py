@@ -25,6 +25,7 @@ from ...mesh.measure import inside_out, vertex_areas
 from ...populations.job import Task
 from ...populations.table import RegistrationRow
 from ...resampling.transfer import resample
+from ...result.findings import moved_for_float32
 from ..correspondence.registration import Registration, reflected, register
 from .jobs import HemisphereJob, LabelFile, wall_of
 from .labels import label_margin
@@ -189,4 +190,4 @@ def _notes(job: HemisphereJob, found: Sequence[Registration], moved: int) -> Ite
             yield f"{files.name} has no {job.kind} surface here: its {files.kind} was taken"
         yield from (f"{files.name}: {note}" for note in each.notes)
     if moved:
-        yield f"{moved} vertices moved to keep float32 from folding"
+        yield moved_for_float32(moved)

@@ -8,7 +8,7 @@ from ....balance.balanced_spherical_map import balanced_spherical_map
 from ....draw.run import plot_run
 from ....io.written_map import SphereCheck, write_map
 from ....maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows
-from ....result.findings import certificate_numbers
+from ....result.findings import certificate_numbers, moved_for_float32
 from ....result.recording import Recording
 from ....result.result import run_findings
 from ....result.run import Listener
@@ -115,12 +115,9 @@ def _rounds(result: SphereMap) -> list[str]:
 
 def _as_written(result: SphereMap, written: SphereCheck) -> str:
     if written.folding_free:
-        moved = (
-            f", {written.moved} vertices moved to keep float32 from folding"
-            if written.moved
-            else ""
-        )
-        return "certified as written" + moved
+        if not written.moved:
+            return "certified as written"
+        return f"certified as written, {moved_for_float32(written.moved)}"
     if result.certificate.folding_free:
         return (
             f"but rounded to this format it is {written}; write .obj, .ply or .npz, "
