@@ -39,8 +39,8 @@ _REPAIRS = {
 }
 
 
-#: How to get one of several components.
-_ONE_PART = "give one (of a file FILE:K, as `igl-spheremap info FILE --parts` lists them), or keep the largest"
+#: How one part of a file is read.
+_ONE_PART = Remedy("read_mesh", given="'FILE:K'")
 
 
 def repair_by(function: str, options: dict[str, Any]) -> Remedy:
@@ -146,7 +146,7 @@ class Refusal:
         second = self._faces[int(np.argmax(label > 0))]
         self.refuse(
             f"{len(sizes)} components of {listed(sizes)} faces, face {second} is in the second one",
-            _ONE_PART,
+            f"give one of them, by {_ONE_PART}, or keep the largest",
         )
 
     def characteristic(self, twin: NDArray[np.int32]) -> NoReturn:
@@ -191,7 +191,9 @@ class Refusal:
         if work.parts > 1 and self._remedy is None:
             hints.append(f"join the {work.parts} components")
         elif work.parts > 1:
-            hints.append(f"of {work.parts} components {_ONE_PART}")
+            hints.append(
+                f"of {work.parts} components give one, by {_ONE_PART}, or keep the largest"
+            )
         if rims or not hints:
             hints.append("close the holes")
         self.refuse(f"open surface: {what}, {self._edges(edges)}{seam}", listed_words(hints))

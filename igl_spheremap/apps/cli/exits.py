@@ -122,6 +122,8 @@ class Shell:
     def __call__(self, remedy: errors.Remedy) -> str:
         if remedy.function in _COMMANDS:
             return f"the command {_COMMANDS[remedy.function]}"
+        if remedy.given == "'FILE:K'":
+            return "FILE:K, as `igl-spheremap info FILE --parts` lists them"
         flags = {
             _FLAGS.get(name, f"--{name.replace('_', '-')}"): value
             for name, value in remedy.options.items()
