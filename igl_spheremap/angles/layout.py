@@ -66,7 +66,7 @@ class Placed:
     finer: FloatArray | float = 0.0
     #: Rotation of rows that follows inverse stereographic projection.
     turn: FloatArray = field(default_factory=lambda: np.eye(3))
-    #: The face around infinity, if it is known.
+    #: The face that was cut out, if one was.
     hole: int | None = None
 
     @property
@@ -132,7 +132,7 @@ class Layout:
     log_edge : (n,) float64 array
         Mean logarithm of the lengths of the edges around each vertex.
     hole : int
-        The face around infinity.
+        The face that was cut out.
     """
 
     f: IntArray
@@ -167,7 +167,7 @@ class Layout:
             self.f,
             about_images(self.about, denominator, 1j * np.pi),
             self.log_edge - 2 * denominator.real,
-            face,
+            self.hole,
         )
 
 
