@@ -19,7 +19,7 @@ from ..descent.problem import Problem, l2_metric, laplacian_metric
 from ..errors import MapError, Remedy
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh
-from ..mesh.measure import vertex_normals
+from ..mesh.measure import corner_angles, vertex_normals
 from ..operators.laplacian import Operators, build_operators, laplacian
 from ..paper.algorithm_2 import algorithm_2
 from ..paper.settings import Lai2014, PaperGauge
@@ -34,6 +34,9 @@ from ..verify.certificate import Certificate
 from .options import Auto, GuYau, Method, Stereographic
 from .safeguards import Safeguards
 from .sphere_map import SphereMap
+
+#: Degrees by which a mean angle difference passes what corners explain, and angle of thin faces, where a note follows.
+_FAR, _THIN = 10.0, 1.0
 
 
 def auto(
@@ -84,7 +87,10 @@ def auto(
             listener(Iterate("repair", 0, 0, x, run.energy, 0.0))
     except StopIteration:
         return SphereMap(mesh, x, certificate, replace(run, status=Status.STOPPED))
-    run = replace(run, notes=(*run.notes, *_remarks(mesh, x, run)), plan=str(plan))
+    notes = [*run.notes, *_remarks(mesh, x, run)]
+    if plan.layouts:
+        notes += _far_from_conformal(mesh, x)
+    run = replace(run, notes=tuple(notes), plan=str(plan))
     return SphereMap(mesh, x, certificate, run)
 
 
@@ -96,6 +102,27 @@ def _remarks(mesh: Mesh, x: FloatArray, run: Run) -> Iterator[str]:
         yield "not Moebius-centred: tips of limbs too deep for float64 are at ends of the axes"
     if run.stretch > 1:
         yield f"limbs too deep for float64 are mapped as if up to {run.stretch:.3g} times shorter"
+
+
+def _far_from_conformal(mesh: Mesh, x: FloatArray) -> Iterator[str]:
+    """A note on a map that is far from conformal on a mesh with thin faces.
+
+    The sum of the differences at a vertex is its curvature less that of its image: no map can lower it where faces are
+    small on the sphere, so that it says how much the mesh itself explains.
+    """
+    difference = np.degrees(corner_angles(x, mesh.f) - mesh.angles)
+    at_vertices = np.bincount(mesh.f.ravel(), difference.ravel(), len(x))
+    mean = np.abs(difference).mean()
+    explained = np.abs(at_vertices).sum() / difference.size
+    thin = np.degrees(mesh.angles.min(axis=1)) < _THIN
+    if mean - explained > _FAR and thin.any():
+        size = np.where(thin, np.abs(difference).sum(axis=1), -1.0)
+        x0, y0, z0 = mesh.v[mesh.f[size.argmax()]].mean(axis=0)
+        yield (
+            f"angles are {mean:.3g} degrees off in the mean, of which the mesh's corners explain {explained:.2g}: "
+            f"{thin.sum():,} of {len(mesh.f):,} faces have an angle below {_THIN:g} degree, the worst around "
+            f"({x0:.3g}, {y0:.3g}, {z0:.3g}); remesh the surface to even faces, and it maps nearer"
+        )
 
 
 def lai2014(

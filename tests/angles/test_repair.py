@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 import numpy as np
 import pytest
 from bodies import ring_floor, worm
@@ -9,7 +11,9 @@ from scipy.spatial import ConvexHull, Delaunay
 from triangulations import unit
 
 from igl_spheremap import Auto, Effort, samples, spherical_conformal_map
-from igl_spheremap.angles.candidates import Badness
+from igl_spheremap.angles.angles import close_angles, proper_angles
+from igl_spheremap.angles.candidates import Badness, layouts
+from igl_spheremap.angles.layout import Layout, centred, onto_sphere
 from igl_spheremap.angles.plan import plan_repair
 from igl_spheremap.angles.repair import left_out, repair
 from igl_spheremap.descent.energies import HarmonicEnergy
@@ -18,9 +22,11 @@ from igl_spheremap.errors import OfListener
 from igl_spheremap.maps.sphere_map import SphereMap
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import log_edges
+from igl_spheremap.newton.system import VertexSystem
 from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.result.run import History, Run, Status
 from igl_spheremap.sphere.moebius import center, fix_gauge
+from igl_spheremap.start.punctured import candidate_faces
 from igl_spheremap.untangle.embedding import fix_orientation
 from igl_spheremap.untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from igl_spheremap.verify.certificate import Certificate, certify
@@ -317,3 +323,46 @@ def test_a_centroid_off_the_origin_is_off_centre(spheroid):
     mesh, _, x = spheroid
     assert not is_off_centre(mesh, x)
     assert is_off_centre(mesh, center(x, np.where(mesh.unit[:, 2] > 0, 2.0, 1.0) * mesh.A))
+
+
+def _coin(n=200, height=0.2):
+    """A prism of n sides, flat, whose caps are fans around a vertex of their rims, as programs for parts make them."""
+    t = 2 * np.pi * np.arange(n) / n
+    ring = np.column_stack((np.cos(t), np.sin(t), 0 * t))
+    a = np.arange(n)
+    b, k = (a + 1) % n, a[1:-1]
+    sides = np.vstack((np.column_stack((a, b, n + b)), np.column_stack((a, n + b, n + a))))
+    caps = np.vstack(
+        (np.column_stack((0 * k, k + 1, k)), np.column_stack((0 * k + n, n + k, n + k + 1)))
+    )
+    return np.vstack((ring, ring + np.array([0, 0, height]))), np.vstack((sides, caps))
+
+
+def test_a_map_that_is_far_from_the_angles_of_thin_faces_says_so():
+    v, f = _coin()
+    near, far = (
+        spherical_conformal_map(v, f, method=Auto(effort=effort))
+        for effort in (Effort(), Effort(holes=0, systems=0))
+    )
+    assert near.certificate.folding_free
+    assert far.certificate.folding_free
+    assert np.abs(near.angle_differences()).mean() < 10 < np.abs(far.angle_differences()).mean()
+    assert not any("remesh" in note for note in near.notes)
+    assert sum("remesh" in note for note in far.notes) == 1
+
+
+def test_layouts_around_other_faces_leave_out_the_one_that_was_cut_out_and_no_other():
+    """An inversion moves another face to infinity, and leaves the angles as they were."""
+    v, f = _coin(60, 5.0)
+    mesh = check_mesh(v, f)
+    system = VertexSystem(f, len(v), limbs=True)
+    hole, other = islice(candidate_faces(mesh), 2)
+
+    def around(face):
+        return Layout.of(f, close_angles(system, proper_angles(mesh.angles), face), face)
+
+    own, another = (centred(mesh, around(face)) for face in (hole, other))
+    inverted = centred(mesh, around(hole).inverted(other))
+    _, *rest = (start.x for start in layouts(mesh, inverted, system, 4))
+    assert not any((x == onto_sphere(own, own.points)).all() for x in rest)
+    assert any((x == onto_sphere(another, another.points)).all() for x in rest)
