@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import chain, islice
+from operator import itemgetter
 
 import numpy as np
 
@@ -62,16 +63,13 @@ class Start:
     certificate: Certificate | None = None
 
 
-def lay_out(
-    mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int, others: Iterable[Start]
-) -> Iterator[Start]:
-    """Yield layouts around up to `holes` faces beside that of a placement, and other maps, from the best on.
+def from_the_best(mesh: Mesh, starts: Iterable[Start]) -> Iterator[Start]:
+    """Yield starts in the Moebius gauges that fold fewest faces, after all were compared by their angles.
 
-    Each is in the Moebius gauge that folds fewest faces. Those that fold even after small moves come last: embedding
-    spoils many of them.
+    Those that fold even after small moves come last: embedding spoils many of them.
     """
     badness, ranked = Badness(mesh), list[tuple[bool, float, Start]]()
-    for start in chain(layouts(mesh, placed, system, holes), others):
+    for start in starts:
         x = start.x
         after_moves = small_moves(x, mesh.f)
         if badness.folded(after_moves):
@@ -80,7 +78,7 @@ def lay_out(
         start = replace(start, x=x, after_moves=after_moves)
         folds = bool(folded_faces(after_moves, mesh.f).any())
         ranked.append((folds, badness(after_moves), start))
-    for _, _, start in sorted(ranked, key=lambda each: each[:2]):
+    for _, _, start in sorted(ranked, key=itemgetter(0, 1)):
         yield start
 
 

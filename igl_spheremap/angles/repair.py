@@ -37,7 +37,7 @@ from ..timings import phase
 from ..untangle.local_repair import is_off_centre, repair_locally, restore_gauge
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
-from .candidates import Start, lay_out
+from .candidates import Start, from_the_best, layouts
 from .effort import Effort
 from .layout import unroll
 from .match_angles import match_angles
@@ -152,10 +152,10 @@ class _Repair:
                 if is_too_deep(placed):
                     yield map_deep_limbs(placed, self.mesh.angles, self.centred)
                 else:
-                    last = [Start("angles", self.x)]
-                    if self.plan.use_map or not self.plan.embeds:
-                        last = []
-                    yield from lay_out(self.mesh, placed, self._system, self.plan.holes, last)
+                    made = layouts(self.mesh, placed, self._system, self.plan.holes)
+                    yield from from_the_best(self.mesh, made)
+                    if self.plan.embeds and not self.plan.use_map:
+                        yield from from_the_best(self.mesh, [Start("angles", self.x)])
 
     def certify_or_embed(self, start: Start) -> Candidate | None:
         """The map as it is if no face folds, else repaired."""
