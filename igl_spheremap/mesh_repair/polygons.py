@@ -111,6 +111,7 @@ def cut_polygons(v: FloatArray, corners: IntArray, sizes: IntArray) -> CutPolygo
     edges = edge_keys(corners, corners[after], n)
     fans = [_Fans(first, sizes, about) for about in (0, 1)]
     sound = np.array([fan.face_one_way(p, normal) for fan in fans])
+    sound[:, sizes == 3] = [[True], [False]]  # triangles stay as they are
     left = np.ones(len(sizes), dtype=bool)
     triangles, owner = [np.empty((0, 3), dtype=np.int64)], [np.empty(0, dtype=np.int64)]
     for choices in (1, 2):  # those without a choice choose first

@@ -107,7 +107,7 @@ def repair_mesh(
     Parameters
     ----------
     v : (n, 3) array_like
-        Positions as of `check_mesh`.
+        Positions as of `check_mesh`, any units.
     f : (m, 3) array_like
         Faces as of `check_mesh`, or polygons: (m, k) indices, or PyVista's row with each face's number of corners.
     weld : float

@@ -12,6 +12,7 @@ from igl_spheremap.draw.palette import colours
 from igl_spheremap.io.files import read_mesh, read_sphere
 from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.io.written_map import write_map
+from igl_spheremap.mesh_repair.polygons import cut_polygons
 from igl_spheremap.verify.distortion import vertex_maps
 
 
@@ -64,7 +65,7 @@ def test_ply_of_either_byte_order_with_more_than_a_mesh(order, tmp_path):
     (tmp_path / "mesh.ply").write_bytes(head.encode() + body)
     mesh = read_mesh(tmp_path / "mesh.ply", triangulate=True)
     assert np.array_equal(mesh.v, v)
-    assert mesh.f.tolist() == [[0, 1, 2], [0, 1, 2], [0, 2, 3], [3, 2, 1]]
+    assert mesh.f.tolist() == [[0, 1, 2], [3, 0, 1], [3, 1, 2], [3, 2, 1]]
     assert mesh.triangulated == 1
 
 
@@ -154,8 +155,14 @@ def test_faces_of_any_size_are_read(sizes, tmp_path):
         struct.pack(f"<B{len(f)}i", len(f), *f) for f in faces
     )
     (tmp_path / "a.ply").write_bytes(head + body)
-    fans = [[face[0], face[k], face[k + 1]] for face in faces for k in range(1, len(face) - 1)]
-    assert read_mesh(tmp_path / "a.ply", triangulate=True).f.tolist() == fans
+    mesh = read_mesh(tmp_path / "a.ply", triangulate=True)
+    expected = faces
+    if max(sizes, default=3) > 3:
+        corners = np.concatenate(faces)
+        cut = cut_polygons(mesh.v, corners, np.array(sizes))
+        expected = corners[cut.triangles].tolist()
+        assert np.bincount(cut.polygon).tolist() == [size - 2 for size in sizes]
+    assert mesh.f.tolist() == expected
 
 
 def test_digits_beyond_the_announced_type_are_kept_in_text(tmp_path):

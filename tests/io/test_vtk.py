@@ -249,7 +249,7 @@ def test_polygons_are_cut_where_that_is_asked_for(tmp_path):
     (tmp_path / "a.vtk").write_text(OLD.replace("POLYGONS 1 4\n", "POLYGONS 2 9\n4 0 1 2 0\n"))
     assert read_mesh(tmp_path / "a.vtk", triangulate=True).f.tolist() == [
         [0, 1, 2],
-        [0, 2, 0],
+        [0, 0, 2],
         [0, 1, 2],
     ]
     with pytest.raises(MeshError, match="faces are not triangles"):
