@@ -101,6 +101,14 @@ def closed_parts(f: IntArray, n: int) -> list[IntArray]:
     return sorted(parts, key=lambda part: int(part[0]))
 
 
+def _part_of_faces(f: IntArray, n: int) -> IntArray:
+    """The number of the closed part that each face belongs to, -1 where that is open."""
+    number = np.full(len(f), -1)
+    for k, faces in enumerate(closed_parts(f, n)):
+        number[faces] = k
+    return number
+
+
 def usable_faces(f: IntArray, n: int) -> tuple[BoolArray, BoolArray]:
     """Of each face whether its indices are in range of n vertices, and whether it has three different ones, too."""
     inside = np.asarray(((f >= 0) & (f < n)).all(axis=1))
@@ -116,10 +124,8 @@ def topology_of(f: IntArray, n: int) -> Topology:
     (Component(vertices=4, faces=2, boundary_loops=(4,), handles=0, part=None),)
     """
     inside, usable = usable_faces(f, n)
-    part = np.full(len(f), -1)
-    for k, faces_of_part in enumerate(closed_parts(f, n)):
-        part[faces_of_part] = k
-    f, part = f[usable], part[usable]
+    part = _part_of_faces(f, n)[usable]
+    f = f[usable]
     keys, edge, first, second = shared_edges(f, n)
     start = f.ravel()
     number, label = components(first // 3, second // 3, len(f))
