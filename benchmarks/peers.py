@@ -72,7 +72,7 @@ Machine: {machine}, Python {python}; igl_spheremap {version}.
 
 ## In short
 
-Times are of one thread, with cvxopt (extra `fast`), by `python -m benchmarks tables others`:
+Times are of one thread, by `python -m benchmarks tables others`:
 
 <!-- table others -->
 <!-- end -->

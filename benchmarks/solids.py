@@ -1,6 +1,6 @@
 """Map machine parts as manifold3d triangulates them, and compare each map with the best layout of its repair.
 
-    python -m benchmarks [--package CHECKOUT] solids [--seeds 100 101 ...] [--kinds gear cup ...] [--csv FILE]
+    python -m benchmarks solids [--seeds 100 101 ...] [--kinds gear cup ...] [--csv FILE]
 
 manifold3d is the kernel of OpenSCAD: its faces are long and thin, and hubs have hundreds of neighbours. A part depends
 on its kind and its seed only. Seeds below 100 may be looked at when a constant is chosen; those from 100 on judge.
