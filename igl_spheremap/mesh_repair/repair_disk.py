@@ -43,10 +43,11 @@ def repair_disk(
         With `cut`: "cut" first cuts each handle and fills both sides. By default handles are refused.
     rim : int or (3,) array_like, optional
         The boundary loop that stays is the one nearest to this vertex, or to this point; by default it is the longest.
-    cut : int or (k,) array_like of int, optional
+    cut : int or (k,) or (k, 2) array_like of int, optional
         Cut the surface along a tree of shortest paths that joins its boundary loops and these vertices, two or more, or
         as many loops and tips as a number says: each tip is the vertex farthest from the tree so far. So 2 cuts a tube
-        lengthways. The tree's vertices are doubled.
+        lengthways. Two columns are edges to cut along; if they divide the surface,
+        `keep_largest` keeps the largest part. The cut's vertices are doubled.
 
     Returns
     -------
@@ -78,7 +79,7 @@ def repair_disk(
     given = {
         name: np.asarray(value).tolist()
         for name, value in (("rim", rim), ("cut", cut))
-        if value is not None
+        if value is not None and np.ndim(value) < 2
     }
     asked = asked_for("repair_disk", **options, **given)
     if handles == "cut" and cut is None:
@@ -97,7 +98,8 @@ def repair_disk(
             if handles == "cut" and not work.rims:
                 work.cut_handles()
             if points is not None:
-                work.cut_open(points if isinstance(points, int) else _images(work, points))
+                through = points if isinstance(points, int) else _images(work, points)
+                work.cut_open(through, keep_largest)
         disk_rim(work.f, work.v, partial(Refusal, asked=asked, work=work))
     return repaired(work)
 
@@ -111,10 +113,13 @@ def _points(cut: ArrayLike | None, n: int) -> IntArray | int | None:
         if tips > n:
             raise ValueError(f"cut is {tips}; give at most the number of vertices, {n}")
         return tips
-    points = np.unique(plain_array(cut, "cut"))
-    if points.dtype.kind not in "iu" or len(points) < 2 or points[0] < 0 or points[-1] >= n:
+    points = plain_array(cut, "cut")
+    if points.ndim != 2 or points.shape[1] != 2:
+        points = np.unique(points)
+    whole = points.dtype.kind in "iu" and points.size >= 2
+    if not whole or points.min() < 0 or points.max() >= n:
         raise ValueError(
-            f"cut is {shown(cut)}; give two or more of the vertices 0 to {n - 1}, or a number of tips"
+            f"cut is {shown(cut)}; give two or more of the vertices 0 to {n - 1}, edges of two, or a number of tips"
         )
     return points.astype(np.int64)
 

@@ -164,8 +164,7 @@ class Surface:
 
     def _drop_unreferenced(self) -> None:
         used = marked(self.f, len(self.v))
-        given = np.arange(len(self.image))
-        lost = ~used[given] & (self.image == given)  # those that were welded are not lost
+        lost = ~used & marked(self.image[self.image >= 0], len(self.v))  # not what was welded
         number = np.append(np.where(used, np.cumsum(used) - 1, -1), -1)  # -1 stays
         self.f, self.image = number[self.f], number[self.image]
         self.v, self.vertex_source = self.v[used], self.vertex_source[used]
@@ -242,8 +241,14 @@ class Surface:
             self.actions.append(f"filled {text}")
         self.rims = left
 
-    def cut_open(self, points: IntArray | int) -> None:
-        """Cut along a tree that joins the boundary loops and vertices, or as many loops and tips as a number says."""
+    def cut_open(self, points: IntArray | int, keep_largest: bool) -> None:
+        """Cut along edges (k, 2), or a tree that joins the boundary loops and vertices, or as many loops and tips as a number says."""
+        if not isinstance(points, int) and points.ndim == 2:
+            self.split_fans(edge_keys(points[:, 0], points[:, 1], len(self.v)), capped=False)
+            self.actions.append(f"cut along {plural(len(points), 'edge')}")
+            self._drop_components(keep_largest)
+            self._drop_unreferenced()
+            return
         loops = len(self.rims)
         edges = seam(self.v, self.f, points, self.rims)
         self.split_fans(edge_keys(edges[:, 0], edges[:, 1], len(self.v)), capped=False)

@@ -123,3 +123,15 @@ def test_more_tips_than_vertices_are_refused_at_once():
         ValueError, match="cut is 1000000000; give at most the number of vertices, 42"
     ):
         ism.repair_disk(v, f, cut=10**9)
+
+
+def test_edges_to_cut_along_leave_the_largest_part_if_that_is_asked_for():
+    v, f = ism.samples.sphere(162)
+    ring = np.flatnonzero(np.abs(v @ [0, 0, 1]) < 1e-9)
+    edges = f[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    belt = edges[np.isin(edges, ring).all(axis=1)]
+    with pytest.raises(ism.MeshError, match="2 components"):
+        ism.repair_disk(v, f, cut=belt)
+    disk = ism.repair_disk(v, f, cut=belt, keep_largest=True)
+    assert len(disk.f) == len(f) // 2
+    assert {*ism.check_disk(disk).rim} == {*np.flatnonzero(np.isin(disk.vertex_source, ring))}

@@ -366,6 +366,23 @@ PLANE = (
         type=cut,
     ),
     argument("--patch", "FILE", "map the part of IN that this patch of FreeSurfer's holds"),
+    goes_with(
+        "--patch",
+        argument(
+            "--via",
+            "SPHERE",
+            "the patch is a template's: carry its cuts over this sphere, on which IN is registered to it",
+        ),
+    ),
+    goes_with(
+        "--via",
+        argument(
+            "--template",
+            "NAME|FILE",
+            "the template of the patch, or its sphere",
+            default="fsaverage",
+        ),
+    ),
     *target(
         ".obj or .glb (the surface with texture coordinates), .npz (both), lh.NAME.patch.flat, or the image as a "
         "mesh"

@@ -24,8 +24,19 @@ from .arguments import WRITTEN
 from .exits import UsageError, usage
 from .inputs import STREAM, InputMesh
 
-_INPUTS = ("source", "other", "sphere", "patch", "other_sphere", "to", "data", "image", "template")
-_OUTPUTS = ("target", "surface", "table", "matrix", "json", "plot")
+_INPUTS = (
+    "source",
+    "other",
+    "sphere",
+    "patch",
+    "other_sphere",
+    "to",
+    "data",
+    "image",
+    "template",
+    "via",
+)
+_OUTPUTS = ("target", "surface", "table", "matrix", "json", "plot", "write")
 #: Lines of one kind that a summary has at most: files, landmarks. Tables and JSON have them all.
 LISTED = 20
 _WIDTH, _LABEL = 80, 13  # columns of a line, and of what names a figure

@@ -139,6 +139,7 @@ COMMANDS = (
             "igl-spheremap flatten bunny.obj bunny_uv.obj --cut 4",
             "igl-spheremap flatten scan.ply scan_flat.glb --repair --fill-holes --rim 0,0,-50",
             "igl-spheremap flatten lh.white lh.cortex.patch.flat --patch lh.cortex.patch.3d",
+            "igl-spheremap flatten lh.white lh.flat.obj --patch fsaverage/surf/lh.cortex.patch.3d --via lh.sphere.reg",
         ),
         (*shared.PLANE, shared.balance(IN_PLANE)),
     ),
@@ -151,8 +152,14 @@ COMMANDS = (
             "igl-spheremap info scan.stl",
             "igl-spheremap info lh.pial --json -",
             "igl-spheremap info cells.obj --parts",
+            "igl-spheremap info lh.orig.nofix --repair --cut-handles --write lh.orig.repaired",
         ),
-        (*shared.source(), shared.PARTS, *shared.OUTPUT),
+        (
+            *shared.source(),
+            shared.PARTS,
+            argument("--write", "FILE", "a new file with the surface as it is measured: repaired"),
+            *shared.OUTPUT,
+        ),
     ),
     Command(
         "view",

@@ -5,9 +5,11 @@ from typing import Any
 
 from ....errors import naming
 from ....io.files import parts_in
+from ....io.write_mesh import write_mesh
 from ....mesh_repair.info import info, mesh_findings
 from ....timings import counted
 from ..arguments import repair_options
+from ..exits import UsageError
 from ..inputs import load_source, read_source
 from ..output import LISTED, Findings, check_outputs
 
@@ -15,6 +17,8 @@ from ..output import LISTED, Findings, check_outputs
 def run_info(args: Namespace) -> None:
     check_outputs(args)
     if args.parts:
+        if args.write is not None:
+            raise UsageError("--write: --parts measures many surfaces; write one, as FILE:K")
         _measure_parts(args)
         return
     source = load_source(args, check=False)
@@ -24,6 +28,9 @@ def run_info(args: Namespace) -> None:
     found = Findings(**known.numbers)
     found.source(source)
     found.extend(findings)
+    if args.write is not None:
+        write_mesh(args.write, source.v, source.f, metadata=source.metadata)
+        found.add("written", f"{args.write}: {len(source.v)} vertices, {len(source.f)} faces")
     found.report(args)
 
 

@@ -3,30 +3,45 @@
 import os
 from argparse import Namespace
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ....errors import FileError, MeshError, import_optional, naming
-from ....io.files import read_mesh
+from ....io.files import read_mesh, read_sphere
 from ....io.patch import read_patch
 from ....io.plane_map import is_patch, read_images, write_plane_map
+from ....io.records import LoadedMesh
 from ....io.scalars import read_landmarks
-from ....mesh.arrays import FloatArray
+from ....mesh.arrays import FloatArray, IntArray, check_directions, place
+from ....mesh.check import check_faces
 from ....mesh.disk import check_disk
+from ....mesh.edges import marked, touching
+from ....mesh.measure import face_areas
 from ....mesh_repair.polygons import triangulation
 from ....mesh_repair.repair_disk import repair_disk
+from ....mesh_repair.repair_mesh import RepairedMesh
 from ....plane.disk_map import balanced_disk_map
 from ....plane.flat_map import flatten
 from ....plane.plane_map import PlaneMap, given_map, plane_findings
 from ....result import findings
 from ....result.result import run_findings
 from ....result.run import Iterate, Listener
+from ....shapes.cortices.cuts import carry_cuts
+from ....sphere.rows import unit_rows
 from ....verify.certificate import Certificate
 from ...report import write_plane_report
 from ..arguments import repair_options
 from ..exits import Exit, UsageError, usage
-from ..inputs import STREAM, InputMap, InputMesh, load_pair, read_any
+from ..inputs import (
+    STREAM,
+    InputMap,
+    InputMesh,
+    load_pair,
+    read_any,
+    read_target_sphere,
+)
 from ..output import Findings, check_outputs, check_plots
 from ..workflow import map_and_report
 
@@ -109,21 +124,70 @@ def _load(args: Namespace) -> InputMesh:
     args.progress.begin(f"reading {args.source}")
     mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=args.repair))
     v, f, rows = mesh.v, mesh.f, np.arange(len(mesh.v))
-    if args.patch is not None:
+    options = _disk_options(args)
+    if args.via is not None:
+        options |= {"cut": _carried_cuts(args, mesh), "keep_largest": True}
+    elif args.patch is not None:
         patch = read_patch(args.patch)
         rows = patch.rows
         v, f = patch.part(v, f)
-    options = _disk_options(args)
     if not (args.repair or args.patch or options):
         return InputMesh(args.source, v, f, rows=rows)
     with naming(args.source), usage("--"):
         # the faces of a patch may touch at vertices, or leave some apart
         disk = repair_disk(v, f, **options)
+        if args.via is not None:
+            disk = _left_by_cuts(disk, v, f, once=is_patch(args.target))
     done = triangulation(mesh.triangulated, mesh.concave) + disk.actions
     if done:
         args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(done)}")
     rows = np.where(disk.vertex_source < 0, -1, rows[disk.vertex_source])
     return InputMesh(args.source, disk.v, disk.f, repairs=done, caps=disk.caps, rows=rows)
+
+
+def _carried_cuts(args: Namespace, mesh: LoadedMesh) -> IntArray:
+    """The edges of a registered surface that stand for the cuts of its template's patch."""
+    if args.cut is not None:
+        raise UsageError("--cut: the patch says where --via cuts; leave one of them out")
+    x = read_sphere(args.via).v
+    if len(x) != len(mesh.v):
+        raise MeshError(
+            f"{args.via} has {len(x)} vertices but {args.source} has {len(mesh.v)}; give the registered sphere of "
+            "this surface"
+        )
+    with naming(args.source):
+        faces = check_faces(mesh.f, len(x))
+    with naming(args.via):
+        x = unit_rows(check_directions(x))
+    there, g = read_target_sphere(
+        args.template, InputMesh(args.source, mesh.v, mesh.f, mesh.metadata)
+    )
+    kept = read_patch(args.patch).rows if is_patch(args.patch) else read_images(args.patch).vertex
+    if kept is None or kept.max() >= len(there):
+        raise MeshError(
+            f"{args.patch} is no patch of the {len(there)} vertices of {args.template}; give the template's own "
+            "patch, and by --template its sphere"
+        )
+    with naming(args.patch):
+        return carry_cuts(faces, x, g, unit_rows(there), kept)
+
+
+def _left_by_cuts(disk: RepairedMesh, v: FloatArray, f: IntArray, once: bool) -> RepairedMesh:
+    """Say what lies beyond the cuts; leave out the faces along them, too, if each vertex is to come `once`."""
+    actions, kept = disk.actions, disk.face_source
+    while (
+        once and (twice := np.bincount(disk.vertex_source + 1, minlength=len(v) + 1)[1:] > 1).any()
+    ):
+        kept = kept[(kept >= 0) & ~touching(f[kept], twice)]
+        disk = repair_disk(v, f[kept], keep_largest=True)
+        kept = kept[disk.face_source]
+    lost = ~marked(kept[kept >= 0], len(f))
+    areas = face_areas(v, f)
+    text = (
+        f"left out {lost.sum()} faces, {areas[lost].sum() / areas.sum():.1%} of the area, near "
+        f"{place(v[f[lost].ravel()], v)}"
+    )
+    return replace(disk, actions=(*actions, text))
 
 
 def _disk_options(args: Namespace) -> dict[str, Any]:

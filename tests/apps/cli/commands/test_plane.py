@@ -159,3 +159,34 @@ def test_a_flat_map_is_shown_beside_its_surface(face, tmp_path):
     assert shown.returncode == Exit.OK
     assert re.search(rf"^screenshot\s+{re.escape(str(picture))}$", shown.stdout, re.MULTILINE)
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_cuts_of_a_template_come_over_a_registration(tmp_path, capsys):
+    """Here the surface lies on its own sphere, and the template is coarser."""
+    x, f = icosphere(4)
+    surface, reg, template, patch = (
+        str(tmp_path / name) for name in ("lh.ply", "lh.sphere.ply", "mine.ply", "mine.patch.3d")
+    )
+    ism.write_mesh(surface, x * [1, 1.4, 0.8], f)
+    ism.write_mesh(reg, 100 * x, f)
+    ism.write_mesh(template, V, F)
+    rows = np.flatnonzero((V[:, 2] > -0.7) & ~((np.abs(V[:, 1]) < 0.09) & (V[:, 0] > 0)))
+    write_patch(patch, Patch(rows, V[rows], np.zeros(len(rows), dtype=bool)))
+    via = ["--patch", patch, "--via", reg, "--template", template]
+    flat, rest = str(tmp_path / "flat.obj"), str(tmp_path / "lh.mine.patch.flat")
+    for out in (flat, rest):
+        assert main(["flatten", surface, out, *via]) == Exit.OK
+        assert re.search(r"left out \d+ faces, [\d.]+% of the area, near", capsys.readouterr().err)
+    assert main(["check", flat, "-q"]) == Exit.OK
+    assert main(["check", surface, rest, "-q"]) == Exit.OK
+    assert len(read_patch(rest).rows) < len(np.unique(ism.read_mesh(flat).f)) < len(x)
+
+    capsys.readouterr()
+    for words, message in (
+        ([*via, "--cut", "4"], "leave one of them out"),
+        (["--patch", patch, "--via", template, "--template", template], "registered sphere"),
+        (["--patch", patch, "--via", reg, "--template", "ico:1"], "the template's own patch"),
+        (["--patch", patch, "--template", template], "--via"),
+    ):
+        assert main(["flatten", surface, str(tmp_path / "no.obj"), *words]) != Exit.OK
+        assert message in one_line(capsys)
