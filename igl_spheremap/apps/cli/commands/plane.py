@@ -22,13 +22,13 @@ from ....mesh.measure import face_areas
 from ....mesh_repair.polygons import triangulation
 from ....mesh_repair.repair_disk import repair_disk
 from ....mesh_repair.repair_mesh import RepairedMesh
+from ....plane.cuts import carry_cuts
 from ....plane.disk_map import balanced_disk_map
 from ....plane.flat_map import flatten
 from ....plane.plane_map import PlaneMap, given_map, plane_findings
 from ....result import findings
 from ....result.result import run_findings
 from ....result.run import Iterate, Listener
-from ....shapes.cortices.cuts import carry_cuts
 from ....sphere.rows import unit_rows
 from ....verify.certificate import Certificate
 from ...report import write_plane_report
@@ -162,8 +162,8 @@ def _carried_cuts(args: Namespace, mesh: LoadedMesh) -> IntArray:
     there, g = read_target_sphere(
         args.template, InputMesh(args.source, mesh.v, mesh.f, mesh.metadata)
     )
-    kept = read_patch(args.patch).rows if is_patch(args.patch) else read_images(args.patch).vertex
-    if kept is None or kept.max() >= len(there):
+    kept = read_patch(args.patch).rows
+    if kept.max() >= len(there):
         raise MeshError(
             f"{args.patch} is no patch of the {len(there)} vertices of {args.template}; give the template's own "
             "patch, and by --template its sphere"

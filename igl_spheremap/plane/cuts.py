@@ -7,10 +7,10 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from ...errors import MeshError
-from ...mesh.arrays import FloatArray, IntArray
-from ...mesh.edges import components, marked
-from ...sphere.rows import row_lengths
+from ..errors import MeshError
+from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.edges import components, marked
+from ..sphere.rows import row_lengths
 
 #: A path longer than this many times the distance of its ends is rare: it is looked for in a second search.
 _DETOUR = 3.0
@@ -28,7 +28,7 @@ def carry_cuts(
     Examples
     --------
     >>> import igl_spheremap as ism
-    >>> from igl_spheremap.shapes.cortices.cuts import carry_cuts
+    >>> from igl_spheremap.plane.cuts import carry_cuts
     >>> x, f = ism.samples.sphere(642)
     >>> coarse, g = ism.samples.sphere(162)
     >>> above = (coarse[:, 2] > -0.5).nonzero()[0]

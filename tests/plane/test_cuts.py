@@ -9,8 +9,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 import igl_spheremap as ism
+from igl_spheremap.plane.cuts import carry_cuts
 from igl_spheremap.samples import sphere
-from igl_spheremap.shapes.cortices.cuts import carry_cuts
 
 X, F = sphere(2562)
 LOW = X[:, 2] < -0.7
