@@ -242,7 +242,7 @@ class Surface:
         self.rims = left
 
     def cut_open(self, points: IntArray | int, keep_largest: bool) -> None:
-        """Cut along edges (k, 2), or a tree that joins the boundary loops and vertices, or as many loops and tips as a number says."""
+        """Cut along edges (k, 2), or a tree that joins the boundary loops and vertices, or loops and tips by number."""
         if not isinstance(points, int) and points.ndim == 2:
             self.split_fans(edge_keys(points[:, 0], points[:, 1], len(self.v)), capped=False)
             self.actions.append(f"cut along {plural(len(points), 'edge')}")
