@@ -49,6 +49,7 @@ OPTIONS = (
     "factors",
     "gather",
     "groups",
+    "individual",
     "judge",
     "mindboggle",
     "paper",
