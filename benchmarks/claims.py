@@ -35,7 +35,7 @@ from igl_spheremap.mesh.arrays import FloatArray
 from igl_spheremap.mesh.check import Mesh, check_mesh
 from igl_spheremap.mesh.measure import angle_defects, face_areas, vertex_areas, vertex_normals
 from igl_spheremap.operators.laplacian import build_operators
-from igl_spheremap.paper.star_map import project, stiffness
+from igl_spheremap.paper.star_map import project, stiffness, weighted_mass
 from igl_spheremap.result.run import Run, Status
 from igl_spheremap.sphere.moebius import best_rotation, moebius
 from igl_spheremap.sphere.rows import row_dots, tangent, unit_rows, weighted_moment
@@ -119,7 +119,7 @@ def eigenfunctions(meshes: Path | None) -> Rows:
             [
                 name,
                 f"{len(v):,}",
-                *(star(mesh, A, x, weight) for weight in (np.ones(len(x)), None)),
+                *(star(mesh, A, x, B) for B in (weighted_mass(mesh, np.ones(len(x))), None)),
                 f"{foldings(mesh, x):,}",
             ]
         )
@@ -148,10 +148,10 @@ def bodies(meshes: Path | None) -> Iterator[tuple[str, FloatArray, Any]]:
         yield path.stem, v, f
 
 
-def star(mesh: Mesh, A: csr_matrix, x: FloatArray, weight: FloatArray | None) -> str:
+def star(mesh: Mesh, A: csr_matrix, x: FloatArray, B: csr_matrix | None) -> str:
     """Foldings of a star map, and their share of the area."""
     try:
-        found = project(mesh, A, x, weight).star_map
+        found = project(mesh, A, x, B).star_map
     except FactorisationFailed:
         return "none"
     folded = folded_faces(found, mesh.f)

@@ -8,56 +8,49 @@ from ..descent.problem import Problem
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..paper.hooks import Hooks
-from ..untangle.local_repair import has_few_foldings, repair_locally
+from ..result.run import Iterate, Round, Status
+from ..untangle.local_repair import most_of_few
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces
 
 #: The Moebius gauge is restored when the weighted mean of the map is farther than this from the origin. The second
 #: number is for runs in which no step may add foldings: a larger Moebius map of the corners can fold a thin face.
 _OFF_CENTRE, _OFF_CENTRE_CONFINED = 1e-2, 1e-9
+#: Iterations after which it is looked whether the map has shrunk.
+_LOOK = 20
 
 
-class Safeguards(Hooks):
-    """Keep the map from collapsing, and from folding anew.
+class Confined(Hooks):
+    """Keep the map centred, and a start without foldings free of them, unless the map `may_fold`.
 
     Moebius maps that crowd the mesh into a point bring the discrete energy down to 0. So the map is centred at the
     start and where it has drifted, if the problem says so (`Problem.gauge`).
 
     Limbs have tiny images, which fold for next to no energy, though "the minimization must be confined to the set of
-    diffeomorphisms" (section 1). So, unless the map `may_fold`, a step after which more faces fold than at the start is
-    refused, and a star map of which few faces fold is repaired. The first start is exempt if it folds: half of the
-    faces of a Gauss map are folded, and on the way to a minimum there may be more.
+    diffeomorphisms" (section 1). So a step after which more faces fold than may is refused.
     """
 
     def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
         super().__init__()
         self._mesh, self._problem, self._may_fold = mesh, problem, may_fold
-        self._is_first = True
 
     def start(self, x: FloatArray) -> FloatArray:
-        """The map in the Moebius gauge; a star map is repaired where at most 1 percent of its faces fold."""
+        """The map in the Moebius gauge."""
         x = self._centred(x, 0.0)
-        is_first, self._is_first = self._is_first, False
-        self._most = np.inf
-        if self._may_fold:
-            return x
-        certificate = Certificate.of(x, self._mesh.f)
-        if not certificate.foldings:
-            self._most = 0
-        elif not is_first:
-            if has_few_foldings(certificate, self._mesh.f):
-                self._count("repaired", certificate.foldings)
-                x, _ = repair_locally(self._mesh, x)
-            self._most = self._foldings(x)
+        self._most = np.inf if self._may_fold else self._bound(x)
         return x
 
     def trial(self, y: FloatArray) -> FloatArray | None:
-        """The map in the Moebius gauge; None, a refusal, if more faces fold than at the start."""
+        """The map in the Moebius gauge; None, a refusal, if too many faces fold."""
         y = self._centred(y, _OFF_CENTRE if self._most == np.inf else _OFF_CENTRE_CONFINED)
         if self._most == np.inf or self._foldings(y) <= self._most:
             return y
         self._count("refused")
         return None
+
+    def _bound(self, x: FloatArray) -> float:
+        """How many faces may fold on the way from a start: none if none of its own do."""
+        return np.inf if self._foldings(x) else 0
 
     def _centred(self, x: FloatArray, off: float) -> FloatArray:
         """The map in the Moebius gauge; the map itself if its weighted mean is at most `off` from the origin."""
@@ -68,3 +61,45 @@ class Safeguards(Hooks):
     def _foldings(self, x: FloatArray) -> int:
         """Number of faces that fold."""
         return int(folded_faces(x, self._mesh.f).sum())
+
+
+class Safeguards(Confined):
+    """For Algorithm 2: minimise first, then correct; where a map has shrunk, begin again without weights.
+
+    The first minimisation is not confined: half of the faces of a Gauss map are folded, and on the way there may be
+    more. No step may fold more faces than the star map from which it starts.
+
+    As a map shrinks to a point its energy falls below 4 pi, which that of a smooth map of degree 1 does not, and it has
+    the degree 0. Its conformal factor says nothing then, so the next star map has the weight e^{2u} = 1, once.
+    """
+
+    def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
+        super().__init__(mesh, problem, may_fold)
+        self._is_first, self._has_restarted, self._left = True, False, np.inf
+
+    def settled(self, last: Iterate) -> bool:
+        """Whether the map has shrunk to nothing."""
+        if last.iteration % _LOOK or last.energy > 4 * np.pi:
+            return False
+        return Certificate.of(last.x, self._mesh.f).degree == 0
+
+    def goes_on(self, record: Round) -> bool:
+        """Whether another star map is made: while each takes foldings away, and once where the map has shrunk.
+
+        A few foldings are left to the repair, but those of the first minimisation.
+        """
+        if record.status is Status.COLLAPSED:
+            return not self._has_restarted
+        before, self._left = self._left, record.foldings_after
+        few = 0.0 if record.round == 0 else most_of_few(self._mesh.f)
+        return few < record.foldings_after < before
+
+    def restarts(self, record: Round) -> bool:
+        """Whether the map has shrunk."""
+        self._has_restarted = record.status is Status.COLLAPSED
+        self._count("restarted", self._has_restarted)
+        return self._has_restarted
+
+    def _bound(self, x: FloatArray) -> float:
+        is_first, self._is_first = self._is_first, False
+        return np.inf if is_first else self._foldings(x)

@@ -25,7 +25,7 @@ from ..sphere.rows import unit_rows
 from ..timings import timed
 from .methods import auto, check_start, in_gauge
 from .options import Auto
-from .safeguards import Safeguards
+from .safeguards import Confined
 from .sphere_map import SphereMap
 
 
@@ -424,7 +424,7 @@ def descend(
     history: History,
 ) -> SphereMap:
     """Minimise a problem's energy by Algorithm 1, with the safeguards."""
-    hooks = Safeguards(mesh, problem, options.may_fold)
+    hooks = Confined(mesh, problem, options.may_fold)
     minimum = minimize(
         cayley_bb(problem, x, hooks),
         tolerance=tolerance,

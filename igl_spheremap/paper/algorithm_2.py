@@ -8,7 +8,7 @@ from ..result.run import Iterate, Run, Status
 from .algorithm_1 import algorithm_1
 from .hooks import nonzero
 from .setup import Setup
-from .star_map import project
+from .star_map import project, project_unweighted
 
 
 def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
@@ -17,14 +17,12 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
     for k in range(setup.options.rounds + 1):
         minimum, record = algorithm_1(setup, start)  # Algorithm 2, steps 1 and 4
         rounds.append(record)
-        if (
-            record.foldings_after == 0
-            or k == setup.options.rounds
-            or minimum.status is Status.STOPPED
-        ):
+        if k == setup.options.rounds or minimum.status is Status.STOPPED:
+            break
+        if not setup.hooks.goes_on(record):
             break
         try:
-            start = star_map(setup, minimum.last, k + 1)
+            start = star_map(setup, minimum.last, k + 1, setup.hooks.restarts(record))
         except FactorisationFailed:
             notes = (
                 *notes,
@@ -37,9 +35,15 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
     )
 
 
-def star_map(setup: Setup, last: Iterate, round: int) -> Iterate:
-    """The next round's start: the star map of the eigenfunctions weighted by the last map's conformal factor."""
-    found = project(setup.mesh, setup.L, last.x)  # Algorithm 2, step 2
+def star_map(setup: Setup, last: Iterate, round: int, restarts: bool) -> Iterate:
+    """The next round's start: the star map of the eigenfunctions weighted by the last map's conformal factor.
+
+    If the run `restarts`, that of the unweighted ones, projected again.
+    """
+    if restarts:
+        found = project_unweighted(setup.mesh, setup.L, last.x, setup.problem.centred)
+    else:
+        found = project(setup.mesh, setup.L, last.x)  # Algorithm 2, step 2
     return setup.start(  # Algorithm 2, step 3
         "star map",
         found.star_map,

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..descent.line_search import NonmonotoneSearch
 from ..mesh.arrays import FloatArray
-from ..result.run import Iterate
+from ..result.run import Iterate, Round
 
 
 class Hooks:
@@ -43,6 +43,14 @@ class Hooks:
 
     def settled(self, last: Iterate) -> bool:
         """Whether the run ends here, though its gradient is above the tolerance of step 2."""
+        return False
+
+    def goes_on(self, record: Round) -> bool:
+        """Whether Algorithm 2 makes another star map after a round."""
+        return record.foldings_after > 0
+
+    def restarts(self, record: Round) -> bool:
+        """Whether this star map has the weight e^{2u} = 1 in place of the conformal factor of the last map."""
         return False
 
     def step(self, tau: float, taken: float) -> float:

@@ -22,8 +22,8 @@ class Lai2014(Method):
     """The method "lai2014", the paper's: Algorithm 2 around Algorithm 1, from the Gauss map.
 
     It has three settings. ``Lai2014()`` is the paper's algorithms made to work, by edge weights that are never
-    negative, the Laplacian's own metric, and few safeguards. `as_printed` is the paper's text to the letter.
-    `as_programmed` follows the rules of the program that the paper's reference [18] published.
+    negative, the Laplacian's own metric, few safeguards, and a repair at the end. `as_printed` is the paper's text to
+    the letter. `as_programmed` follows the rules of the program that the paper's reference [18] published.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class Lai2014(Method):
         Each minimisation ends, too, when its lowest energy fell by less than this share over the last 100 iterations:
         limbs go on changing for thousands of iterations after the rest has converged.
     rounds : int, default 3
-        Maximum number of times that foldings are removed; 0 is Algorithm 1 alone.
+        Maximum number of times that foldings are removed; 0 is Algorithm 1 alone, and what it folds stays.
     rho : float, default 1e-4
         Share of the predicted decrease that a step must reach.
     delta : float, default 0.1
@@ -65,8 +65,8 @@ class Lai2014(Method):
         1e20; and a run has converged, too, when map and energy hardly change (`as_programmed`). It has no safeguards,
         and goes with ``may_fold=True, gauge="free"`` only.
     may_fold : bool, default False
-        Take steps that fold faces, too. By default no step adds foldings to a star map or to a start without any, and
-        a star map that folds in at most 1 percent of its faces is repaired first.
+        Take steps that fold faces, too, and leave them folded. By default the first minimisation may fold, no later
+        step adds foldings to a star map, and what is folded at the end is repaired.
     gauge : {"centred", "free"}, default "centred"
         "centred" holds the Moebius freedom fixed: starts and drifting maps are centred on the source's area, boosts are
         taken out of the gradient, and the result is turned to the Gauss map. "free" leaves all maps as they come. If

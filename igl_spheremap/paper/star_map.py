@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import igl
@@ -24,9 +25,16 @@ from ..mesh.measure import (
 )
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import laplacian_and_notes
+from ..sphere.rows import row_dots, weighted_sum
 
 #: Shift of the inverse iteration, below the spectrum 0, 2, 2, 2, 6, ... for A - sigma B_u to have a Cholesky factor.
 _SIGMA = -0.5
+#: Radians, the root mean square over the image: a map within half a radian of its star map has the shape of a sphere.
+_NEAR = 0.5
+#: Added to the image's mass matrix, whose sum is 4 pi, for vertices without any.
+_RIDGE = 1e-13
+#: Projections at most; where limbs are too deep for float64 they do not settle.
+_PROJECTIONS = 20
 
 
 @takes_mesh
@@ -158,21 +166,47 @@ def weighted_mass(mesh: Mesh, weight: FloatArray) -> sp.csr_matrix:
 
 
 def project(
-    mesh: Mesh, A: sp.csr_matrix, x: FloatArray, weight: FloatArray | None = None
+    mesh: Mesh, A: sp.csr_matrix, x: FloatArray, B: sp.csr_matrix | None = None
 ) -> EigenProjection:
     """`weighted_eigen_projection` of a checked mesh and map, with a stiffness matrix A.
 
-    Another weight than the conformal factor of `x` may be given: ones for the standard eigenfunctions, eq. (16).
+    Another mass matrix than that of the conformal factor of `x` may be given; in it the mean of phi is 0.
     """
-    factor, floored = finite_conformal_factor(mesh, x)
-    B = weighted_mass(mesh, factor if weight is None else weight)
+    c, areas, floored = np.zeros(3), None, 0
+    if B is None:
+        areas = vertex_areas(mesh.unit, mesh.f)
+        factor, floored = finite_conformal_factor(mesh, x)
+        B = weighted_mass(mesh, factor)
     values, phi = _lowest_eigenpairs(A, B)  # eq. (20)
-    areas = vertex_areas(mesh.unit, mesh.f)
-    c = areas @ phi / areas.sum()  # eq. (19)
+    if areas is not None:
+        c = areas @ phi / areas.sum()  # eq. (19)
     star = fill_directions(phi - c, mesh.f)  # Theorem 2
     frame = _agreement(phi, x, B, mirrored=enclosed_volume(star, mesh.f) < 0)
     undirected = int(without_direction(phi - c).sum())
     return EigenProjection(star @ frame, phi @ frame, values, floored, undirected)
+
+
+def project_unweighted(
+    mesh: Mesh, A: sp.csr_matrix, x: FloatArray, centred: Callable[[FloatArray], FloatArray]
+) -> EigenProjection:
+    """Project with the weight e^{2u} = 1, then each star map, until a projection moves it by less than `_NEAR`.
+
+    Here e^{2u} is constant on each face, for fewer foldings: B_u is the mass matrix of the image, and has no floor.
+    """
+    full = igl.MASSMATRIX_TYPE_FULL
+    found = project(mesh, A, x, sp.csr_matrix(igl.massmatrix(mesh.unit, mesh.f, full)))
+    ridge = sp.diags_array(_RIDGE * mesh.A)
+    for _ in range(_PROJECTIONS):
+        before = centred(found.star_map)
+        found = project(
+            mesh, A, before, sp.csr_matrix(igl.massmatrix(before, mesh.f, full) + ridge)
+        )
+        after = centred(found.star_map)
+        areas = vertex_areas(after, mesh.f)
+        square = weighted_sum(areas, row_dots(after - before, after - before)) / areas.sum()
+        if square < _NEAR**2:
+            break
+    return found
 
 
 def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> tuple[FloatArray, int]:

@@ -157,7 +157,10 @@ SAFEGUARDS = {
         "map on the way was centred by a Moebius map",
         "maps on the way were centred by Moebius maps",
     ),
-    "repaired": ("fold of a star map was repaired", "folds of star maps were repaired"),
+    "restarted": (
+        "round began at unweighted eigenfunctions, as the map had shrunk",
+        "rounds began at unweighted eigenfunctions, as the map had shrunk",
+    ),
 }
 
 

@@ -51,9 +51,14 @@ _OVER_RELAXATION = 1.3
 _PATIENCE = 25
 
 
+def most_of_few(f: IntArray) -> float:
+    """How many foldings are few."""
+    return max(1.0, FEW * len(f))
+
+
 def has_few_foldings(certificate: Certificate, f: IntArray) -> bool:
     """True if the foldings are to be repaired locally: at most one percent of the faces, and degree 1."""
-    return certificate.foldings <= max(1.0, FEW * len(f)) and certificate.degree == 1
+    return certificate.foldings <= most_of_few(f) and certificate.degree == 1
 
 
 def repair_locally(

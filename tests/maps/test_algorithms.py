@@ -35,13 +35,12 @@ def test_on_a_delaunay_mesh_the_weights_are_the_papers():
 
 
 @pytest.mark.parametrize("flat", [[1, 1, 0], [1, 0, 0]], ids=["plane", "line"])
-def test_surfaces_without_a_star_map_keep_what_algorithm_1_reached(flat):
+def test_surfaces_whose_gauss_map_is_no_start_begin_at_unweighted_eigenfunctions(flat):
+    """The Gauss map of a flat body is two points, and so is the weight that it makes."""
     result = ism.algorithm_2(X * flat, F, method=ism.Lai2014(max_iterations=50))
-    assert not result.certificate.folding_free
-    assert len(result.rounds) == 1
-    (note,) = (note for note in result.notes if "there is no star map" in note)
-    assert note.endswith("the default method maps the surface")
-    assert ism.spherical_conformal_map(X * flat, F).certificate.folding_free
+    assert result.rounds[0].status is ism.Status.COLLAPSED
+    assert [r.start for r in result.rounds[:2]] == ["gauss map", "star map"]
+    assert result.certificate.folding_free
 
 
 def test_a_listener_can_stop_at_a_star_map():

@@ -11,7 +11,7 @@ import igl_spheremap as ism
 from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.problem import Problem, l2_metric
-from igl_spheremap.maps.safeguards import Safeguards
+from igl_spheremap.maps.safeguards import Confined
 from igl_spheremap.mesh.measure import vertex_normals
 from igl_spheremap.paper.algorithm_1 import cayley_bb
 from igl_spheremap.paper.hooks import Hooks
@@ -74,7 +74,7 @@ def test_without_the_gauge_the_map_still_minimises_but_drifts():
     pear = Problem.of(mesh, HarmonicEnergy.of(mesh), l2_metric(mesh))
     start = unit_rows(ism.gauss_map(*ism.samples.make("pear", n_vertices=600)))
     free = run(problem=replace(pear, gauge=False), x=start, tolerance=1e-2)
-    fixed = run(problem=pear, x=start, hooks=Safeguards(mesh, pear, may_fold=False))
+    fixed = run(problem=pear, x=start, hooks=Confined(mesh, pear, may_fold=False))
     assert np.linalg.norm(pear.A @ fixed.last.x) < 1e-2 < np.linalg.norm(pear.A @ free.last.x)
 
 
@@ -87,7 +87,7 @@ def test_a_start_without_foldings_is_kept_so():
 
     run(
         x=crumpled,
-        hooks=Safeguards(MESH, PROBLEM, may_fold=False),
+        hooks=Confined(MESH, PROBLEM, may_fold=False),
         listener=check,
         max_iterations=100,
     )

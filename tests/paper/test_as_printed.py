@@ -100,18 +100,17 @@ def test_steps_that_would_fold_are_counted_in_the_notes_and_in_the_history():
     assert not any("would fold" in note for note in free.notes)
 
 
-def test_few_foldings_of_a_star_map_are_repaired_and_counted_so_that_none_are_left():
+def test_few_foldings_are_repaired_at_the_end_and_named():
     noise = np.random.default_rng(1).normal(size=BIRD.shape)
     v = BIRD + 0.5 * igl.edge_lengths(BIRD, BIRD_F).mean() * noise
     options = {"max_iterations": 150, "rounds": 1}
     repaired, seen = iterates(ism.Lai2014(**options), v)
-    folds = repaired.rounds[1].foldings_before
-    assert 0 < folds < 0.01 * len(BIRD_F)
-    assert [it.safeguards["repaired"] for it in seen if "repaired" in (it.safeguards or {})] == [
-        folds
-    ]
-    assert any(note.startswith(f"{folds} fold") and "repaired" in note for note in repaired.notes)
-    assert repaired.rounds[1].foldings_after == repaired.certificate.foldings == 0
+    _, minimiser, repair = repaired.rounds
+    assert 0 < minimiser.foldings_after <= minimiser.foldings_before < 0.01 * len(BIRD_F)
+    assert (repair.start, repair.foldings_after, seen[-1].stage) == ("repair", 0, "repair")
+    note = f"minimiser, {repair.foldings_before} of {len(BIRD_F):,} faces repaired"
+    assert note in repaired.notes
+    assert repaired.certificate.folding_free
     printed, _ = iterates(ism.Lai2014(**options, may_fold=True), v)
     assert printed.rounds[1].foldings_after > 0
 
@@ -177,7 +176,7 @@ def test_rows_of_the_laplacian_take_a_third_of_the_iterations_where_vertices_are
     )
     assert rows.status is areas.status is ism.Status.CONVERGED
     assert rows.iterations < areas.iterations / 3
-    assert rows.energy == pytest.approx(areas.energy, rel=1e-6)
+    assert rows.energy == pytest.approx(areas.energy, rel=1e-4)
     first = [result.history[1].residual for result in (areas, rows)]
     assert first[0] == pytest.approx(first[1], rel=0.1)  # boosts are taken out in different metrics
 
