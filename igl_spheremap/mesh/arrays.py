@@ -50,9 +50,10 @@ def real_array(values: ArrayLike, name: str) -> NDArray[Any]:
 def check_values(values: ArrayLike, n_vertices: int, name: str = "values") -> FloatArray:
     """Data at the vertices as (n, k) float64 rows, one for each; MeshError where one is missing or not finite."""
     array = real_array(values, name)
-    if array.ndim not in (1, 2) or len(array) != n_vertices:
+    if array.ndim not in (1, 2) or len(array) != n_vertices or array.shape[1:] == (0,):
         raise MeshError(
-            f"{name} have shape {array.shape} but the mesh has {n_vertices} vertices; give one row each"
+            f"{name} have shape {array.shape} but the mesh has {n_vertices} vertices; give one row each, "
+            "of one number or more"
         )
     array = array.reshape(n_vertices, -1).astype(np.float64)
     bad = np.flatnonzero(~np.isfinite(array).all(axis=1))

@@ -19,7 +19,7 @@ from ...io.write_mesh import write_mesh
 from ...mesh.arrays import FloatArray
 from .files import distinct
 from .group import Group
-from .permutation import PointTest, is_missing
+from .permutation import PointTest, is_missing, level
 
 _FEWEST = 3  # members, at least, for a variable to explain a part
 _LONGEST = 40  # letters of a name, of up to 4 bytes each: a name of a file has 255
@@ -50,7 +50,7 @@ def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> Design:
     with reading(Path(path)):
         if Path(path).suffix.lower() not in SEPARATORS:
             raise MeshError("a table of variables is a .tsv or .csv file; give one of these")
-        header, *rows = read_cells(Path(path))
+        header, *rows = [[level(cell) for cell in row] for row in read_cells(Path(path))]
         if len(header) < 2:
             raise MeshError("the table has one column; give a variable beside the members' names")
         if twice := [name for name, count in Counter(header).items() if count > 1]:
@@ -86,7 +86,7 @@ def _rows_of(
     for member in members:
         fitting = [
             row
-            for name in dict.fromkeys((member, Path(member).stem))
+            for name in dict.fromkeys((level(member), level(Path(member).stem)))
             for row in by_name.get(name, ())
         ]
         if len(fitting) > 1:

@@ -46,15 +46,20 @@ def member_doubts(
             f"turned by {laid.angle:.0f} degrees it fits the mean nearly as well: look whether its parts are "
             "where those of the others are"
         )
-    if _beyond(np.log(distance), np.log(distances)):
+    if distance > 0 and _beyond(np.log(distance), np.log(distances[distances > 0])):
         said.append(
             f"it lies {distance / np.median(distances):.1f} times as far from the mean as half of the members: "
             "look at its picture, it may lie wrong or be of another kind"
         )
-    if _beyond(_unlike(laid.correlation), _unlike(correlations)):
+    known = correlations[np.isfinite(correlations)]
+    if not np.isfinite(laid.correlation):
+        said.append(
+            "its depth is the same everywhere: nothing tells which of its points belong to the mean's"
+        )
+    elif _beyond(_unlike(laid.correlation), _unlike(known)):
         said.append(
             f"its depth correlates with the mean's by {laid.correlation:.2f}, that of half of the members by "
-            f"{np.median(correlations):.2f} or more: look at its picture"
+            f"{np.median(known):.2f} or more: look at its picture"
         )
     return tuple(said)
 
@@ -74,6 +79,18 @@ def _beyond(value: float | FloatArray, values: FloatArray) -> bool:
     off = values - np.median(values)
     deviation = 1.4826 * np.median(np.abs(off))  # the standard deviation of a normal distribution
     return bool(value - np.median(values) > _BEYOND * max(deviation, _USUAL))
+
+
+def copy_doubts(names: Sequence[str], contents: Sequence[bytes]) -> list[str]:
+    """Sentences on members that are the same surface, whose contents are equal."""
+    by_content: dict[bytes, list[str]] = {}
+    for name, content in zip(names, contents, strict=True):
+        by_content.setdefault(content, []).append(name)
+    return [
+        f"{' and '.join(sorted(same))} are the same surface, which counts {len(same)} times: leave copies out"
+        for same in by_content.values()
+        if len(same) > 1
+    ]
 
 
 def group_doubts(

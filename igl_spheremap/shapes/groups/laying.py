@@ -70,18 +70,25 @@ def laid(
     if others:
         turns = np.array([np.eye(3), *restarts.turns])
         found = found._replace(
-            rival=outlooks[others[0]] / outlooks[best],
+            rival=_beside(outlooks[others[0]], outlooks[best]),
             angle=rotation_angle(turns[others[0]] @ turns[best].T),
         )
     if restarts.mirror:
         image = Laying(reflected(source), target)
         nearest = image.laid(image.turned(image.turns()[0].rotation))
-        found = found._replace(mirrored=image.distance(nearest) / problem.distance(y))
+        found = found._replace(mirrored=_beside(image.distance(nearest), problem.distance(y)))
     return found
 
 
 def _turned(source: SphereMap, y: FloatArray, turn: Rows) -> FloatArray:
     return unfolded(source.mesh, y @ np.array(turn).T)  # rounding may fold slivers
+
+
+def _beside(other: float, taken: float) -> float:
+    """What another way leads to over what was taken: infinite beside nothing, and 1 where both are nothing."""
+    if taken > 0:
+        return float(other / taken)
+    return np.inf if other > 0 else 1.0
 
 
 def tried(source: SphereMap, target: SphereMap) -> Laid:

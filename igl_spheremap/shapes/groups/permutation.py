@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +22,9 @@ LEVEL = 0.05
 _BLOCK = 64  # permutations of one product of matrices
 # length of a column of unit length that is left beside others, from which on it is not in their span
 _RANK = 1e-9
-_CONSTANT = 1e-12  # spread of a column, as a share of the largest value, that is rounding
+_CONSTANT = (
+    1e-12  # spread of a column, or of data, as a share of the largest value, that is rounding
+)
 _TIE = 1e-9  # statistics that differ by a smaller share are equal up to rounding
 #: Members for each independent covariate: with so many chance found something in at most 7 of 100 experiments, however
 #: skewed, with fewer in up to 16 (docs/shapes.md).
@@ -39,7 +43,7 @@ class PointTest:
     Attributes
     ----------
     statistic : (n,) float64 array
-        F at each point, a ratio: the squares of all coordinates together.
+        F at each point, a ratio: the squares of all coordinates together; 0 where the data do not vary.
     p : (n,) float64 array
         Probability, from 0 to 1, that the largest F anywhere is as large if nothing depends on the variable.
     effect : (q, n, d) float64 array
@@ -154,7 +158,8 @@ def permutation_test(
     values, unit = own_unit(
         np.asarray(real_array(group.shapes if data is None else data, "data"), dtype=np.float64)
     )
-    if values.ndim not in (2, 3) or len(values) != count or not np.isfinite(values).all():
+    whole = values.ndim in (2, 3) and len(values) == count and values.size > 0
+    if not whole or not np.isfinite(values).all():
         raise MeshError(
             f"data of shape {values.shape} for {count} members; give finite numbers, (members, n) or "
             "(members, n, d)"
@@ -189,7 +194,12 @@ def permutation_test(
         explained,
         threshold,
         levels,
-        (*_coarse(count, same, permutations), *(() if augment else _crowded(count, Z.shape[1]))),
+        tuple(
+            chain(
+                _coarse(count, same, permutations) if residuals.squares.any() else _even(),
+                () if augment else _crowded(count, Z.shape[1]),
+            )
+        ),
     )
 
 
@@ -205,6 +215,7 @@ class _Residuals(NamedTuple):
     def of(cls, values: FloatArray, Qz: FloatArray, ratio: float) -> _Residuals:
         flat = values.reshape(len(values), -1)
         rest = flat - Qz @ (Qz.T @ flat)
+        rest[:, np.abs(rest).max(axis=0) <= _CONSTANT * np.abs(flat).max()] = 0.0
         squares = (rest**2).sum(axis=0).reshape(values.shape[1:]).sum(axis=1)
         return cls(rest, (values.shape[1], values.shape[2]), squares, ratio)
 
@@ -216,9 +227,8 @@ class _Residuals(NamedTuple):
         parts = parts.reshape(*parts.shape[:2], *self.shape).sum(axis=3)
         model = parts[:, : x.shape[2]].sum(axis=1)
         left = self.squares - parts.sum(axis=1)
-        return np.asarray(
-            self.ratio * model / np.maximum(left, np.finfo(float).eps * self.squares.max())
-        )
+        least = np.finfo(float).eps * self.squares.max() + np.finfo(float).tiny
+        return np.asarray(self.ratio * model / np.maximum(left, least))
 
 
 def _permuted(
@@ -279,6 +289,13 @@ def _coarse(count: int, same: int, permutations: int) -> Iterator[str]:
         )
 
 
+def _even() -> Iterator[str]:
+    """That nothing varies."""
+    yield (
+        "the data are the same for all members, or follow from the covariates: nothing can depend on the variable"
+    )
+
+
 def _crowded(count: int, covariates: int) -> Iterator[str]:
     """Whether members are few for that many independent covariates."""
     if count < _ENOUGH * covariates:
@@ -299,6 +316,15 @@ def _spanned(columns: FloatArray) -> FloatArray:
     return np.asarray(U[:, sizes > _RANK])
 
 
+def level(cell: str) -> str:
+    """A word as the name of a level: what looks the same is the same.
+
+    >>> level(" no  treatment\u00a0"), level("a\u0308") == "\u00e4"
+    ('no treatment', True)
+    """
+    return " ".join(unicodedata.normalize("NFC", cell).split())
+
+
 def is_missing(cell: str) -> bool:
     """Whether a cell says that there is no value.
 
@@ -313,7 +339,7 @@ def _columns(variable: ArrayLike, count: int) -> tuple[FloatArray, tuple[str, ..
     given = plain_array(variable, "the variable's values")
     if given.dtype.kind in "iuf":
         return _numbers(given, count, "the variable"), ()
-    names = given.astype(str).reshape(-1)
+    names = np.array([level(name) for name in given.astype(str).ravel()], dtype=str)
     if len(names) != count:
         raise MeshError(
             f"the variable has {len(names)} values for {count} members; give one for each"

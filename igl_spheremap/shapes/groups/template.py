@@ -19,7 +19,7 @@ from ...mesh.check import check_mesh
 from ...populations.engine import USUAL, Engine
 from ...resampling.transfer import sphere_mesh
 from ...sphere.moebius import best_rotation, orientation_target
-from .doubts import group_doubts, member_doubts, symmetric
+from .doubts import copy_doubts, group_doubts, member_doubts, symmetric
 from .features import check_features
 from .fixed_point import FixedPoint, Registered, fixed_point
 from .group import Group, Member
@@ -29,6 +29,7 @@ from .procrustes import generalised_procrustes
 from .turns import Restarts
 from .workplace import Entry, Workplace, stacked, workplace
 
+_ROUNDING = 1e-12  # share of the mean's size: equal surfaces differ by less
 _FEWEST = 3  # members: two have one mode and no median
 
 
@@ -122,6 +123,7 @@ class _Members:
     def __init__(self, place: Workplace, mesh: tuple[FloatArray, IntArray]) -> None:
         self._place, (self._x, self._f) = place, mesh
         self._known: dict[int, Entry] = {}
+        self._copies: list[str] = []
         self._round = 0
 
     @property
@@ -140,6 +142,8 @@ class _Members:
         found = {member.number: read_arrays(self._place.of(member, "points")) for member in members}
         order = sorted(members, key=lambda member: found[member.number]["digest"].tobytes())
         self._known = {member.number: member for member in order}
+        digests = [found[member.number]["digest"].tobytes() for member in order]
+        self._copies = copy_doubts([member.name for member in order], digests)
         powers = np.stack([found[k]["powers"] for k in self._known])
         medoid = int(np.argmin(np.linalg.norm(powers - powers.mean(axis=0), axis=1)))
         return np.asarray(found[order[medoid].number]["points"])
@@ -180,6 +184,10 @@ class _Members:
         areas = (own / len(members)).sum(axis=0)
         aligned = generalised_procrustes(points, areas, rigid)
         away = aligned.shapes - aligned.mean
+        if np.abs(away).max() <= _ROUNDING * np.ptp(aligned.mean, axis=0).max():
+            raise MeshError(
+                "the surfaces are all the same: nothing differs that a group could show"
+            )
         found = principal_modes(away, areas, modes)
         (correlations,) = stacked([member.sphere for member in members], "correlation")
         laid = [self._place.laid(member) for member in members]
@@ -210,5 +218,5 @@ class _Members:
             tuple(rows[k] for k in order), areas, np.sqrt((away**2).sum(axis=(0, 2)) / (len(members) - 1)),
             features[order], {name: one_line(error) for name, error in self._place.left_out.items()},
             fixed.changes, rigid, balance,
-            notes=tuple(group_doubts(fixed.changes, fixed.settled, axis, laid, found.scores)),
+            notes=(*self._copies, *group_doubts(fixed.changes, fixed.settled, axis, laid, found.scores)),
         )  # fmt: skip

@@ -10,8 +10,13 @@ from scipy.spatial.transform import Rotation
 import igl_spheremap as ism
 from igl_spheremap.resampling.transfer import resample, sphere_mesh
 from igl_spheremap.shapes.correspondence.registration import reflected
-from igl_spheremap.shapes.groups.doubts import drift_doubts, group_doubts, member_doubts
-from igl_spheremap.shapes.groups.laying import Laid, laid
+from igl_spheremap.shapes.groups.doubts import (
+    copy_doubts,
+    drift_doubts,
+    group_doubts,
+    member_doubts,
+)
+from igl_spheremap.shapes.groups.laying import Laid, _beside, laid
 from igl_spheremap.shapes.groups.placing import at_points
 from igl_spheremap.shapes.groups.turns import Turns
 from igl_spheremap.shapes.harmonics.rotation import rotation_angle
@@ -111,6 +116,7 @@ def test_doubts_survive_in_files(group, tmp_path):
 
 
 NOTHING = Laid(np.empty((0, 3)), 0.95, rival=3.0, angle=90.0, mirrored=1.0)
+NOISELESS = NOTHING._replace(correlation=1.0)
 DISTANCES, CORRELATIONS = np.array([1.0, 1.1, 0.9, 1.2, 1.0]), np.full(5, 0.95)
 
 
@@ -128,6 +134,32 @@ def test_what_is_doubted_of_a_member(laid, distance, words):
     said = member_doubts(laid, distance, DISTANCES, CORRELATIONS)
     assert len(said) == (words is not None)
     assert words is None or words in said[0]
+
+
+def test_figures_without_variance_are_no_reason_to_doubt_and_none_to_trust():
+    """Equal members lie at no distance from their mean; of balls the depth is the same everywhere."""
+    still = np.zeros(5)
+    assert not member_doubts(NOISELESS, 0.0, still, np.ones(5))
+    assert not member_doubts(NOISELESS, 1.0, np.array([0.0, 0.0, 1.0, 1.1, 0.9]), np.ones(5))
+    unknown = NOISELESS._replace(correlation=np.nan)
+    (said,) = member_doubts(unknown, 1.0, DISTANCES, np.array([np.nan, 0.9, 0.9, 0.9, 0.9]))
+    assert "depth is the same everywhere" in said
+    low = NOISELESS._replace(correlation=0.2)
+    (said,) = member_doubts(low, 1.0, DISTANCES, np.array([np.nan, 0.9, 0.9, 0.9, 0.2]))
+    assert "correlates with the mean's by 0.20" in said
+
+
+def test_what_fits_as_well_beside_a_perfect_fit_is_a_rival():
+    assert [_beside(*pair) for pair in ((0.0, 0.0), (1.0, 0.0), (3.0, 2.0))] == [1.0, np.inf, 1.5]
+
+
+def test_copies_of_a_surface_are_named():
+    contents = [b"1", b"2", b"1", b"1", b"3", b"2"]
+    assert copy_doubts(list("abcdef"), contents) == [
+        "a and c and d are the same surface, which counts 3 times: leave copies out",
+        "b and f are the same surface, which counts 2 times: leave copies out",
+    ]
+    assert not copy_doubts(list("abc"), [b"1", b"2", b"3"])
 
 
 def test_what_is_doubted_of_a_drift():

@@ -211,3 +211,47 @@ def test_augmented_models_find_what_is_planted():
 def test_what_can_not_be_tested_is_said(variable, options, words):
     with pytest.raises(ism.MeshError, match=words):
         ism.shapes.permutation_test(NOISE, variable, **options)
+
+
+@pytest.mark.parametrize("augment", [False, True])
+@pytest.mark.parametrize("value", [0.0, 7e8, 1e-300])
+def test_where_nothing_varies_nothing_is_found(value, augment):
+    """Rounding is no variance: not that of a mean of equal numbers, and not what is left of what covariates explain."""
+    age = RNG.normal(size=20)
+    explained = value * (3 + age)[:, None] * np.ones((20, 9))
+    for data, covariates in ((np.full((20, 9), value), age), (explained, age)):
+        found = ism.shapes.permutation_test(
+            NOISE,
+            RNG.normal(size=20),
+            covariates=covariates,
+            data=data,
+            permutations=19,
+            augment=augment,
+        )
+        assert (found.p == 1).all()
+        for each in (found.statistic, found.explained, found.effect, found.error, found.margin):
+            assert (each == 0).all()
+        assert "nothing can depend on the variable" in found.notes[0]
+
+
+def test_points_that_do_not_vary_change_nothing_for_the_others():
+    x, data = RNG.normal(size=20), RNG.normal(size=(20, 5))
+    data[:, 1] += 5 * x
+    still = np.column_stack((np.full(20, 3.7), data, np.zeros(20)))
+    one, other = (
+        ism.shapes.permutation_test(NOISE, x, data=each, permutations=99) for each in (data, still)
+    )
+    assert (one.p == other.p[1:-1]).all()
+    assert (other.p[[0, -1]] == 1).all()
+    assert (other.explained[[0, -1]] == 0).all()
+
+
+@pytest.mark.parametrize(
+    "pair", [("control", "control "), ("\u00e4", "a\u0308"), ("a b", "a\u00a0 b")]
+)
+def test_levels_that_look_the_same_are_one(pair):
+    names = np.where(np.arange(20) < 10, *pair).astype(object)
+    with pytest.raises(ism.MeshError, match="for all members"):
+        ism.shapes.permutation_test(NOISE, names, permutations=19)
+    names[:5] = "other"
+    assert len(ism.shapes.permutation_test(NOISE, names, permutations=19).levels) == 2

@@ -206,3 +206,16 @@ def test_what_does_not_fit_is_left_out_with_its_reason(maps, here, tmp_path):
 def test_options_are_checked(options, error, words):
     with pytest.raises(error, match=words):
         ism.shapes.template(["a.ply", "b.ply", "c.ply"], **options)
+
+
+def test_equal_surfaces_are_no_group(here):
+    v, f = ism.samples.make("pear", n_vertices=124)
+    with pytest.raises(ism.MeshError, match="all the same"):
+        ism.shapes.template([(v, f)] * 3, target="ico:1", engine=here)
+
+
+def test_a_surface_that_is_given_twice_is_said(here):
+    v, f = ism.samples.make("pear", n_vertices=124)
+    bodies = [(v * [1, 1, 1 + k / 10], f) for k in (1, 2, 1, 3)]
+    (note, *_) = ism.shapes.template(bodies, target="ico:1", engine=here).notes
+    assert "0 and 2 are the same surface" in note

@@ -306,3 +306,12 @@ def test_what_holds_no_group_is_refused(folder):
     ism.write_mesh(folder / "mesh.npz", *ism.samples.sphere(42))
     with pytest.raises(ism.MeshError, match="no group"):
         ism.shapes.read_group(folder / "mesh.npz")
+
+
+def test_words_and_names_that_look_the_same_are_the_same(tmp_path):
+    """A spreadsheet leaves spaces behind words; macOS decomposes accents in the names of files."""
+    (tmp_path / "d.tsv").write_text(
+        "member\tgroup \n\u00e4\tcontrol \nb\tcontrol\nc \t drug\n", encoding="utf-8"
+    )
+    design = read_design(tmp_path / "d.tsv", ["a\u0308.ply", "b.ply", "c.ply"])
+    assert design.columns["group"].tolist() == ["control", "control", "drug"]
