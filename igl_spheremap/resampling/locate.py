@@ -192,11 +192,17 @@ def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArr
     >>> barycentric_weights(q, *np.eye(3)[:, None, :]).round(6)
     array([[0.333333, 0.333333, 0.333333]])
     """
-    sides = np.stack((a - q, b - q, c - q))
-    # no product underflows
-    a, b, c = np.ldexp(sides, -np.frexp(np.abs(sides).max(axis=(0, 2)))[1][:, None])
+    # Coordinates, then sides, each in a unit of its own, so that no product underflows, close to the end of an axis too.
+    rows = np.stack((q, a - q, b - q, c - q))
+    q, *sides = np.ldexp(rows, -np.frexp(np.abs(rows).max(axis=0))[1])
+    longest = np.abs(sides).max(axis=2)
+    unit = np.frexp(longest)[1]
+    a, b, c = np.ldexp(sides, -unit[:, :, None])
     weights = np.stack([row_dets(q, b, c), row_dets(q, c, a), row_dets(q, a, b)], axis=1)
+    weights = np.ldexp(weights, (unit.min(axis=0) - unit).T)
     weights = np.maximum(weights, 0.0)  # rounding only: the exact ones are not negative
+    flat = ~weights.any(axis=1)  # seen from q, which is a corner or nearer to one than numbers tell
+    weights[flat] = (longest == longest.min(axis=0)).T[flat]
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 

@@ -13,7 +13,7 @@ from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.disk import disk_rim
-from ..sphere.rows import row_lengths, scale_rows
+from ..sphere.rows import row_lengths, scale_rows, unit_rows
 from ..timings import phase
 from .rim import plane_signs, rim_crossings, rim_direction
 from .signs import determinant_signs, orientation_signs
@@ -291,14 +291,18 @@ def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:
 
 
 def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> Iterator[FloatArray]:
-    """Directions to count at: inside eight faces of the image, then 24 fixed ones; hardly ever is a second needed."""
+    """Directions to count at: inside eight faces of the image, then 24 fixed ones; hardly ever is a second needed.
+
+    Those of faces whose corners cancel may lie outside of them, and are of any size: they are directions all the same.
+    """
     proper = np.flatnonzero(signs)
     chosen = (
         proper[np.linspace(0, len(proper) - 1, num=min(8, len(proper))).astype(int)]
         if len(proper)
         else proper
     )
-    yield from (np.array([0.5, 0.3, 0.2]) @ x[face] for face in f[chosen])
+    middles = np.einsum("k,ikj->ij", [0.5, 0.3, 0.2], x[f[chosen]])
+    yield from middles[middles.any(axis=1)]
     # Points spaced by the golden angle: they lie on an edge of a mesh only if the mesh was made from them.
     height = (np.arange(24) + 0.5) / 12 - 1
     turn = np.arange(24) * 2.399963229728653 + 0.1
@@ -311,7 +315,7 @@ def _faces_near(x: FloatArray, f: IntArray, q: FloatArray) -> IntArray:
 
     Seen along q, a cone that holds q has the origin in the bounding box of its corners.
     """
-    q = q / np.linalg.norm(q)
+    q = unit_rows(q[None])[0]
     axes = np.concatenate((np.linalg.svd(q[None, :])[2][1:], q[None, :]))
     a, b, c = np.einsum("ij,jk->ik", axes, np.ascontiguousarray(x.T))
     # One bit for each half-plane, and for the half-space, that a vertex is in: a face is kept if its corners have all

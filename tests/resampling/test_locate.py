@@ -6,6 +6,7 @@ import igl.predicates
 import numpy as np
 import pytest
 
+import igl_spheremap as ism
 from igl_spheremap import FoldingsRemain, MeshError, samples
 from igl_spheremap.resampling.locate import BoxTree, Location, SphereLocator, barycentric_weights
 from igl_spheremap.sphere.moebius import moebius
@@ -175,3 +176,20 @@ def test_triangles_at_a_pole_are_located_down_to_the_smallest_numbers(size):
     face, found = SphereLocator(x, f).locate(weights @ x[:3])
     assert face.tolist() == [0, 0, 0]
     assert np.allclose(found, weights, atol=1e-9)
+
+
+def test_points_within_any_distance_of_a_pole_have_weights():
+    """Products of differences underflow there; a corner is at its own place."""
+    x, f = ism.samples.sphere(42)
+    for shrink in (1e-20, 1e-120, 1e-163, 1e-250, 1e-305):
+        y = x.copy()
+        near = np.arange(len(x)) != x[:, 2].argmax()
+        plane = x[near, :2] / (1 - x[near, 2:])
+        y[near] = np.column_stack((shrink * plane, -np.ones(near.sum())))
+        assert ism.certify(y, f).folding_free
+        face, weights = ism.SphereLocator(y, f).locate(y)
+        assert (f[face, weights.argmax(axis=1)] == np.arange(len(y))).all()
+        assert np.allclose(weights.max(axis=1), 1)
+        middles = y[f[near[f].all(axis=1)]].mean(axis=1)
+        _, weights = ism.SphereLocator(y, f).locate(middles)
+        assert np.allclose(weights, 1 / 3, atol=1e-3)

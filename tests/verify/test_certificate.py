@@ -1,11 +1,14 @@
 """The certificate finds every planted fault."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from triangulations import icosphere, random_rotation
 
 import igl_spheremap as ism
 from igl_spheremap import MeshError
+from igl_spheremap.sphere.rows import unit_rows
 
 X, F = icosphere(2)
 
@@ -188,3 +191,102 @@ def test_the_map_of_a_certificate_can_t_be_changed():
     result = ism.spherical_conformal_map(X * [1, 1.2, 1.5], F)
     with pytest.raises(ValueError, match="read-only"):
         result.sphere[0] = -result.sphere[0]
+
+
+def exact_determinant(a, b, c):
+    (a0, a1, a2), (b0, b1, b2), (c0, c1, c2) = a, b, c
+    return a0 * (b1 * c2 - b2 * c1) + a1 * (b2 * c0 - b0 * c2) + a2 * (b0 * c1 - b1 * c0)
+
+
+def exact_sign(*rows):
+    determinant = exact_determinant(*rows)
+    return (determinant > 0) - (determinant < 0)
+
+
+def exact_degree(x, f, rng):
+    """Signed count of the faces over a direction that lies in no plane through the origin and an edge."""
+    while True:
+        q = [Fraction(int(n)) for n in rng.integers(-(2**40), 2**40, 3)]
+        total = 0
+        for a, b, c in f.tolist():
+            sides = [exact_sign(q, x[i], x[j]) for i, j in ((a, b), (b, c), (c, a))]
+            if 0 in sides:
+                break
+            if len(set(sides)) == 1 and sides[0] == exact_sign(x[a], x[b], x[c]):
+                total += sides[0]
+        else:
+            return total
+
+
+def double_pyramid(n):
+    """Triangles of a ring of n vertices, and of one on either side."""
+    k = np.arange(n)
+    upper = np.column_stack((np.full(n, n), k, (k + 1) % n))
+    lower = np.column_stack((np.full(n, n + 1), (k + 1) % n, k))
+    return np.concatenate((upper, lower))
+
+
+def few_rows(n, rng):
+    """Unit rows as exotic as float64 has them: coordinates and distances from the ends of axes of any size."""
+    tiny = 10.0 ** -rng.integers(0, 322, size=(n, 1))
+    ends = np.eye(3)[rng.integers(3, size=n)] * rng.choice([-1.0, 1.0], (n, 1))
+    kinds = (
+        rng.normal(size=(n, 3)),
+        rng.normal(size=(n, 3)) * 10.0 ** rng.integers(-320, 3, size=(n, 3)),
+        ends + tiny * rng.normal(size=(n, 3)),
+        ends + tiny[0] * rng.integers(-2, 3, size=(n, 3)),
+        rng.integers(-1, 2, size=(n, 3)) + tiny[0] * rng.integers(-2, 3, size=(n, 3)),
+    )
+    x = kinds[rng.integers(len(kinds))]
+    x[~x.any(axis=1)] = [0, 0, 1]
+    return unit_rows(x)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_certificate_of_few_vertices_is_that_of_fractions(seed):
+    rng = np.random.default_rng(seed)
+    meshes = [np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])]
+    meshes += [double_pyramid(n) for n in (3, 4, 5)]
+    for _ in range(150):
+        f = meshes[rng.integers(len(meshes))]
+        x = few_rows(f.max() + 1, rng)
+        found, exact = ism.certify(x, f), [[Fraction(each) for each in row] for row in x.tolist()]
+        signs = np.array([exact_sign(*(exact[k] for k in face)) for face in f])
+        assert found.flipped.tolist() == np.flatnonzero(signs < 0).tolist()
+        assert found.degenerate.tolist() == np.flatnonzero(signs == 0).tolist()
+        if (signs != 0).all():
+            assert found.degree == exact_degree(exact, f, rng)
+
+
+def rings(depth, around=3):
+    """A map of rings about an axis, from within 10^-depth of one pole to as near to the other one."""
+    t = 2 * np.pi * np.arange(around) / around
+    size = 10.0**-depth
+    low, high = (
+        np.column_stack((size * np.cos(t), size * np.sin(t), np.full(around, side)))
+        for side in (-1.0, 1.0)
+    )
+    k = np.arange(around)
+    next_k = (k + 1) % around
+    f = [np.column_stack((np.full(around, 2 * around), next_k, k))]
+    f += [
+        np.column_stack((k, next_k, around + next_k)),
+        np.column_stack((k, around + next_k, around + k)),
+    ]
+    f += [np.column_stack((np.full(around, 2 * around + 1), around + k, around + next_k))]
+    x = np.vstack((low, high, [[0, 0, -1.0], [0, 0, 1.0]]))
+    v = np.vstack((low * [1 / size, 1 / size, 1], high * [1 / size, 1 / size, 1], 2 * x[-2:]))
+    return v, np.concatenate(f), x
+
+
+@pytest.mark.parametrize("depth", [20, 100, 163, 250, 307])
+def test_maps_within_any_distance_of_both_poles_are_maps(depth):
+    """Directions between corners cancel there; every door takes them."""
+    v, f, x = rings(depth)
+    assert ism.certify(x, f).folding_free
+    assert not ism.certify(x, f[:, ::-1]).folding_free
+    result = ism.sphere_map(v, f, x)
+    assert ism.repair_foldings(v, f, x).certificate.folding_free
+    face, weights = ism.SphereLocator(x, f).locate(x)
+    assert (f[face, weights.argmax(axis=1)] == np.arange(len(x))).all()
+    assert np.isfinite(result.angle_differences()).all()
