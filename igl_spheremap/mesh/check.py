@@ -40,11 +40,17 @@ LEAST_AREA = 1e-9
 
 
 class CheckedFaces:
-    """Measures of faces that `Mesh` and `Disk` share."""
+    """What `Mesh` and `Disk` share: arrays that certificates of maps rest on, and measures of faces."""
 
+    v: FloatArray
     unit: FloatArray
     f: IntArray
     caps: BoolArray | None
+
+    def __post_init__(self) -> None:
+        for array in vars(self).values():
+            if isinstance(array, np.ndarray):
+                array.flags.writeable = False
 
     @property
     def surface(self) -> slice | BoolArray:
@@ -69,7 +75,7 @@ class Mesh(CheckedFaces):
     Attributes
     ----------
     v : (n, 3) float64 array
-        The input's vertices, in the input's units.
+        The input's vertices, in the input's units. All arrays are read-only, since certificates are of them.
     unit : (n, 3) float64 array
         The vertices moved to the origin and scaled to unit total area.
     f : (m, 3) int64 array

@@ -50,6 +50,9 @@ class PlaneMap(Shown, Result):
     run: Run
     conformal: PlaneMap | None = None
 
+    def __post_init__(self) -> None:
+        self.plane.flags.writeable = False
+
     @property
     def _images(self) -> FloatArray:
         return self.plane

@@ -192,7 +192,7 @@ def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArr
     >>> barycentric_weights(q, *np.eye(3)[:, None, :]).round(6)
     array([[0.333333, 0.333333, 0.333333]])
     """
-    # Coordinates, then sides, each in a unit of its own, so that no product underflows, close to the end of an axis too.
+    # Coordinates, then sides, each in a unit of its own: no product underflows, even close to the end of an axis.
     rows = np.stack((q, a - q, b - q, c - q))
     q, *sides = np.ldexp(rows, -np.frexp(np.abs(rows).max(axis=0))[1])
     longest = np.abs(sides).max(axis=2)

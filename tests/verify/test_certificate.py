@@ -189,8 +189,24 @@ def test_whole_numbers_beyond_float64_are_refused_in_the_plane_too(kind, tmp_pat
 
 def test_the_map_of_a_certificate_can_t_be_changed():
     result = ism.spherical_conformal_map(X * [1, 1.2, 1.5], F)
-    with pytest.raises(ValueError, match="read-only"):
-        result.sphere[0] = -result.sphere[0]
+    disk = ism.disk_conformal_map(X, F[1:])
+    for array in (
+        *(result.sphere, result.faces, result.vertices, result.rebalance(0.5).sphere),
+        *(disk.plane, disk.faces, disk.vertices, ism.flatten(X, F[1:]).plane),
+    ):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = array[1]
+
+
+def test_results_are_of_copies():
+    """Neither can a change of what was given change a result, nor does a result make it read-only."""
+    v, f, x = X * [1, 1.2, 1.5], F.copy(), X.copy()
+    result = ism.sphere_map(v, f, x)
+    for given in (v, f, x):
+        given[:] = given[::-1].copy()
+    assert ism.certify(result.sphere, result.faces).folding_free
+    assert (result.vertices == X * [1, 1.2, 1.5]).all()
+    assert (result.faces == F).all()
 
 
 def exact_determinant(a, b, c):
