@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import builtins
 import json
 import math
+import sys
+import types
 import zipfile
 from dataclasses import asdict, replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_origin, get_type_hints
 
 import igl
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..errors import MeshError, Remedy, printable
+from ..errors import MeshError, Remedy, printable, shown
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import check_mesh
@@ -217,9 +220,9 @@ def _printable(value: Any) -> Any:
 
 def _unpack(known: dict[str, Any]) -> Run:
     """The record that `_pack` took apart."""
-    rounds = tuple(Round(**each | {"status": Status[each["status"]]}) for each in known["rounds"])
     known = _printable(known)
-    return Run(
+    rounds = tuple(Round(**each | {"status": Status[each["status"]]}) for each in known["rounds"])
+    run = Run(
         **known
         | {
             "status": Status[known["status"]],
@@ -228,3 +231,32 @@ def _unpack(known: dict[str, Any]) -> Run:
             "notes": tuple(known["notes"]),
         }
     )
+    for record in (run, *run.history, *run.rounds):
+        for name, kind in get_type_hints(type(record)).items():
+            value = getattr(record, name)
+            if not _is_of(kind, value):
+                raise MeshError(f"damaged: {name} of its record is {shown(value)}; write it anew")
+    return run
+
+
+def _is_of(kind: Any, value: Any) -> bool:
+    """Whether a value of JSON is what an annotation says."""
+    inner = get_args(kind)
+    match get_origin(kind):
+        case None if kind is Any:
+            return True
+        case None if kind in (int, float):
+            whole = isinstance(value, int) and not isinstance(value, bool)
+            return (whole and abs(value) <= sys.maxsize) or (
+                kind is float and isinstance(value, float)
+            )
+        case None:
+            return isinstance(value, kind)
+        case types.UnionType:
+            return any(_is_of(each, value) for each in inner)
+        case builtins.tuple:
+            return isinstance(value, tuple) and all(_is_of(inner[0], each) for each in value)
+        case _:
+            return isinstance(value, dict) and all(
+                _is_of(inner[1], each) for each in value.values()
+            )

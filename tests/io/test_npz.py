@@ -223,3 +223,42 @@ def test_archives_by_the_names_of_the_readme_are_meshes(ball, tmp_path):
     mesh = read_mesh(tmp_path / "ball.npz")
     assert np.array_equal(mesh.v, v)
     assert np.array_equal(mesh.f, f)
+
+
+OTHER_KINDS = (None, True, 7, -1.5, "a\x1b[2J", [1], {"a": 1}, 10**400)
+
+
+def outcome(path):
+    """What becomes of a map in a file: refused in one line, or written again."""
+    try:
+        back = read_map(path)
+    except MeshError as error:
+        return str(error)
+    write_map(path, back, force=True)
+    return " ".join((repr(back), back.explain(), *map(str, back.rounds)))
+
+
+def test_records_of_other_kinds_are_refused_or_do_no_harm(tmp_path):
+    """In every place of the record of a run, of its rounds and of its history."""
+    path = tmp_path / "map.npz"
+    write_map(path, balanced_spherical_map(*samples.make("pear", n_vertices=100), balance=1))
+    with np.load(path) as archive:
+        known = {name: archive[name] for name in archive.files}
+    runs = json.loads(str(known["json"]))
+    run = runs["sphere"]
+    run["rounds"] = [
+        {"round": 0, "start": "map", "foldings_before": 3, "foldings_after": 0, "iterations": 0,
+         "energy": 1.0, "mean_angle_difference": 2.0, "status": "DONE", "seconds": 0.1}
+    ]  # fmt: skip
+    run["notes"] = ["one"]
+    said = []
+    for holder in (run, run["rounds"][0], run["notes"], run["history"][-1]):
+        for name in list(holder) if isinstance(holder, dict) else range(len(holder)):
+            before = holder[name]
+            for value in OTHER_KINDS:
+                holder[name] = value
+                np.savez(path, **known | {"json": json.dumps(runs)})
+                said.append(outcome(path).replace("\n", " "))
+            holder[name] = before
+    assert all(text.isprintable() for text in said)
+    assert sum("damaged" in text for text in said) > len(said) / 2
