@@ -310,3 +310,5 @@ def import_optional(module: str, user: str, extra: str = "") -> Any:
         raise FileError(
             f"{user} needs {package}, which is not installed: pip install {package}{hint}"
         ) from None
+    except ValueError as error:  # matplotlib refuses the MPLBACKEND of another program
+        raise FileError(f"{user} needs {module}, which can't start: {one_line(error)}") from None

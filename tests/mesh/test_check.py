@@ -283,3 +283,12 @@ def test_a_map_where_arrays_are_wanted_is_refused_in_words(use):
         ism.MeshError, match="are a SphereMap; give its vertices, its faces or its sphere"
     ):
         use(ism.sphere_map(V, F, V))
+
+
+def test_data_without_a_column_are_refused():
+    result = ism.sphere_map(V * [1, 1, 2], F, V)
+    nothing = np.empty((len(V), 0))
+    with pytest.raises(ism.MeshError, match="of one number or more"):
+        ism.shapes.register(result, result, features=(nothing, nothing))
+    with pytest.raises(ism.MeshError, match="of one number or more"):
+        ism.shapes.spherical_harmonics(result, nothing)

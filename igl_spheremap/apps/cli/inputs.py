@@ -259,15 +259,22 @@ def parts_of(name: str) -> list[str]:
         return [name]
 
 
-def expand(words: Iterable[str]) -> list[str]:
-    """Files in the order given; of a list `@FILE` one a line, of a glob in alphabetical order, numbers by value."""
+def expand(words: Iterable[str], lists: tuple[str, ...] = ()) -> list[str]:
+    """Files in the order given; of a list `@FILE` one a line, of a glob in alphabetical order, numbers by value.
+
+    Words of a list come with the lists that they stand in, of which none may be named again.
+    """
     names: list[str] = []
     for word in words:
         if word == STREAM:
             raise UsageError("a batch reads files, not stdin")
         if word.startswith("@") and not os.path.exists(word):
-            lines = map(str.strip, read_lines(word[1:], pipes=True))
-            names += expand(line for line in lines if line and not line.startswith("#"))
+            place = os.path.realpath(word[1:])
+            if place in lists:
+                raise UsageError(f"{word} names itself; give a list of mesh files")
+            lines = [line.strip() for line in read_lines(word[1:], pipes=True)]
+            files = [line for line in lines if line and not line.startswith("#")]
+            names += expand(files, (*lists, place))
         elif os.path.isdir(word):
             raise UsageError(f"{word} is a folder; name its files, such as '{word}/*.ply'")
         elif glob.has_magic(word) and not os.path.exists(word):

@@ -459,3 +459,17 @@ def test_extras_are_asked_for_before_the_work(tmp_path, monkeypatch, capsys):
         assert user in line
         assert "pip install" in line
     assert os.listdir(tmp_path) == []
+
+
+def test_a_backend_that_matplotlib_refuses_is_one_line(tmp_path):
+    pytest.importorskip("matplotlib")
+    words = ["map", "sample:sphere:n_vertices=42", "s.ply", "--plot", "s.png"]
+    run = subprocess.run(
+        [sys.executable, "-m", "igl_spheremap", *words],
+        cwd=tmp_path,
+        env=os.environ | {"MPLBACKEND": "foo"},
+        capture_output=True,
+        text=True,
+    )
+    assert run.stderr.count("\n") == 1
+    assert "'foo' is not a valid value for backend" in run.stderr

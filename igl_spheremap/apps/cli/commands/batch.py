@@ -4,10 +4,11 @@ import os
 import shlex
 from argparse import Namespace
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from ....errors import without_name
-from ....io.replacing import check_writable
+from ....io.replacing import check_writable, make_folder
 from ....populations.engine import Engine, connect
 from ....populations.job import Job, JobT, Task
 from ....populations.map_many import manifest_of, targets_of
@@ -116,6 +117,7 @@ def _check_files(args: Namespace, others: Sequence[str]) -> None:
     if args.summary is not None:
         with usage("--summary "):
             check_table(args.summary)
+        make_folder(Path(args.summary).parent)
         check_writable(args.summary, force=True)
         check_apart(args.summary, others, "--summary ")
     check_report(args)

@@ -18,6 +18,7 @@ from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.commands import batch
 from igl_spheremap.apps.cli.commands.batch import counts
 from igl_spheremap.apps.cli.exits import Exit
+from igl_spheremap.apps.cli.inputs import expand
 from igl_spheremap.io.files import read_mesh
 from igl_spheremap.io.write_mesh import write_mesh
 from igl_spheremap.populations.table import Row
@@ -93,6 +94,27 @@ def test_what_makes_no_sense_is_refused_before_the_work(arguments, status, desk,
     assert main(["batch", *arguments]) == status
     assert sorted(desk.iterdir()) == before
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("lists", [["@a.txt"], ["@b.txt", "@a.txt"]])
+def test_a_list_that_names_itself_is_refused_in_one_line(lists, desk, capsys):
+    for name, line in zip(("a.txt", "b.txt"), lists, strict=False):
+        Path(name).write_text(f"{line}\n")
+    assert main(["batch", "@a.txt", "--out", "{stem}.obj"]) == Exit.USAGE
+    assert capsys.readouterr().err.endswith("@a.txt names itself; give a list of mesh files\n")
+
+
+def test_a_list_may_be_named_twice(desk):
+    """Only within itself it has no end."""
+    Path("a.txt").write_text("300.ply\n")
+    Path("b.txt").write_text("@a.txt\n@a.txt\n")
+    assert expand(["@b.txt", "@a.txt"]) == ["300.ply"] * 3
+
+
+def test_the_summary_may_lie_beside_the_results(desk):
+    words = ["batch", "300.ply", "--out", "o/{stem}.ply", "--summary", "o/all.tsv", "--jobs", "1"]
+    assert main([*words, "-q"]) == Exit.OK
+    assert len(read_table("o/all.tsv")) == 1
 
 
 @pytest.fixture
