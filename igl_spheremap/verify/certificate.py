@@ -267,7 +267,9 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
         x = check_rows(x)
         return Certificate.of(x, check_faces(f, len(x)))
     p, faces = check_rows(x, columns=2), check_triangles(f)
-    return Certificate.of_plane(p, faces, disk_rim(faces, np.column_stack((p, np.zeros(len(p))))))
+    # messages name places; that a number is none is for the certificate to say
+    places = np.column_stack((np.where(np.isfinite(p), p, 0.0), np.zeros(len(p))))
+    return Certificate.of_plane(p, faces, disk_rim(faces, places))
 
 
 def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:
