@@ -1,6 +1,7 @@
 """The nonmonotone search: its acceptance rule, its average, and how it gives up."""
 
 import numpy as np
+import pytest
 
 from igl_spheremap.descent.line_search import NonmonotoneSearch
 
@@ -47,3 +48,13 @@ def test_the_last_trial_is_taken_if_asked_at_any_finite_energy():
     ]
     assert accepted == [False] * 4 + [True]
     assert not any(search.accepts(np.inf, tau, -1.0) for tau in search.steps(1.0))
+
+
+@pytest.mark.parametrize("rho", [1e-4, 0.3, 0.9])
+@pytest.mark.parametrize("tau", [1e-6, 1.0, 300.0])
+def test_a_step_must_gain_the_share_rho_of_what_the_slope_predicts(rho, tau):
+    search = NonmonotoneSearch(1.0, rho=rho)
+    for share in (1.01 * rho, 1.0):
+        assert search.accepts(1 - share * 2 * tau, tau, -2.0)
+    for share in (0.99 * rho, 0.0, -1.0):
+        assert not search.accepts(1 - share * 2 * tau, tau, -2.0)

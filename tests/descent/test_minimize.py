@@ -12,6 +12,7 @@ from igl_spheremap.descent.problem import Problem, l2_metric
 from igl_spheremap.mesh.measure import vertex_normals
 from igl_spheremap.paper.algorithm_1 import cayley_bb
 from igl_spheremap.paper.hooks import Hooks
+from igl_spheremap.result.run import Iterate
 
 X, F = icosphere(3)
 MESH = ism.check_mesh(X * [1, 1.2, 1.6], F)
@@ -50,3 +51,22 @@ def test_iterates_can_not_be_changed_by_a_listener():
 
     with pytest.raises(ValueError, match="read-only"):
         run(listener=meddle)
+
+
+def falling(by, steps=100_000):
+    """Iterates whose energy falls by the same share in each 100 steps, and oscillates above that with period 10."""
+    for k in range(steps):
+        energy = (1 - by) ** (k / 100) * (1 + 0.3 * (k % 10))
+        yield Iterate("harmonic", 0, k, X, energy, residual=1.0)
+
+
+@pytest.mark.parametrize("plateau", [1e-6, 1e-3])
+def test_a_plateau_is_a_share_of_the_energy_in_a_hundred_steps(plateau):
+    def end(share):
+        return minimize(falling(share * plateau), tolerance=0, max_iterations=2000, plateau=plateau)
+
+    assert end(0.9).status is ism.Status.PLATEAU
+    assert 100 < end(0.9).last.iteration < 300
+    assert end(1.1).status is ism.Status.MAX_ITERATIONS
+    still = minimize(falling(0.0), tolerance=0, max_iterations=300)
+    assert still.status is ism.Status.MAX_ITERATIONS

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from triangulations import icosphere, random_points, random_rotation, unit
 
 from igl_spheremap import check_mesh
@@ -11,6 +12,7 @@ from igl_spheremap.sphere.moebius import (
     conformal_barycentre,
     fix_gauge,
     moebius,
+    orientation_target,
 )
 
 
@@ -78,3 +80,45 @@ def test_the_gauge_does_not_see_moebius_maps_and_turns_with_the_surface():
     assert np.allclose(fix_gauge(mesh, moebius(x, [0.3, -0.5, 0.6]) @ turn), expected, atol=1e-9)
     turned = check_mesh(v @ turn, f)
     assert np.allclose(fix_gauge(turned, x), expected @ turn, atol=1e-9)
+
+
+@pytest.mark.parametrize("length", [0.0, 0.3, 0.9, 0.999])
+def test_the_barycentre_is_what_was_moved_from_the_origin(length):
+    weights = np.random.default_rng(2).uniform(0.1, 1, size=500)
+    balanced = center(random_points(500), weights)
+    c = length * unit(np.array([[0.3, -0.5, 0.6]]))[0]
+    x = moebius(balanced, -c)
+    found = conformal_barycentre(x, weights)
+    assert np.abs(found - c).max() < 1e-7
+    assert np.allclose(moebius(x, found), center(x, weights))
+    assert np.abs(weights @ center(x, weights)).max() < 1e-9 * weights.sum()
+
+
+def test_a_mean_within_the_given_distance_is_left_alone():
+    x = random_points(500)
+    weights = np.ones(500)
+    off = float(np.linalg.norm(x.mean(axis=0)))
+    assert center(x, weights, within=1.01 * off) is x
+    assert np.linalg.norm(center(x, weights, within=0.99 * off).mean(axis=0)) < 0.99 * off
+
+
+def test_the_best_rotation_is_scipys():
+    x, target = random_points(100), random_points(100, seed=5)
+    weights = np.random.default_rng(2).uniform(0.1, 1, size=100)
+    theirs = Rotation.align_vectors(target, x, weights)[0].as_matrix()
+    assert np.allclose(best_rotation(x, target, weights), theirs.T)
+
+
+@pytest.mark.parametrize("outwards", [True, False])
+def test_the_gauge_agrees_best_with_normals_and_then_with_places(outwards):
+    """Of a flat body the normals say nothing about turns in its plane."""
+    x, f = icosphere(3)
+    mesh = check_mesh(x * [1, 1.3, 2], f if outwards else f[:, ::-1])
+    result = fix_gauge(mesh, moebius(x, [0.3, -0.5, 0.6]) @ random_rotation(4))
+    assert np.allclose(
+        best_rotation(result, orientation_target(mesh), mesh.A), np.eye(3), atol=1e-9
+    )
+    place = mesh.unit - mesh.A @ mesh.unit
+    side = 1 if outwards else -1
+    assert np.allclose(orientation_target(mesh), mesh.normals + side * place / 1000)
+    assert (np.vdot(result, place) > 0) == outwards

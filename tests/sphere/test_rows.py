@@ -6,15 +6,25 @@ from triangulations import unit
 
 from igl_spheremap.sphere.rows import (
     INFINITE,
+    along,
+    column_dots,
     from_chart,
+    inner,
     row_crosses,
     row_dets,
     row_dots,
+    row_lengths,
+    scale_rows,
+    sizes,
+    tangent,
     tangent_axes,
     to_chart,
     unit_rows,
+    weighted_moment,
+    weighted_sum,
 )
 
+RNG = np.random.default_rng(0)
 A, B, C = np.random.default_rng(0).normal(size=(3, 100, 3))
 
 
@@ -22,6 +32,35 @@ def test_products_are_those_of_numpy():
     assert np.allclose(row_dots(A, B), (A * B).sum(axis=1))
     assert np.allclose(row_crosses(A, B), np.cross(A, B))
     assert np.allclose(row_dets(A, B, C), np.linalg.det(np.stack((A, B, C), axis=1)))
+
+
+def test_sums_over_rows_are_those_of_numpy():
+    weights = RNG.random(100)
+    assert np.allclose(weighted_sum(weights, A), weights @ A)
+    assert np.isclose(weighted_sum(weights, A[:, 0]), weights @ A[:, 0])
+    assert np.allclose(weighted_moment(weights, A, B), A.T @ np.diag(weights) @ B)
+    assert np.isclose(inner(A, B), np.vdot(A, B))
+    assert np.allclose(along(A, B[0]), A @ B[0])
+    assert np.allclose(column_dots(A.T, B.T), (A * B).sum(axis=1))
+
+
+def test_the_tangent_part_is_what_is_left_without_the_normal_part():
+    x = unit_rows(A)
+    part = tangent(x, B)
+    assert np.allclose(row_dots(part, x), 0)
+    assert np.allclose(np.cross(B - part, x), 0)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-320, 1e-200, 1e200, 1e307])
+def test_lengths_and_units_of_rows_of_any_size(size):
+    x = size * A
+    few = 1e-14 + 2e-323 / size  # a subnormal number has few digits
+    assert np.allclose(row_lengths(x) / size, np.linalg.norm(x / size, axis=1), rtol=few)
+    largest = np.abs(scale_rows(x)).max(axis=1)
+    assert ((largest >= 0.5) & (largest < 1)).all()
+    assert np.allclose(scale_rows(x) * (sizes(x) / size)[:, None], x / size, rtol=few)
+    assert (np.log2(sizes(x)) % 1 == 0).all()
+    assert sizes(np.zeros((1, 3))) == 1
 
 
 @pytest.mark.parametrize("size", [1.0, 1e-320, 1e-300, 1e-160, 1e160, 1e307])
@@ -41,7 +80,6 @@ def test_unit_rows_stay_bit_for_bit_and_zero_rows_stay_zero():
         assert unit_rows(y).tobytes() == y.tobytes()
 
 
-RNG = np.random.default_rng(0)
 POLES = np.vstack((unit(RNG.normal(size=(40, 3))), [[0, 0, 1], [0, 0, -1], [1, 0, 0], [0, -1, 0]]))
 
 

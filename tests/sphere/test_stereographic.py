@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from igl_spheremap.sphere.stereographic import Anchored, to_ball
+from igl_spheremap.sphere.rows import INFINITE
+from igl_spheremap.sphere.stereographic import (
+    Anchored,
+    exponential,
+    log_sum,
+    logarithm,
+    plane_angles,
+    to_ball,
+)
 
 ENDS = np.array([0, 1, -1, 1j, -1j])
 
@@ -47,3 +55,25 @@ def test_offsets_from_a_point_are_places_from_the_anchors_of_others(z):
     anchor = ENDS[np.arange(len(z)) % 5]
     points, rows = Anchored(z - anchor, anchor), np.array([3, 4, 10, 17])
     assert points.beside(7, z[rows] - z[7], rows) == pytest.approx(points.z[rows])
+
+
+def test_logarithms_are_those_of_the_numbers(z):
+    assert np.allclose(np.exp(logarithm(z)), z)
+    assert np.allclose(exponential(logarithm(z)), z)
+    assert logarithm(0j).real == -np.inf
+    assert np.isclose(abs(exponential(np.array([1e4 + 1j]))), INFINITE)
+    w = z[::-1]
+    assert np.allclose(np.exp(log_sum(logarithm(z), logarithm(w))), z + w)
+    far = log_sum(np.array([5000 + 1j]), np.array([4999 + 1j]))
+    assert np.allclose(far, 5000 + np.log1p(np.exp(-1)) + 1j)
+    assert np.isneginf(log_sum(logarithm(np.zeros(1)), logarithm(0j)).real).all()
+
+
+def test_angles_of_triangles_in_the_plane_sum_to_half_a_turn_with_the_sign_of_their_area(z):
+    corners = z[:198].reshape(-1, 3)
+    angles = plane_angles(corners)
+    a, b, c = corners.T
+    area = ((b - a).conj() * (c - a)).imag
+    assert np.allclose(angles.sum(axis=1), np.pi * np.sign(area))
+    cosine = ((b - a).conj() * (c - a)).real / np.abs((b - a) * (c - a))
+    assert np.allclose(np.cos(angles[:, 0]), cosine)

@@ -12,7 +12,12 @@ from triangulations import icosphere
 import igl_spheremap as ism
 from igl_spheremap import angle_differences, conformal_factor, samples, spherical_conformal_map
 from igl_spheremap.sphere.moebius import moebius
-from igl_spheremap.verify.distortion import angle_figures, log_figures, vertex_maps
+from igl_spheremap.verify.distortion import (
+    angle_figures,
+    log_figures,
+    mean_angle_difference,
+    vertex_maps,
+)
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]
@@ -168,3 +173,14 @@ def test_a_surface_with_a_hole_is_measured_face_by_face():
     assert np.array_equal(ism.angle_differences(V, F[10:], X), ism.angle_differences(V, F, X)[10:])
     with pytest.raises(ism.MeshError, match="index out of range"):
         ism.angle_differences(V, F + 1, X)
+
+
+def test_the_mean_difference_is_the_mean_size_of_all_differences_but_of_caps():
+    v, f = icosphere(2)
+    body, x = v * [1, 1.3, 1.7], moebius(v, [0.2, 0.3, -0.1])
+    caps = np.arange(len(f)) < 40
+    off = np.abs(ism.angle_differences(body, f, x))
+    assert off.mean() > 1
+    assert np.isclose(mean_angle_difference(ism.check_mesh(body, f), x), off.mean())
+    capped = ism.check_mesh(body, f, caps=caps)
+    assert np.isclose(mean_angle_difference(capped, x), off[~caps].mean())
