@@ -19,6 +19,7 @@ SHARED = {
     "judge_meshes",
     "judge_programs",
     "judge_published",
+    "mutate",
     "pages",
     "unwrap3d_flow",
 }
