@@ -7,12 +7,12 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.descent.preconditioned import harmonic_map
+from igl_spheremap.descent.preconditioned import _boost, _correct_quadrupoles, harmonic_map
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import face_areas
 from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.sphere.moebius import fix_gauge
-from igl_spheremap.sphere.rows import tangent, unit_rows
+from igl_spheremap.sphere.rows import row_dots, tangent, unit_rows
 from igl_spheremap.start.punctured import is_coarse, punctured_start
 from igl_spheremap.verify.distortion import mean_angle_difference
 
@@ -86,3 +86,30 @@ def test_the_residual_is_about_the_energy_that_is_left(name):
     for iterate in seen[1:3]:
         left = (iterate.energy - seen[-1].energy) / (iterate.energy - iterate.details["area"])
         assert 0.5 * left < iterate.residual < 20 * left
+
+
+def test_what_boosts_take_out_leaves_a_sum_of_zero():
+    """In proportion to the density, whatever that, the map and the derivatives are."""
+    rng = np.random.default_rng(0)
+    x, H, density = unit_rows(rng.normal(size=(50, 3))), rng.normal(size=(50, 3)), rng.random(50)
+    e = _boost(x, H, density)
+    g = (
+        tangent(x, H)
+        + row_dots(x, H)[:, None] * x
+        - density[:, None] * (x + e - x * (x @ e)[:, None])
+    )
+    assert np.abs(g.sum(axis=0)).max() < 1e-12
+
+
+@pytest.mark.parametrize("share", [0.0, 0.6, 1.0])
+def test_the_square_of_fields_of_degree_2_is_their_integral(share):
+    """Of gradients of harmonics, of these turned by a right angle, and of sums of both."""
+    x, f = icosphere(4)
+    mesh = check_mesh(x, f)
+    Q, other = np.array([[0, 1, 0], [1, 0, 2], [0, 2, 0.0]]), np.diag([1.0, 1, -2])
+    field = (1 - share) * tangent(x, x @ Q) + share * np.cross(x, x @ other)
+    g = 4 * np.pi * mesh.A[:, None] * field
+    D = build_operators(mesh).factor.solve(g)
+    square = _correct_quadrupoles(D, x, g)
+    step = tangent(x, D)
+    assert square == pytest.approx(4 * np.pi * mesh.A @ row_dots(step, step), rel=0.02)

@@ -30,6 +30,10 @@ A, B, C = np.random.default_rng(0).normal(size=(3, 100, 3))
 
 def test_products_are_those_of_numpy():
     assert np.allclose(row_dots(A, B), (A * B).sum(axis=1))
+    assert np.allclose(
+        row_dots(A[:, :2].copy(), B[:, 1:].copy()), (A[:, :2] * B[:, 1:]).sum(axis=1)
+    )
+    assert np.allclose(row_dots(A[::2], B[::2]), (A * B).sum(axis=1)[::2])
     assert np.allclose(row_crosses(A, B), np.cross(A, B))
     assert np.allclose(row_dets(A, B, C), np.linalg.det(np.stack((A, B, C), axis=1)))
 

@@ -126,3 +126,16 @@ def test_what_is_no_map_of_a_disk_is_refused():
             ism.certify(x, f)
     with pytest.raises(ism.MeshError, match="boundary loops"):
         ism.certify(p[1:], f[6:] - 1)
+
+
+def test_a_certificate_says_what_is_wrong_and_no_more():
+    """Where the boundary crosses itself, how often the image is covered is no number."""
+    p, f = polar(3)
+    folded, crossing, twice = p.copy(), p.copy(), p @ np.diag([1, -1])
+    folded[0] = 3
+    rim = ism.flatten(np.column_stack((p, 0 * p[:, 0])), f).rim
+    crossing[rim[[0, 1]]] = p[rim[[1, 0]]]
+    assert "covered" not in str(ism.certify(folded, f))
+    assert "boundary edges that meet others" in str(ism.certify(crossing, f))
+    assert "covered" not in str(ism.certify(crossing, f))
+    assert "a mirror image, not folded" in str(ism.certify(twice, f))
