@@ -152,7 +152,9 @@ def is_padded(f: NDArray[Any]) -> bool:
 
 def _transposed(array: NDArray[Any]) -> str:
     """A hint for errors where rows and columns seem to be swapped."""
-    return " (it looks transposed)" if array.ndim == 2 and array.shape[0] == 3 else ""
+    if array.ndim == 2 and array.shape[0] == 3:
+        return " (it looks transposed)"
+    return ""
 
 
 def plural(number: int, singular: str, several: str | None = None) -> str:

@@ -55,7 +55,9 @@ class CheckedFaces:
     @property
     def surface(self) -> slice | BoolArray:
         """The faces that are not caps, as an index of rows."""
-        return slice(None) if self.caps is None else ~self.caps
+        if self.caps is None:
+            return slice(None)
+        return ~self.caps
 
     @cached_property
     def angles(self) -> FloatArray:
@@ -163,7 +165,10 @@ def checked(
         wings.refuse_polygons(vertices, f)
         raise
     edges = _check_sphere(faces, len(vertices), vertices, refusal)
-    return _mesh(vertices, faces, edges, None if caps is None else check_caps(caps, len(faces)))
+    closing = None
+    if caps is not None:
+        closing = check_caps(caps, len(faces))
+    return _mesh(vertices, faces, edges, closing)
 
 
 @phase("check")
@@ -255,7 +260,9 @@ def check_caps(caps: ArrayLike, m: int) -> BoolArray | None:
         )
     if array.all():
         raise MeshError("all faces are caps; give the surface, too")
-    return array.copy() if array.any() else None
+    if not array.any():
+        return None
+    return array.copy()
 
 
 def check_indices(f: IntArray, n: int) -> None:
@@ -263,12 +270,9 @@ def check_indices(f: IntArray, n: int) -> None:
     low, high = int(f.min()), int(f.max())
     if low < 0 or high >= n:
         bad = np.flatnonzero(((f < 0) | (f >= n)).any(axis=1))
-        one_based = low == 1 and high == n
-        hint = (
-            "they look 1-based: subtract 1"
-            if one_based
-            else "correct the faces or add the missing vertices"
-        )
+        hint = "correct the faces or add the missing vertices"
+        if low == 1 and high == n:
+            hint = "they look 1-based: subtract 1"
         raise MeshError(
             f"index out of range: {count(bad, 'face')} outside 0..{n - 1}, {examples(bad)}, e.g. "
             f"{f[bad[0]].tolist()}; {hint}"
@@ -315,8 +319,9 @@ def _check_sphere(
 
 def _mesh(vertices: FloatArray, f: IntArray, edges: HalfEdges, caps: BoolArray | None) -> Mesh:
     v, areas = normalised(vertices, f)
-    share = area_weights(areas, f, len(vertices))
-    A = share if caps is None else area_weights(np.where(caps, 0.0, areas), f, len(vertices))
+    A = share = area_weights(areas, f, len(vertices))
+    if caps is not None:
+        A = area_weights(np.where(caps, 0.0, areas), f, len(vertices))
     return Mesh(vertices, v, f, edges, A, share, caps)
 
 

@@ -211,9 +211,10 @@ class Surface:
         parts: list[list[int]] = []
         joined = np.arange(fans)
         for rim in rims(fan[next_corners(from_corner)[0]], fan[from_corner]):
-            for part, closing in (
-                simple_rims(rim, vertex[rim].tolist()) if capped else [(rim, rim[0])]
-            ):
+            found = [(rim, rim[0])]
+            if capped:
+                found = list(simple_rims(rim, vertex[rim].tolist()))
+            for part, closing in found:
                 joined[closing] = joined[part[0]]
                 parts.append(part)
         kept = np.unique(joined)
@@ -234,7 +235,9 @@ class Surface:
 
     def fill_holes(self, kept: int | None = None) -> None:
         """Close every rim by a cap, except the one that is to be kept."""
-        left = [] if kept is None else [self.rims.pop(kept)]
+        left = []
+        if kept is not None:
+            left.append(self.rims.pop(kept))
         if self.rims:
             text = holes_text(self.v, self.rims)
             self._close_rims()

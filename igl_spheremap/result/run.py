@@ -172,12 +172,15 @@ def safeguard_notes(steps: Iterable[Step]) -> tuple[str, ...]:
     """
     total: Counter[str] = Counter()
     for step in steps:
-        total.update(step.safeguards or {})
-    return tuple(
-        f"{total[name]:,} {words[total[name] > 1]}"
-        for name, words in SAFEGUARDS.items()
-        if total[name]
-    )
+        if step.safeguards is not None:
+            total.update(step.safeguards)
+    notes = []
+    for name, (once, more) in SAFEGUARDS.items():
+        if total[name] == 1:
+            notes.append(f"1 {once}")
+        elif total[name]:
+            notes.append(f"{total[name]:,} {more}")
+    return tuple(notes)
 
 
 #: What stages are called where people read of them.
@@ -207,12 +210,16 @@ def stage_title(step: Step | Iterate) -> str:
         return "Harmonic map"
     if step.stage in ("star map", "repair"):
         return f"{name} {step.round}"
-    return f"{name}, round {step.round}" if step.round else name
+    if step.round:
+        return f"{name}, round {step.round}"
+    return name
 
 
 def iterations_in(number: int) -> str:
     """A number of iterations in words."""
-    return f"{number:,} iteration{'s' * (number != 1)}"
+    if number == 1:
+        return "1 iteration"
+    return f"{number:,} iterations"
 
 
 @dataclass(frozen=True)

@@ -30,12 +30,14 @@ def number(
     7
     """
 
+    named = "number"
+    if kind is int:
+        named = "whole number"
+
     def parse(text: str) -> float:
         value = kind(text)
         if not (math.isfinite(value) and allowed(value)):
-            raise ArgumentTypeError(
-                f"{text} is out of range: give a {'whole ' * (kind is int)}number {words}"
-            )
+            raise ArgumentTypeError(f"{text} is out of range: give a {named} {words}")
         return value
 
     parse.__name__ = "number"  # argparse: "invalid number value: 'x'"
@@ -56,15 +58,19 @@ def cut(text: str) -> int | list[int] | str:
     if text.isdigit():
         return int(text)
     words = text.split(",")
-    return [int(word) for word in words] if all(word.isdigit() for word in words) else text
+    if all(word.isdigit() for word in words):
+        return [int(word) for word in words]
+    return text
 
 
 def rim(text: str) -> int | list[float]:
     """Parse --rim: the number of a vertex, or a point of three coordinates."""
     try:
         words = text.split(",")
-        if len(words) in (1, 3):
-            return int(text) if len(words) == 1 else [float(word) for word in words]
+        if len(words) == 1:
+            return int(text)
+        if len(words) == 3:
+            return [float(word) for word in words]
     except ValueError:
         pass
     raise ArgumentTypeError(f"{text!r}: give a vertex such as 17, or a point such as 0,0,-50")
@@ -74,8 +80,9 @@ def argument(
     name: str, metavar: str | tuple[str, ...] | None, help: str, **options: Any
 ) -> Argument:
     """A positional argument, or a flag with a value, whose default the help says."""
-    said = "" if options.get("default") in (None, []) else "; default: %(default)s"
-    return (name,), {"metavar": metavar, "help": help + said, **options}
+    if options.get("default") not in (None, []):
+        help += "; default: %(default)s"
+    return (name,), {"metavar": metavar, "help": help, **options}
 
 
 def choice(name: str, choices: Iterable[str], help: str, **options: Any) -> Argument:
@@ -95,18 +102,19 @@ def switch(*names: str, help: str) -> Argument:
     return names, {"action": "store_true", "help": help}
 
 
-def goes_with(flags: str | tuple[str, ...], argument: Argument) -> Argument:
-    """Make a flag depend on others: it is refused unless one of them is given."""
+def goes_with(flags: str, argument: Argument) -> Argument:
+    """Make a flag depend on others, with commas between them: it is refused unless one of them is given."""
     names, options = argument
-    return names, options | {"goes_with": (flags,) if isinstance(flags, str) else flags}
+    return names, options | {"goes_with": tuple(flags.split(", "))}
 
 
 def is_given(args: Namespace, argument: Argument) -> bool:
     """Whether an argument has another value than its default."""
     names, options = argument
     place = options.get("dest", names[-1].lstrip("-").replace("-", "_"))
-    default = options.get("default", False if options.get("action") == "store_true" else None)
-    return bool(getattr(args, place) != default)
+    if options.get("action") == "store_true":
+        return bool(getattr(args, place))
+    return bool(getattr(args, place) != options.get("default"))
 
 
 def check_companions(args: Namespace) -> None:
@@ -137,16 +145,14 @@ def source(name: str = "IN", **options: Any) -> tuple[Argument, ...]:
 
 def pair(name: str = "SOURCE", optional: bool = False) -> tuple[Argument, ...]:
     """Make the arguments for a mesh and its map, which may be left out where `optional`."""
-    left_out = (
-        (
-            f"; or a map to the plane; may be left out where {name} is an .npz that holds the map, or an .obj "
-            "with texture coordinates"
-        )
-        if optional
-        else ""
+    help = "its map: the same faces, vertices on a sphere about the origin; - for stdin"
+    if not optional:
+        return *source(name), argument("sphere", "SPHERE", help)
+    help += (
+        f"; or a map to the plane; may be left out where {name} is an .npz that holds the map, or an .obj "
+        "with texture coordinates"
     )
-    help = "its map: the same faces, vertices on a sphere about the origin; - for stdin" + left_out
-    return *source(name), argument("sphere", "SPHERE", help, nargs="?" if optional else None)
+    return *source(name), argument("sphere", "SPHERE", help, nargs="?")
 
 
 def target(help: str) -> tuple[Argument, ...]:
@@ -170,10 +176,26 @@ def balance(default: float) -> Argument:
     )
 
 
-def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
-    """Make the arguments of commands that draw; `size` is the default of --size."""
-    return (
+def pictures(size: tuple[int, int] = SIZE, shown_by: str | None = None) -> tuple[Argument, ...]:
+    """Make the arguments of commands that draw; `size` is the default of --size.
+
+    If pictures are shown by certain flags only, --up and --size go with these.
+    """
+    up, sized = (
         UP,
+        argument(
+            "--size",
+            ("W", "H"),
+            "of the window or picture, pixels",
+            type=_SIDE,
+            nargs=2,
+            default=size,
+        ),
+    )
+    if shown_by is not None:
+        up, sized = goes_with(shown_by, up), goes_with(shown_by, sized)
+    return (
+        up,
         argument("--screenshot", "OUT.png", "write one picture; needs no display"),
         goes_with(
             "--screenshot",
@@ -190,14 +212,7 @@ def pictures(size: tuple[int, int] = SIZE) -> tuple[Argument, ...]:
             "--video",
             argument("--fps", "N", "pictures a second", type=POSITIVE_COUNT, default=RATE),
         ),
-        argument(
-            "--size",
-            ("W", "H"),
-            "of the window or picture, pixels",
-            type=_SIDE,
-            nargs=2,
-            default=size,
-        ),
+        sized,
     )
 
 
@@ -396,16 +411,25 @@ PLANE = (
 )
 
 
-def repair_options(args: Namespace) -> dict[str, Any] | None:
-    """The options of `repair_mesh` that flags stand for; None without --repair."""
+def repair_options(args: Namespace) -> dict[str, Any]:
+    """The options of `repair_mesh` that the flags of --repair stand for; empty without them."""
+    options: dict[str, Any] = {}
+    if args.weld is not None:
+        options["weld"] = args.weld
+    if args.keep_largest:
+        options["keep_largest"] = True
+    if args.fill_holes:
+        options["holes"] = "fill"
+    if args.cut_handles:
+        options["handles"] = "cut"
+    return options
+
+
+def repair_of(args: Namespace) -> dict[str, Any] | None:
+    """The options of --repair; None without it."""
     if not args.repair:
         return None
-    return {
-        "weld": args.weld or 0.0,
-        "keep_largest": args.keep_largest,
-        "holes": "fill" if args.fill_holes else "refuse",
-        "handles": "cut" if args.cut_handles else "refuse",
-    }
+    return repair_options(args)
 
 
 def chosen_method(args: Namespace, **defaults: object) -> Method:
@@ -416,7 +440,8 @@ def chosen_method(args: Namespace, **defaults: object) -> Method:
     known = {name: [option.name for option in fields(record)] for name, record in METHODS.items()}
     names = sorted(set().union(*known.values()))
     options = {name: value for name in names if (value := getattr(args, name, None)) is not None}
-    options |= {"polish": None} if options.get("polish") == "none" else {}
+    if options.get("polish") == "none":
+        options["polish"] = None
     if unknown := set(options) - set(known[args.method]):
         flags = sorted(f"--{name.replace('_', '-')}" for name in unknown)
         raise UsageError(f"--method {args.method} takes no {' and no '.join(flags)}")

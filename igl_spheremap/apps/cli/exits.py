@@ -14,6 +14,8 @@ from ... import errors
 if TYPE_CHECKING:
     from argparse import Namespace
 
+    from ...verify.certificate import Certificate
+
 
 class Exit(IntEnum):
     """Exit statuses with their meanings; those from 64 on are the usual ones of sysexits.h."""
@@ -49,6 +51,13 @@ class Exit(IntEnum):
 def status_help() -> str:
     """The end of a help text: all statuses, and what they mean."""
     return "exit status:\n" + "".join(f"  {status:<3} {status.meaning}\n" for status in Exit)
+
+
+def exit_of(*certificates: "Certificate") -> Exit:
+    """The status of a command that wrote maps with these certificates."""
+    if all(each.folding_free for each in certificates):
+        return Exit.OK
+    return Exit.UNCERTIFIED
 
 
 class UsageError(Exception):
@@ -132,10 +141,12 @@ class Shell:
             flags = {"--repair": True} | flags
         if not flags.keys() <= self.flags.keys():
             return f"{errors.as_call(remedy)} in Python"
-        return " ".join(
-            f"{flag} {value}" if self.flags[flag] and value is not None else flag
-            for flag, value in flags.items()
-        )
+        words = []
+        for flag, value in flags.items():
+            words.append(flag)
+            if self.flags[flag] and value is not None:
+                words.append(str(value))
+        return " ".join(words)
 
 
 def shell_of(args: "Namespace") -> Shell:
@@ -191,7 +202,6 @@ class Interrupt:
     def _ask(self, number: int, frame: FrameType | None) -> None:
         self.asked = number
         for each in _SIGNALS:
-            signal.signal(
-                each, signal.default_int_handler if each == signal.SIGINT else signal.SIG_DFL
-            )
+            signal.signal(each, signal.SIG_DFL)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         self._announce()

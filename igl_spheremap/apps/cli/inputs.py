@@ -33,7 +33,7 @@ from ...mesh_repair.repair_mesh import repair_mesh
 from ...resampling.transfer import regular_mesh
 from ...sphere.rows import row_lengths
 from ..viewer.choices import guess_up
-from .arguments import repair_options
+from .arguments import repair_of
 from .exits import UsageError, usage
 
 #: The name of stdin and stdout on the command line.
@@ -66,7 +66,9 @@ class InputMesh:
     def mirrored(self) -> "InputMesh":
         """Its mirror image, x to -x, which is one of the other side of the body; faces are reversed."""
         structure = self.metadata.get("structure")
-        metadata = {"structure": other_side(structure)} if structure else {}
+        metadata = {}
+        if structure:
+            metadata["structure"] = other_side(structure)
         return replace(
             self, v=self.v * MIRROR, f=np.ascontiguousarray(self.f[:, ::-1]), metadata=metadata
         )
@@ -100,9 +102,10 @@ class InputMap:
 
 def load_source(args: Namespace, name: str | None = None, *, check: bool = True) -> InputMesh:
     """A mesh that the command line names, SOURCE by default; repairs, which may renumber vertices, go to stderr."""
-    name = name or args.source
+    if name is None:
+        name = args.source
     args.progress.begin(f"reading {name}")
-    source = read_source(name, repair=repair_options(args), kind=args.format, check=check)
+    source = read_source(name, repair=repair_of(args), kind=args.format, check=check)
     if source.repairs:
         args.progress.write(f"igl-spheremap: repaired {source.name}: {'; '.join(source.repairs)}")
     return source
@@ -119,16 +122,37 @@ def read_source(
     mesh = read_any(
         name, kind, lambda path: read_mesh(path, triangulate=repair is not None or not check)
     )
-    name = "stdin" if name == STREAM else name
+    name = _in_words(name)
     cut = triangulation(mesh.triangulated, mesh.concave)
     with naming(name):
         if repair is None:
-            caps = check_mesh(mesh).caps if check else None
+            caps = None
+            if check:
+                caps = check_mesh(mesh).caps
             return InputMesh(name, mesh.v, mesh.f, mesh.metadata, cut, caps)
         done = repair_mesh(mesh, **repair)
     return InputMesh(
         name, done.v, done.f, mesh.metadata, cut + done.actions, done.caps, done.face_source
     )
+
+
+def _in_words(name: str) -> str:
+    """What messages call a file."""
+    return {STREAM: "stdin"}.get(name, name)
+
+
+def up_of(args: Namespace, source: InputMesh) -> str:
+    """Which way is up: what --up says, or else by the name and the format of the mesh."""
+    if args.up is not None:
+        return str(args.up)
+    return source.up
+
+
+def sphere_name(args: Namespace) -> str:
+    """The file of the map: SPHERE, or else SOURCE, which may hold both."""
+    if args.sphere is not None:
+        return str(args.sphere)
+    return str(args.source)
 
 
 def map_of(args: Namespace, source: InputMesh, **options: Any) -> SphereMap:
@@ -152,15 +176,17 @@ def load_pair(args: Namespace, mirror: bool = False) -> InputMap:
     if args.sphere is None and not args.source.lower().endswith(".npz"):
         raise UsageError(f"{args.source} holds no map: give SPHERE, or an .npz with both")
     source = load_source(args)
-    args.progress.begin(f"reading {args.sphere or source.name}")
-    found = read_pair(source, args.sphere or source.name, args.format)
-    return found.mirrored() if mirror else found
+    args.progress.begin(f"reading {sphere_name(args)}")
+    found = read_pair(source, sphere_name(args), args.format)
+    if mirror:
+        return found.mirrored()
+    return found
 
 
 def read_pair(source: InputMesh, name: str, kind: str = "obj") -> InputMap:
     """A mesh and a map of it from a file or stdin; a MeshError if its vertices or faces are not those of the mesh."""
     x, f = read_any(name, kind, read_sphere)
-    name = "stdin" if name == STREAM else name
+    name = _in_words(name)
     if len(x) != len(source.v):
         raise MeshError(
             f"{name} has {len(x)} vertices but {source.name} has {len(source.v)}; give a map of this mesh"
@@ -218,9 +244,10 @@ def read_any(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> 
 def read_target_sphere(to: str, source: InputMesh | None = None) -> tuple[FloatArray, IntArray]:
     """Vertices and faces of the sphere mesh that --to names, of a template on the side of `source`."""
     if to in TEMPLATES and not Path(to).exists():
-        _, f, x = template_files(
-            to, source.metadata.get("structure") if source else None, None
-        ).read()
+        structure = None
+        if source is not None:
+            structure = source.metadata.get("structure")
+        _, f, x = template_files(to, structure, None).read()
         return x, check_faces(f, len(x))
     if not to.startswith("ico:"):
         x, f = read_sphere(to)
@@ -254,9 +281,12 @@ def read_table(path: str) -> tuple[Label, ...] | None:
 def parts_of(name: str) -> list[str]:
     """The closed parts of a file; the file itself if it has none or can't be read, as its row will say."""
     try:
-        return parts_in(name) or [name]
+        parts = parts_in(name)
     except (MeshError, FileError):
         return [name]
+    if not parts:
+        return [name]
+    return parts
 
 
 def expand(words: Iterable[str], lists: tuple[str, ...] = ()) -> list[str]:

@@ -64,11 +64,9 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
         check_apart(target, others)
     if surface and (kind := target_format(args)).package:
         import_optional(kind.package, kind.name, "io")
-    for path in (*_paths(args, _OUTPUTS), *(getattr(args, "overlay", None) or ())):
-        check_writable(
-            path,
-            force=getattr(args, "force", False) or path in (args.json, getattr(args, "plot", None)),
-        )
+    replaced = _paths(args, ("json", "plot"))
+    for path in _paths(args, (*_OUTPUTS, "overlay")):
+        check_writable(path, force=getattr(args, "force", False) or path in replaced)
         check_apart(path, others)
         others.append(path)
 
@@ -108,16 +106,26 @@ def _inputs(args: Namespace) -> list[str]:
         file for word in getattr(args, "feature", ()) for file in word.partition("=")[2].split(",")
     ]
     named = [word.rpartition(":")[0] for word in (*_paths(args, ("data",)), *features)]
-    return [*_paths(args, _INPUTS), *features, *named, *(getattr(args, "landmarks", None) or ())]
+    return [*_paths(args, (*_INPUTS, "landmarks")), *features, *named]
 
 
 def _paths(args: Namespace, names: tuple[str, ...]) -> list[str]:
-    return [path for name in names if (path := getattr(args, name, None)) not in (None, STREAM)]
+    """The files that arguments of these names give, of lists all."""
+    paths: list[str] = []
+    for name in names:
+        given = getattr(args, name, None)
+        if isinstance(given, list):
+            paths += given
+        elif given not in (None, STREAM):
+            paths.append(given)
+    return paths
 
 
 def target_format(args: Namespace) -> Format:
     """The format of OUT: by its name, or for stdout by --format."""
-    return format_of(f"stdout.{args.format}" if args.target == STREAM else args.target)
+    if args.target == STREAM:
+        return format_of(f"stdout.{args.format}")
+    return format_of(args.target)
 
 
 def write_target(args: Namespace, write: Callable[[str | Path], _T]) -> _T:
@@ -202,13 +210,10 @@ class Findings:
             with replacing(args.json, force=True) as partial:
                 partial.write_text(text)
         if not args.quiet:
-            surface_on_stdout = getattr(args, "target", None) == STREAM
-            print(
-                *self.lines,
-                sep="\n",
-                file=sys.stderr if surface_on_stdout else sys.stdout,
-                flush=True,
-            )
+            stream = sys.stdout
+            if getattr(args, "target", None) == STREAM:  # the surface is there
+                stream = sys.stderr
+            print(*self.lines, sep="\n", file=stream, flush=True)
 
     def report_beside(
         self, args: Namespace, pictures: Pictures, show: Callable[[], object]
@@ -232,7 +237,9 @@ def pictures_of(args: Namespace) -> Pictures:
 
 def mirrored(args: Namespace) -> str:
     """Say that both were mirrored, if --reflect was given."""
-    return ", mirrored (x to -x)" if args.reflect else ""
+    if not args.reflect:
+        return ""
+    return ", mirrored (x to -x)"
 
 
 def paragraph(label: str, text: str) -> str:
@@ -258,7 +265,8 @@ def aligned(rows: Sequence[Sequence[str]], left: int) -> list[str]:
     ['  round        energy', '  0      43699.071234']
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    shape = "".join(f"  {{:{'<' if k < left else '>'}{width}}}" for k, width in enumerate(widths))
+    sides = "<" * left + ">" * (len(widths) - left)
+    shape = "".join(f"  {{:{side}{width}}}" for side, width in zip(sides, widths, strict=True))
     return [shape.format(*row) for row in rows]
 
 
@@ -270,6 +278,8 @@ def _plain(value: Any) -> Any:
         return _plain(value.tolist())
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, bool | int | str) else str(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if value is None or isinstance(value, bool | int | str | float):
+        return value
+    return str(value)

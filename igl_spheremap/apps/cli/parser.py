@@ -113,7 +113,9 @@ class _Parser(ArgumentParser):
 
     # argparse's own hides OSErrors
     def _print_message(self, message: str, file: Any = None) -> None:
-        (file or sys.stderr).write(message)
+        if file is None:
+            file = sys.stderr
+        file.write(message)
 
 
 def build_parser(words: Collection[str] | None = None) -> _Parser:
@@ -145,11 +147,12 @@ def build_parser(words: Collection[str] | None = None) -> _Parser:
             epilog=f"{_examples(command.examples)}\n{status_help()}",
             formatter_class=RawDescriptionHelpFormatter,
         )
-        for names, options in command.arguments if words is None or command.name in words else ():
-            subparser.add_argument(
-                *names, **{name: value for name, value in options.items() if name != "goes_with"}
-            )
         subparser.set_defaults(row=command)
+        if words is not None and command.name not in words:
+            continue
+        for names, options in command.arguments:
+            own = {name: value for name, value in options.items() if name != "goes_with"}
+            subparser.add_argument(*names, **own)
     return parser
 
 

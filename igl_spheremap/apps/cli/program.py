@@ -31,9 +31,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 )
         try:
             _guard_streams()
-            status = _run(
-                list(sys.argv[1:] if arguments is None else arguments), imports.close, saying
-            )
+            if arguments is None:
+                arguments = sys.argv[1:]
+            status = _run(list(arguments), imports.close, saying)
             if sys.stdout is not None:
                 sys.stdout.flush()
             return status

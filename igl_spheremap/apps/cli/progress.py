@@ -26,7 +26,9 @@ class _Line(tqdm):
 
     def __str__(self) -> str:
         text, columns = super().__str__(), self.format_dict["ncols"]
-        return text if columns is None else text[: max(columns - 1, 1)]
+        if columns is None:
+            return text
+        return text[: max(columns - 1, 1)]
 
 
 class Progress(logging.Handler):
@@ -39,12 +41,16 @@ class Progress(logging.Handler):
     def __init__(self, quiet: bool = False) -> None:
         super().__init__(logging.INFO)
         self._terminal = sys.stderr.isatty() and not quiet
-        self._interval = math.inf if quiet else _INTERVAL if self._terminal else _LOG_INTERVAL
+        self._interval, self._shown = _LOG_INTERVAL, time.monotonic()
+        if self._terminal:
+            self._interval, self._shown = _INTERVAL, -math.inf
+        elif quiet:
+            self._interval = math.inf
         self._bar: _Line | None = None
         self._activity = ""
         self._loop: object = None  # the outermost one that is counted
         self._share = ""  # what is done of it, and the time that is left
-        self._began, self._shown = 0.0, -math.inf if self._terminal else time.monotonic()
+        self._began = 0.0
 
     def __enter__(self) -> "Progress":
         LOGGER.addHandler(self)
@@ -62,9 +68,7 @@ class Progress(logging.Handler):
             name, done, total = record.args
             self._count_loop(name, int(str(done)), int(str(total)))
         elif record.msg in _LONG and self._loop is None and (self._terminal or self._due()):
-            self._line(
-                f"{self._activity}: {_LONG[record.msg]}" if self._activity else _LONG[record.msg]
-            )
+            self._line(": ".join(filter(None, (self._activity, _LONG[record.msg]))))
 
     def begin(self, name: str) -> None:
         """Begin an activity."""
@@ -193,4 +197,6 @@ def _duration(seconds: float) -> str:
     hours, days = minutes // 60, minutes // 1440
     if days:
         return f"{days} d {hours % 24} h"
-    return f"{hours} h {minutes % 60} min" if hours else f"{minutes} min"
+    if hours:
+        return f"{hours} h {minutes % 60} min"
+    return f"{minutes} min"

@@ -30,7 +30,7 @@ from .arguments import (
 )
 
 #: What shows a map between surfaces.
-_SHOWING = ("--show", "--screenshot", "--video")
+_SHOWING = "--show, --screenshot, --video"
 
 
 @dataclass(frozen=True)
@@ -490,10 +490,7 @@ COMMANDS = (
                 choice("--colours", CARRIED, "what pictures show on both", default=CARRIED[0]),
             ),
             switch("--show", help="open a window with both and what is between them"),
-            *(
-                goes_with(_SHOWING, each) if each[0][0] in ("--up", "--size") else each
-                for each in shared.pictures(CARRIED_SIZE)
-            ),
+            *shared.pictures(CARRIED_SIZE, shown_by=_SHOWING),
             *shared.OUTPUT,
         ),
     ),

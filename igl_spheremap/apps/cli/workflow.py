@@ -12,8 +12,8 @@ from ...maps.sphere_map import SphereMap
 from ...plane.plane_map import PlaneMap
 from ...result.run import Iterate, Listener, Status
 from ...verify.certificate import Certificate
-from .exits import Exit, Interrupt
-from .inputs import STREAM, InputMesh
+from .exits import Exit, Interrupt, exit_of
+from .inputs import STREAM, InputMesh, up_of
 from .output import Findings
 
 M = TypeVar("M", SphereMap, PlaneMap)
@@ -23,7 +23,7 @@ def map_and_report(
     args: Namespace,
     source: InputMesh,
     solve: Callable[[Listener], M],
-    listeners: Iterable[Listener | None],
+    listeners: Iterable[Listener],
     write: Callable[[M], tuple[Certificate, Findings]],
     plot: Callable[[M], Any],
     page: Callable[..., Path],
@@ -35,26 +35,21 @@ def map_and_report(
     """
     args.progress.begin(f"mapping {source.name}")
     with Interrupt() as interrupt:
-        heard: list[Listener] = [*filter(None, listeners), interrupt]
+        heard: list[Listener] = [*listeners, interrupt]
 
         def listen(iterate: Iterate) -> None:
             for listener in heard:
                 listener(iterate)
 
         result = solve(listen)
-    interrupted = interrupt.status if interrupt.asked and result.status is Status.STOPPED else None
-    kept = (
-        interrupted
-        and not result.certificate.folding_free
-        and args.target != STREAM
-        and os.path.exists(args.target)
-    )
-    if interrupted and kept:
+    interrupted = interrupt.asked and result.status is Status.STOPPED
+    exists = args.target != STREAM and os.path.exists(args.target)
+    if interrupted and exists and not result.certificate.folding_free:
         args.progress.write(
             f"igl-spheremap: interrupted with {result.certificate.foldings} foldings; {args.target} is "
             "kept as it was"
         )
-        return interrupted
+        return interrupt.status
     certificate, found = write(result)
     if args.plot is not None:
         args.progress.begin(f"drawing {args.plot}")
@@ -67,15 +62,11 @@ def map_and_report(
             args.report,
             result,
             source=os.path.basename(source.name),
-            up=args.up or source.up,
+            up=up_of(args, source),
             command=shlex.join(("igl-spheremap", *args.words)),
         )
     found.written(plot=args.plot, report=report)
     found.report(args)
-    if interrupted is not None:
-        return interrupted
-    return (
-        Exit.OK
-        if result.certificate.folding_free and certificate.folding_free
-        else Exit.UNCERTIFIED
-    )
+    if interrupted:
+        return interrupt.status
+    return exit_of(result.certificate, certificate)

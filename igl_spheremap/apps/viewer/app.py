@@ -113,7 +113,9 @@ def open_for(
         check_pictures(pictures)
         window.open_window(pictures.size, pictures.offscreen, title)
     except DisplayError as error:
-        hint = "" if pictures.offscreen else f" ({instead})"
+        hint = ""
+        if not pictures.offscreen:
+            hint = f" ({instead})"
         raise DisplayError(f"{error}{hint}") from None
 
 
@@ -152,7 +154,9 @@ def pictures_of(
 ) -> Pictures:
     """A picture or a video, by the ending of `target`; a window without one."""
     picture = target is not None and Path(target).suffix.lower() in window.PICTURES
-    return Pictures(target if picture else None, None if picture else target, size, frame)
+    if picture:
+        return Pictures(target, None, size, frame)
+    return Pictures(None, target, size, frame)
 
 
 def run_app(
@@ -240,7 +244,9 @@ def write_video(
 ) -> list[dict[str, Any]]:
     """Write a video of about this many pictures, `rate` a second, and return the facts of each."""
     film = app.film(length)
-    advance = None if progress is None else progress.steps(f"drawing {path.name}", len(film))
+    advance = None
+    if progress is not None:
+        advance = progress.steps(f"drawing {path.name}", len(film))
     shown = []
     with window.open_video(path, rate) as write:
         for show, held in film:

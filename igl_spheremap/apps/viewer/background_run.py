@@ -73,6 +73,13 @@ class ShownRun:
         self.began = 0.0
         self._recording: Recording | None = None
         self._budget = budget
+        #: What takes over a message, by its kind.
+        self._take: dict[str, Callable[[Any], None]] = {
+            "mesh": self._take_mesh,
+            "iterates": self._take_iterates,
+            "result": self._take_result,
+            "error": self._take_error,
+        }
         #: The process that computes it, unless it was recorded.
         self.process: SpawnProcess | None = None
 
@@ -118,16 +125,14 @@ class ShownRun:
             # before the queue is read, so that no last word is missed
             alive = self.process.is_alive()
             try:
-                kind, content = (
-                    self._messages.get(timeout=wait) if wait else self._messages.get_nowait()
-                )
+                kind, content = self._messages.get(wait > 0, wait)
             except queue.Empty:
                 if not alive:
                     self.error = RuntimeError(
                         f"the computation ended with exit code {self.process.exitcode}"
                     )
                 break
-            getattr(self, f"_take_{kind}")(content)
+            self._take[kind](content)
         self._update()
 
     @classmethod
@@ -148,26 +153,32 @@ class ShownRun:
     @property
     def history(self) -> tuple[Step, ...]:
         """The numbers of every iterate so far, those included that are not kept."""
-        return () if self._recording is None else self._recording.history
+        if self._recording is None:
+            return ()
+        return self._recording.history
 
     @property
     def memory(self) -> str:
         """A sentence on which iterates are kept, and how much memory they take."""
-        return "" if self._recording is None else self._recording.describe()
+        if self._recording is None:
+            return ""
+        return self._recording.describe()
 
     def title(self, frame: Frame) -> str:
         """What a frame shows, in words."""
         if self.result is None or frame is not self.frames[-1]:
             return title_of(frame.iterate)
-        return (
-            f"Result: {'certified' if self.result.certificate.folding_free else 'not'} folding-free"
-        )
+        if self.result.certificate.folding_free:
+            return "Result: certified folding-free"
+        return "Result: not folding-free"
 
     def stops(self) -> list[tuple[str, int]]:
         """Names and places of the start, of the frames at star maps and repairs, and of the end."""
         marks = [("Gauss map", 0)]
         for k, frame in enumerate(self.frames[:-1]):
-            again = f" {frame.iterate.round}" if frame.iterate.round > 1 else ""
+            again = ""
+            if frame.iterate.round > 1:
+                again = f" {frame.iterate.round}"
             if frame.iterate.stage == "star map":
                 marks += [(f"before the star map{again}", k - 1), (f"after the star map{again}", k)]
             elif frame.iterate.stage == "repair":
@@ -177,17 +188,24 @@ class ShownRun:
     def beside(self, iteration: int, way: int) -> int:
         """The step this many iterations on, or the next one that was kept, or the last."""
         kept = self.iterations
-        k = int(np.searchsorted(kept, iteration + way, "left" if way > 0 else "right")) - (way < 0)
-        return int(kept[min(max(k, 0), len(kept) - 1)]) if len(kept) else 0
+        if not len(kept):
+            return 0
+        k = np.searchsorted(kept, iteration + way)
+        if way < 0:
+            k = np.searchsorted(kept, iteration + way, "right") - 1
+        return int(kept[np.clip(k, 0, len(kept) - 1)])
 
     def change(self, iteration: int, way: int) -> int | None:
         """The next step (way 1) or the one before (-1) at which the foldings change much, or none."""
-        steps = (
-            self.changes[self.changes > iteration]
-            if way > 0
-            else self.changes[self.changes < iteration][::-1]
+        after, before = (
+            self.changes[self.changes > iteration],
+            self.changes[self.changes < iteration],
         )
-        return int(steps[0]) if len(steps) else None
+        if way > 0 and len(after):
+            return int(after[0])
+        if way < 0 and len(before):
+            return int(before[-1])
+        return None
 
     def _update(self) -> None:
         """Count what was taken over."""
@@ -222,8 +240,9 @@ class ShownRun:
 
     def _take_result(self, result: SphereMap) -> None:
         assert self._recording is not None
-        steps = self._recording.steps  # none where the result was there already, as at balance 0
-        place = steps[-1][:3] if steps else ("result", 0, 0)
+        place = "result", 0, 0  # of a result that was there already, as at balance 0
+        if self._recording.steps:
+            place = self._recording.steps[-1][:3]
         self._recording(Iterate(*place, result.sphere, result.energy))
         self.result = result
 

@@ -40,7 +40,9 @@ class Body:
         self.name, self.f, self.image, self.x = name, f, image, x
         self.magnified, self.visible, self.version = False, True, 0
         self._farthest = x[[int(np.argmax(x @ way)) for way in sphere(_DIRECTIONS)[0]]]
-        self._outside = 1 if row_dets(*(x[f[:, k]] for k in range(3))).sum() >= 0 else -1
+        self._outside = 1
+        if row_dets(*(x[f[:, k]] for k in range(3))).sum() < 0:
+            self._outside = -1
         self.mesh = _register(name, x, f[:, :: self._outside], MATERIAL)
         # the back costs as much time as the front and is not seen
         self.mesh.set_back_face_policy("cull")
@@ -84,7 +86,9 @@ class Body:
 
     def _paint(self, colours: Colouring) -> None:
         folded, checks = colours.folded, colours.checks
-        shown, self._quantity = self._quantity, "colour" if checks is None else "checks"
+        shown, self._quantity = self._quantity, "colour"
+        if checks is not None:
+            self._quantity = "checks"
         if checks is not None and shown == "checks":
             self.mesh.get_quantity_buffer("checks", "coords").update_data(checks)
         elif checks is not None:
@@ -103,14 +107,14 @@ class Body:
             else:
                 self.mesh.add_color_quantity("colour", painted, defined_on="faces", enabled=True)
         self._marks = Marks.of(self.x, self.f[:, :: self._outside], folded, self.image)
-        self._nearer = (
-            NEARER
-            if len(self._marks.clusters) and self.image
-            else ABOVE
-            if checks is not None
-            else 0.0
-        )
-        self._bring_to_front(folded if self.image or checks is not None else folded[:0])
+        self._nearer = 0.0
+        if len(self._marks.clusters) and self.image:
+            self._nearer = NEARER
+        elif checks is not None:
+            self._nearer = ABOVE
+        if not self.image and checks is None:
+            folded = folded[:0]
+        self._bring_to_front(folded)
 
     def marks(self, turn: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:
         """Places (c, 3) of folds that are not seen where a unit takes `pixels`, and which of them face the viewer."""
@@ -142,7 +146,7 @@ class Body:
 
     def structures(self) -> list[Any]:
         """All that polyscope draws of it."""
-        folded = [] if self._folded is None else [self._folded]
+        folded = [each for each in (self._folded,) if each is not None]
         return [self.mesh, *folded, *(cloud for cloud, _ in self.points.values())]
 
     def remove(self) -> None:
@@ -165,7 +169,10 @@ class Body:
             self._folded.set_back_face_policy("identical")
             self._folded.set_color(palette.FOLDED)
             self._folded.set_edge_color(palette.FOLDED_EDGES)
-            self._folded.set_edge_width(EDGE_WIDTH if len(folded) <= _EDGES else 0.0)
+            width = 0.0
+            if len(folded) <= _EDGES:
+                width = EDGE_WIDTH
+            self._folded.set_edge_width(width)
 
 
 def _register(name: str, x: FloatArray, f: IntArray, material: str) -> Any:

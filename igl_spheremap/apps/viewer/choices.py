@@ -87,9 +87,12 @@ def guess_up(name: str, structure: str | None = None) -> str:
     >>> guess_up("left/brain.gii"), guess_up("scene.glb"), guess_up("bunny.obj"), guess_up("sample:dino")
     ('z', 'y', 'auto', 'z')
     """
-    side = structure or structure_of(name).get("structure")
-    if side in (LEFT, RIGHT):
-        return "left" if side == LEFT else "right"
+    if not structure:
+        structure = structure_of(name).get("structure")
+    if structure in (LEFT, RIGHT):
+        return {LEFT: "left", RIGHT: "right"}[structure]
     if name.lower().endswith(_Y_UP):
         return "y"
-    return "auto" if name.lower().endswith(_NO_CUSTOM) else "z"
+    if name.lower().endswith(_NO_CUSTOM):
+        return "auto"
+    return "z"

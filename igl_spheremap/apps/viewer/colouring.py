@@ -49,7 +49,7 @@ class Colouring:
 def relief(mesh: Mesh) -> FloatArray:
     """Brightness of the faces, hollows being darker: so the image shows what is where, as atlases of the cortex do."""
     a, b, c = (mesh.unit[mesh.f[:, k]] for k in range(3))
-    outward = 1 if np.einsum("ij,ij->", a, np.cross(b, c)) >= 0 else -1  # the sign of the volume
+    outward = np.copysign(1, np.einsum("ij,ij->", a, np.cross(b, c)))  # the sign of the volume
     hollow = -outward * FeatureSurface(mesh).depth(_REACH)[mesh.f].mean(axis=1)
     scale = float(np.percentile(np.abs(hollow), 80)) or 1.0
     return np.asarray(1 - (1 - _DARKEST) * np.clip(0.5 + 0.5 * hollow / scale, 0, 1))
@@ -93,20 +93,26 @@ def colouring(
     """
     if subject not in SUBJECTS:
         raise ValueError(f"unknown subject {subject!r}: choose one of {', '.join(SUBJECTS)}")
-    folded = np.flatnonzero(folded_faces(x, mesh.f)) if folded is None else folded
+    if folded is None:
+        folded = np.flatnonzero(folded_faces(x, mesh.f))
     if subject == "checkerboard":
         return checkerboard(mesh, x, folded=folded)
-    ramp = ramp or scale(mesh, x, subject)
+    if ramp is None:
+        ramp = scale(mesh, x, subject)
     if ramp is None:
         return Colouring(_without_caps(mesh, places(mesh)), folded, (FOLDED_LEGEND,))
     values = measured(mesh, x, subject)
     beyond = float((np.abs(values[mesh.surface]) > ramp.high).mean())
-    legend = replace(ramp, label=f"{ramp.label}; {beyond:.0%} beyond") if beyond >= 0.01 else ramp
+    legend = ramp
+    if beyond >= 0.01:
+        legend = replace(ramp, label=f"{ramp.label}; {beyond:.0%} beyond")
     return Colouring(_without_caps(mesh, ramp.colours(values)), folded, (legend, *_marks(folded)))
 
 
 def _without_caps(mesh: Mesh, colours: FloatArray) -> FloatArray:
-    return colours if mesh.caps is None else np.where(mesh.caps[:, None], palette.SURFACE, colours)
+    if mesh.caps is None:
+        return colours
+    return np.where(mesh.caps[:, None], palette.SURFACE, colours)
 
 
 def checkerboard(
@@ -120,10 +126,11 @@ def checkerboard(
 
     By default the poles are where the map shrinks limbs most, so that these show squares down to the tip.
     """
-    folded = np.flatnonzero(folded_faces(x, mesh.f)) if folded is None else folded
-    corners = squares * mercator_corners(
-        x, mesh.f, poles_at(x, deepest_tips(mesh, x)) if poles is None else poles
-    )
+    if folded is None:
+        folded = np.flatnonzero(folded_faces(x, mesh.f))
+    if poles is None:
+        poles = poles_at(x, deepest_tips(mesh, x))
+    corners = squares * mercator_corners(x, mesh.f, poles)
     if mesh.caps is not None:
         corners[mesh.caps.repeat(3)] = 0.5
     return Colouring(
@@ -133,7 +140,9 @@ def checkerboard(
 
 def _marks(folded: IntArray) -> tuple[Legend, ...]:
     """What names folded faces where there are some."""
-    return (FOLDED_MARKS,) if len(folded) else ()
+    if not len(folded):
+        return ()
+    return (FOLDED_MARKS,)
 
 
 def deepest_tips(mesh: Mesh, x: FloatArray) -> IntArray:
@@ -150,7 +159,9 @@ def deepest_tips(mesh: Mesh, x: FloatArray) -> IntArray:
 def poles_at(x: FloatArray, tips: IntArray) -> FloatArray:
     """The images (2, 3) of two vertices as poles; if they coincide, the first one and its opposite."""
     first, second = x[tips]
-    return np.vstack((first, second if first @ second < _APART else -first))
+    if first @ second >= _APART:
+        second = -first
+    return np.vstack((first, second))
 
 
 def mercator_corners(y: FloatArray, f: IntArray, poles: FloatArray) -> FloatArray:

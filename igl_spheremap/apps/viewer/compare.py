@@ -65,7 +65,9 @@ def landmark_part(
     if targets is not None:  # before the turn, which rounds, and may fold
         colours = replace(colours, folded=np.flatnonzero(folded_faces(x, mesh.f)))
     if turn is not None:
-        x, targets = x @ turn.T, None if targets is None else targets @ turn.T
+        x = x @ turn.T
+        if targets is not None:
+            targets = targets @ turn.T
     dots: dict[str, Dots] = {"landmarks": (x[landmarks], LINES[0], _DOT)}
     if targets is not None:
         steps = np.linspace(0, 1, _STEPS)[:, None, None]

@@ -23,11 +23,11 @@ def energy_plot(history: Sequence[Step], shown: int, size: tuple[float, float]) 
     """Plot what is minimised over the iterations, with its sign; return the iteration at which it is pressed."""
     at, values, name = objective(history)
     linear, sizes = linear_below(values), np.abs(values[values != 0])
-    unit = (
-        linear
-        if 0 < linear < np.inf
-        else float(sizes.min() if linear == 0 else sizes.max(initial=1e-300))
-    )
+    unit = linear
+    if linear == 0:
+        unit = float(sizes.min())
+    elif linear == np.inf:
+        unit = float(sizes.max(initial=1e-300))
     return _curve(name, at, values, unit, history, shown, size, palette.LINES[0])
 
 

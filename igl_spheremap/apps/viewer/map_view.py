@@ -54,13 +54,17 @@ class MapView(ColouredApp):
         self.turn = pose(mesh.unit, up)
         self._source = fit(mesh.unit, self.turn)
         #: How much the lens magnifies; None: as fits what it is on.
-        self.power: float | None = None if len(maps) == 1 else 1.0
+        self.power: float | None = 1.0
+        if len(maps) == 1:
+            self.power = None
         self.cluster = 0
         #: How the grid was turned when the lens was aimed, which brings its place to the front.
         self._facing = np.eye(3)
         self.result = result
         self.picked: int | None = None
-        self._balance = 0.0 if result is None else result.balance
+        self._balance = 0.0
+        if result is not None:
+            self._balance = result.balance
         self._run: ShownRun | None = None
         self._save = SaveWidgets(self, name, None if result is None else lambda: self.result)
         self.grid = Grid()
@@ -250,11 +254,13 @@ class MapView(ColouredApp):
         if imgui.IsItemDeactivatedAfterEdit():
             self.rebalance(min(max(self._balance, 0.0), 1.0))
         imgui.EndDisabled()
-        said = "0 keeps angles, 1 keeps areas" if folding_free else "only of a map without folds"
+        said = "0 keeps angles, 1 keeps areas"
+        if not folding_free:
+            said = "only of a map without folds"
         if self._run is not None:
-            said = (
-                title_of(self._run.frames[-1].iterate) if len(self._run.frames) > 1 else "starting"
-            )
+            said = "starting"
+            if len(self._run.frames) > 1:
+                said = title_of(self._run.frames[-1].iterate)
         imgui.BeginDisabled(self._run is None)
         if imgui.Button("stop"):
             self.close()
@@ -276,7 +282,9 @@ def _rebalanced(
 
 def edge_width(mesh: Mesh, subject: str) -> float:
     """Width of the edges on images; 0 where there are too many, or where they would hide a scale of colours."""
-    return EDGE_WIDTH if subject == SUBJECTS[0] and len(mesh.f) <= _EDGES else 0.0
+    if subject == SUBJECTS[0] and len(mesh.f) <= _EDGES:
+        return EDGE_WIDTH
+    return 0.0
 
 
 def count_foldings(count: int) -> str:
@@ -285,7 +293,9 @@ def count_foldings(count: int) -> str:
     >>> count_foldings(1), count_foldings(1200)
     ('1 folded face', '1,200 folded faces')
     """
-    return f"{count:,} folded face{'s' * (count != 1)}"
+    if count == 1:
+        return "1 folded face"
+    return f"{count:,} folded faces"
 
 
 def caption_of(result: SphereMap) -> str:

@@ -137,13 +137,18 @@ class Player(App):
             if listener is not None and run.frames:
                 listener(run.frames[-1].iterate)
 
-        (self._next or self.run).wait(notify)
+        run = self.run
+        if self._next is not None:
+            run = self._next
+        run.wait(notify)
         if self.run.error is not None:
             raise self.run.error
         self._update()
 
     def frames(self) -> int:
-        return max(1, self.run.frames[-1].index) if self.run.frames else 1
+        if not self.run.frames:
+            return 1
+        return max(1, self.run.frames[-1].index)
 
     def last_frame(self) -> int:
         """The strip of all stages."""
@@ -249,7 +254,9 @@ class Player(App):
             (first, second)[aim].colours,
             legends=(first, second)[aim].legends,
         )
-        said = second.caption if after is not None else "being computed"
+        said = "being computed"
+        if after is not None:
+            said = second.caption
         self.grid.show([[
             source, replace(first, caption=f"Before\n{first.caption}", legends=()),
             replace(second, caption=f"After\n{said}", legends=(), visible=after is not None),
@@ -292,7 +299,9 @@ class Player(App):
                 replace(lens, place=x[self.picked]) for lens, x in zip(lenses, maps, strict=True)
             ]
         self._lens = lenses[aim]
-        edges = edge_width(mesh, self.colours.subject) if self._lens.power > _NEAR else 0.0
+        edges = 0.0
+        if self._lens.power > _NEAR:
+            edges = edge_width(mesh, self.colours.subject)
         parts = []
         for frame, x, lens in zip(shown, maps, lenses, strict=True):
             colours = self.colours.of(
@@ -316,17 +325,17 @@ class Player(App):
         """Follow the cluster of folded faces that goes on from the one before, or the largest."""
         assert self.mesh is not None
         self.clusters = Clusters.of(self.mesh.f, frame.folded)
-        self._followed = self.clusters[self.cluster] if self.clusters else _NONE
+        self._followed = _NONE
+        if self.clusters:
+            self._followed = self.clusters[self.cluster]
 
     @property
     def cluster(self) -> int:
         """The cluster of folded faces that the lens shows: the one that goes on from what it showed, or the largest."""
         shared = np.isin(self.clusters.faces, self._followed)
-        return (
-            int(np.argmax(self.clusters.sums(shared.astype(np.float64))))
-            if len(self.clusters)
-            else 0
-        )
+        if not len(self.clusters):
+            return 0
+        return int(np.argmax(self.clusters.sums(shared.astype(np.float64))))
 
     def pick(self, vertex: int | None) -> None:
         """Mark a vertex on all bodies; the lens goes to it, as strong as it is. Without one, back to the foldings."""
@@ -422,7 +431,9 @@ class Player(App):
             pressed = energy_plot(self.run.history, self._marked, size)
             imgui.SameLine()
             folding = folding_plot(self.run.history, self.run.foldings, self._marked, size)
-        return pressed if folding is None else folding
+        if folding is None:
+            return pressed
+        return folding
 
     def _run_widgets(self) -> None:
         _, self.name = imgui.InputText("mesh", self.name)

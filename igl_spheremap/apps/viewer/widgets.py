@@ -92,7 +92,8 @@ class Colours:
         like: FloatArray | None = None,
     ) -> Colouring:
         """The colours of a map; scale and poles are those that fit the first map, or the one that it is `like`."""
-        like = x if like is None else like
+        if like is None:
+            like = x
         if self.subject == "checkerboard":
             if self._tips is None:
                 self._tips = deepest_tips(mesh, like)
@@ -150,7 +151,9 @@ def lens_widgets(lens: Lens, sizes: IntArray, shown: int) -> tuple[float | None,
     if moved:
         return min(max(float(chosen), 1.0), lens.limit), None
     count = len(sizes)
-    said = f"%d of {count:,}: {sizes[shown]:,} faces" if count else "nothing folds"
+    said = "nothing folds"
+    if count:
+        said = f"%d of {count:,}: {sizes[shown]:,} faces"
     imgui.BeginDisabled(count < 2)
     picked, place = imgui.SliderInt("cluster", shown + 1, 1, max(count, 2), said)
     imgui.EndDisabled()
@@ -161,7 +164,9 @@ def lens_widgets(lens: Lens, sizes: IntArray, shown: int) -> tuple[float | None,
     if imgui.Button("fit"):
         return None, None
     tip("As strong as shows all of the cluster, or what is around the vertex that was picked.")
-    return (None, min(max(place, 1), count) - 1) if picked else None
+    if not picked:
+        return None
+    return None, min(max(place, 1), count) - 1
 
 
 def tip(text: str) -> None:

@@ -88,10 +88,10 @@ def open_window(size: tuple[int, int] = SIZE, offscreen: bool = False, title: st
         _start(offscreen, title)
         _offscreen = offscreen
     elif _offscreen != offscreen:
+        if _offscreen:
+            raise DisplayError("this process draws off screen already")
         raise DisplayError(
-            "this process draws off screen already"
-            if _offscreen
-            else "this process has a window already; draw pictures for files in another one"
+            "this process has a window already; draw pictures for files in another one"
         )
     ps.remove_everything()
     ps.clear_user_callback()
@@ -114,11 +114,9 @@ def _start(offscreen: bool, title: str) -> None:
         with contextlib.suppress(RuntimeError):  # where memory is out, this does not start either
             ps.init("openGL_mock")  # else polyscope complains once more when the process ends
         reason = " ".join(str(error).replace("[polyscope]", "").replace("[EXCEPTION]", "").split())
-        hint = (
-            f"Debian and Ubuntu: apt install {PACKAGES}"
-            if offscreen
-            else "is the display there? Pictures for files need none"
-        )
+        hint = "is the display there? Pictures for files need none"
+        if offscreen:
+            hint = f"Debian and Ubuntu: apt install {PACKAGES}"
         raise DisplayError(f"OpenGL did not start ({reason}); {hint}") from None
     _set_scene(offscreen)
 
@@ -250,7 +248,9 @@ def check_video(path: Path) -> None:
 @contextmanager
 def open_video(path: Path, rate: int) -> Iterator[Write]:
     """A function that adds pictures to a file, at `rate` a second; the ending of `path` chooses the format."""
-    kind = _mp4 if path.suffix.lower() == ".mp4" else _gif
+    kind = _gif
+    if path.suffix.lower() == ".mp4":
+        kind = _mp4
     with replacing(path, force=True) as partial, kind(partial, rate) as write:
         yield write
 

@@ -16,7 +16,7 @@ from ....populations.mapping import SphereMapping
 from ....populations.page import Sheet, check_page, map_sheet, write_page
 from ....populations.run_many import run_many
 from ....populations.table import JobRow, check_table, write_table
-from ..arguments import chosen_method, repair_options
+from ..arguments import chosen_method, repair_of
 from ..exits import Exit, Interrupt, UsageError, usage
 from ..inputs import expand, parts_of
 from ..output import LISTED, check_apart, check_report, paragraph
@@ -38,7 +38,7 @@ def run_batch(args: Namespace) -> Exit:
     with usage("--"):
         jobs = list(map(Job, sources, targets_of(args.out, sources)))
     task = SphereMapping(
-        method, args.balance, repair_options(args), force=args.force, folder=os.getcwd()
+        method, args.balance, repair_of(args), force=args.force, folder=os.getcwd()
     )
     return run_files(
         args, "mapping", jobs, task, manifest_of(args.out), lambda rows: map_sheet(rows, task)
@@ -48,7 +48,8 @@ def run_batch(args: Namespace) -> Exit:
 def run_files(args: Namespace, name: str, jobs: Sequence[JobT], task: Task[JobT], manifest: str,
               sheet: Callable[[list[Any]], Sheet]) -> Exit:  # fmt: skip
     """Run a task on many files by the flags that all such commands have; print and write what came of it."""
-    manifest = args.manifest or manifest
+    if args.manifest is not None:
+        manifest = args.manifest
     _check_files(args, [manifest, *(path for job in jobs for path in (*job.sources, *job.targets))])
     engine = engine_of(args)
 
@@ -87,13 +88,18 @@ def run_files(args: Namespace, name: str, jobs: Sequence[JobT], task: Task[JobT]
             if path
         ]
         print(counts(rows, len(jobs)), *files, sep="\n", flush=True)
-    return interrupt.status if interrupt.asked else max(_STATUS[row.status] for row in rows)
+    if interrupt.asked:
+        return interrupt.status
+    return max(_STATUS[row.status] for row in rows)
 
 
 def engine_of(args: Namespace) -> Engine:
     """Who runs the jobs, and when they end, by the flags of all commands for many files."""
+    executor = None
+    if args.scheduler is not None:
+        executor = connect(args.scheduler)
     return Engine(
-        executor=None if args.scheduler is None else connect(args.scheduler),
+        executor=executor,
         processes=args.jobs,
         resume=args.resume,
         retry_failed=args.retry_failed,
@@ -104,11 +110,11 @@ def engine_of(args: Namespace) -> Engine:
 
 def list_sources(args: Namespace) -> list[str]:
     """The files of the command line."""
+    if not args.sources:
+        raise UsageError("give mesh files")
     sources = expand(args.sources)
     if not sources:
-        raise UsageError(
-            f"{' '.join(args.sources)} lists no file" if args.sources else "give mesh files"
-        )
+        raise UsageError(f"{' '.join(args.sources)} lists no file")
     return sources
 
 
@@ -129,10 +135,14 @@ def counts(rows: Sequence[JobRow], total: int) -> str:
     """Counts over the files that were given, and the first ones without a certified sphere."""
     bad = [row for row in rows if row.status != "certified"]
     resumed = sum(row.resumed for row in rows)
-    there = f", {resumed} there already" if resumed else ""
-    lines = [paragraph("certified", f"{len(rows) - len(bad)} of {total} files{there}")]
+    certified = f"{len(rows) - len(bad)} of {total} files"
+    if resumed:
+        certified += f", {resumed} there already"
+    lines = [paragraph("certified", certified)]
     for row in bad[:LISTED]:
-        reason = without_name(row.notes, row.source) or f"{row.foldings} foldings remain"
+        reason = f"{row.foldings} foldings remain"
+        if row.notes:
+            reason = without_name(row.notes, row.source)
         lines.append(paragraph(row.status, f"{row.source}: {reason}"))
     if len(bad) > LISTED:
         lines.append(paragraph("", f"and {len(bad) - LISTED} more"))

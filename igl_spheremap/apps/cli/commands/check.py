@@ -6,15 +6,17 @@ from dataclasses import replace
 import numpy as np
 
 from ....descent.energies import HarmonicEnergy
-from ....io.written_map import certify_radius, write_map
+from ....io.written_map import SphereCheck, certify_radius, write_map
 from ....maps.given_sphere import repair_foldings
 from ....mesh.arrays import FloatArray, check_directions
-from ....mesh.check import check_mesh
+from ....mesh.check import Mesh, check_mesh
 from ....result import findings
+from ....result.findings import Finding
 from ....sphere.rows import row_lengths, unit_rows
+from ....verify.certificate import Certificate
 from ....verify.distortion import angle_differences, log_area_ratios, log_length_ratios
 from ..arguments import refuse_flags
-from ..exits import Exit
+from ..exits import Exit, exit_of
 from ..inputs import InputMap, load_pair
 from ..output import Findings, check_outputs, mirrored, write_target
 from .plane import check_plane_map, load_map
@@ -34,34 +36,24 @@ def run_check(args: Namespace) -> Exit:
         return check_plane_map(args, *pair)
     mesh = check_mesh(pair.source.v, pair.source.f, caps=pair.source.caps)
     args.progress.begin(f"certifying {pair.name}")
-    x = (
-        unit_rows(check_directions(pair.x, name=f"{pair.name}: images"))
-        if args.directions
-        else pair.x
-    )
+    x = pair.x
+    if args.directions:
+        x = unit_rows(check_directions(x, name=f"{pair.name}: images"))
     checked = certify_radius(x, mesh.f)
-    certificate, off, rounded = checked, checked.off_sphere, False
-    off_radius: dict[str, float] = {}
-    spread = 0.0
-    if len(off) and checked.radius > 0:
-        beyond = row_lengths(x[off]) / checked.radius - 1
-        off_radius = {
-            "lowest": beyond.min(),
-            "highest": beyond.max(),
-            "farthest": int(off[np.abs(beyond).argmax()]),
-            "rounding": _rounding(x) / checked.radius,
-        }
-        spread = float(np.ptp(beyond))
-        rounded = np.abs(beyond).max() <= off_radius["rounding"] <= _COARSEST
-        if rounded:  # exact signs are those of directions, however far along them the vertices are
-            certificate = replace(certificate, off_sphere=off[:0])
+    off_radius = _off_radius(x, checked)
+    certificate: Certificate = checked
+    rounded = bool(off_radius) and _farthest(off_radius) <= off_radius["rounding"] <= _COARSEST
+    if rounded:  # exact signs are those of directions, however far along them the vertices are
+        certificate = replace(checked, off_sphere=checked.off_sphere[:0])
     found = Findings()
     label, text, numbers = findings.verdict(certificate, mesh.caps)
     if rounded:
-        kind = "certified" if certificate.folding_free else "not certified, even"
+        kind = "certified"
+        if not certificate.folding_free:
+            kind = "not certified, even"
         text = (
-            f"{kind} once scaled to the sphere; radii vary by {spread:.1g}, as the file's numbers are rounded; "
-            f"{text}"
+            f"{kind} once scaled to the sphere; radii vary by {off_radius['highest'] - off_radius['lowest']:.1g}, "
+            f"as the file's numbers are rounded; {text}"
         )
     found.add(label, text, **numbers)
     found.source(pair.source)
@@ -74,30 +66,49 @@ def run_check(args: Namespace) -> Exit:
         directions=args.directions,
     )
     if off_radius:
-        remedy = (
-            ""
-            if rounded
-            else "; --directions certifies where they point to, and the command repair moves them "
-            "onto the sphere"
+        text = (
+            f"{len(checked.off_sphere)} vertices are off by {off_radius['lowest']:+.2g} to "
+            f"{off_radius['highest']:+.2g} of the radius, most at vertex {off_radius['farthest']}"
         )
-        found.add(
-            "off radius",
-            f"{len(off)} vertices are off by {off_radius['lowest']:+.2g} to "
-            f"{off_radius['highest']:+.2g} of the radius, most at vertex {off_radius['farthest']}{remedy}",
-            off_radius=off_radius,
-        )
+        if not rounded:
+            text += (
+                "; --directions certifies where they point to, and the command repair moves them onto "
+                "the sphere"
+            )
+        found.add("off radius", text, off_radius=off_radius)
     if not len(checked.not_finite) and checked.radius > 0:
-        unit, v, surface = x / checked.radius, mesh.v, mesh.f[mesh.surface]
-        found.extend(
-            [
-                findings.energy(HarmonicEnergy.of(mesh).evaluate(unit)[0]),
-                findings.angles(angle_differences(v, surface, unit)),
-                findings.areas(log_area_ratios(v, surface, unit)),
-                findings.edges(log_length_ratios(v, surface, unit)),
-            ]
-        )
+        found.extend(_measured(mesh, x / checked.radius))
     found.report(args)
-    return Exit.OK if certificate.folding_free else Exit.UNCERTIFIED
+    return exit_of(certificate)
+
+
+def _off_radius(x: FloatArray, checked: SphereCheck) -> dict[str, float]:
+    """How far vertices are off the sphere, in radii, and how far rounding may have moved them; empty where none is."""
+    off = checked.off_sphere
+    if not len(off) or checked.radius <= 0:
+        return {}
+    beyond = row_lengths(x[off]) / checked.radius - 1
+    return {
+        "lowest": beyond.min(),
+        "highest": beyond.max(),
+        "farthest": int(off[np.abs(beyond).argmax()]),
+        "rounding": _rounding(x) / checked.radius,
+    }
+
+
+def _farthest(off_radius: dict[str, float]) -> float:
+    return max(-off_radius["lowest"], off_radius["highest"])
+
+
+def _measured(mesh: Mesh, x: FloatArray) -> list[Finding]:
+    """Energy, angles, areas and edges of a map of unit rows."""
+    v, surface = mesh.v, mesh.f[mesh.surface]
+    return [
+        findings.energy(HarmonicEnergy.of(mesh).evaluate(x)[0]),
+        findings.angles(angle_differences(v, surface, x)),
+        findings.areas(log_area_ratios(v, surface, x)),
+        findings.edges(log_length_ratios(v, surface, x)),
+    ]
 
 
 def _rounding(x: FloatArray) -> float:
@@ -146,4 +157,4 @@ def run_repair(args: Namespace) -> Exit:
     )
     found.notes(result.notes)
     found.report(args)
-    return Exit.OK if written.folding_free else Exit.UNCERTIFIED
+    return exit_of(written)

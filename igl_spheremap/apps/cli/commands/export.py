@@ -27,10 +27,9 @@ from ....resampling.texture import (
     texture_atlas,
 )
 from ....verify.distortion import vertex_maps
-from ...viewer.choices import guess_up
 from ..arguments import refuse_flags
 from ..exits import UsageError
-from ..inputs import InputMap, InputMesh
+from ..inputs import InputMap, InputMesh, sphere_name, up_of
 from ..output import Findings, check_outputs
 from .plane import load_map
 
@@ -52,8 +51,9 @@ def run_export(args: Namespace) -> None:
         source=source.name, sphere=pair.name, target=target, show=args.show, texture=args.texture
     )
     args.progress.begin(f"writing {target}")
-    up = args.up or source.up
-    up = upright(source.v) if up == "auto" else up
+    up = up_of(args, source)
+    if up == "auto":
+        up = upright(source.v)
     if args.texture == "carried":
         texture = read_textured(args.source)
         atlas = _own_atlas(texture, source)
@@ -72,11 +72,11 @@ def run_export(args: Namespace) -> None:
 def _export_texture(args: Namespace, pair: InputMap, up: str, found: Findings) -> str:
     """Write a texture by a projection of the sphere, and say what was written."""
     # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
-    projection: Projection = args.show or "octahedral"
-    cut = bool(args.texture) or not (
-        args.target.lower().endswith(".obj") and projection == "equirectangular"
-    )
-    source = pair.source
+    projection: Projection = "octahedral"
+    if args.show:
+        projection = args.show
+    suffix, source = Path(args.target).suffix.lower(), pair.source
+    cut = bool(args.texture) or suffix != ".obj" or projection != "equirectangular"
     atlas = texture_atlas(pair.x, source.f, projection=projection, cut=cut)
     write_textured(
         args.target,
@@ -87,14 +87,14 @@ def _export_texture(args: Namespace, pair: InputMap, up: str, found: Findings) -
         force=args.force,
         metadata={"up": up},
     )
-    vertices = (
-        len(atlas.uv) if args.target.lower().endswith(".glb") else int(atlas.vertex.max()) + 1
-    )
+    vertices = len(atlas.uv)
+    if suffix == ".obj":
+        vertices = int(atlas.vertex.max()) + 1
     found.figures |= {"vertices": vertices, "coordinates": len(atlas.uv), "faces": len(atlas.f)}
-    return (
-        f"{projection}, {vertices} vertices, {len(atlas.f)} faces, "
-        f"{'cut along the seam' if cut else 'the mesh as it is'}"
-    )
+    outcome = f"{projection}, {vertices} vertices, {len(atlas.f)} faces"
+    if cut:
+        return f"{outcome}, cut along the seam"
+    return f"{outcome}, the mesh as it is"
 
 
 def _export_scalars(args: Namespace, pair: InputMap, up: str, found: Findings) -> str:
@@ -125,28 +125,26 @@ def _check_export(args: Namespace) -> None:
             format_of(target, data=True)
         return
     if args.texture:
-        refuse_flags(
-            args,
-            ("--image", *(["--show"] if args.texture == "carried" else [])),
-            f"--texture {args.texture}",
-        )
+        refuse_flags(args, ["--image"], f"--texture {args.texture}")
+    if args.texture == "carried":
+        refuse_flags(args, ["--show"], "--texture carried")
     if not target.lower().endswith(_TEXTURED):
         raise UsageError(f"a texture goes into .glb or .obj files, not {target}")
-    pictures = (args.image, Path(args.source).with_suffix(".png") if args.texture else None)
-    if any(
-        each and Path(each).resolve() == Path(target).with_suffix(".png").resolve()
-        for each in pictures
-    ):
-        raise UsageError(
-            f"{args.image or args.source} is where the texture of {target} goes; write another OUT"
-        )
+    picture, named = args.image, args.image
+    if args.texture:
+        picture, named = Path(args.source).with_suffix(".png"), args.source
+    own = Path(target).with_suffix(".png").resolve()
+    if picture is not None and Path(picture).resolve() == own:
+        raise UsageError(f"{named} is where the texture of {target} goes; write another OUT")
     import_optional("PIL.Image", "a texture", "io")
 
 
 def _image(args: Namespace, source: InputMesh, atlas: Atlas) -> NDArray[np.uint8]:
     """The picture of a texture: the one that is given, SOURCE's own, baked, or a checkerboard."""
+    if args.image is not None:
+        return read_picture(args.image)
     if args.texture is None:
-        return checker_image() if args.image is None else read_picture(args.image)
+        return checker_image()
     texture = read_textured(args.source)
     return bake(
         atlas,
@@ -162,7 +160,9 @@ def _corners(texture: TexturedMesh, source: InputMesh) -> FloatArray:
 
     A repair may reverse faces: the order whose corners lie nearer is theirs.
     """
-    rows = np.arange(len(source.f)) if source.face_source is None else source.face_source
+    rows = source.face_source
+    if rows is None:
+        rows = np.arange(len(source.f))
     if len(rows) and rows.max() >= len(texture.uv):
         raise MeshError(
             f"{source.name} has {len(texture.uv)} textured faces, not {len(source.f)}; give the file alone"
@@ -178,11 +178,11 @@ def _corners(texture: TexturedMesh, source: InputMesh) -> FloatArray:
 
 def _own_atlas(texture: TexturedMesh, source: InputMesh) -> Atlas:
     """The atlas of a surface by the coordinates of its file."""
-    kept = source.f if source.caps is None else source.f[~source.caps]
-    uv = _corners(texture, source)[slice(None) if source.caps is None else ~source.caps].reshape(
-        -1, 2
-    )
-    rows, index = np.unique(np.column_stack((kept.ravel(), uv)), axis=0, return_inverse=True)
+    kept, uv = source.f, _corners(texture, source)
+    if source.caps is not None:
+        kept, uv = kept[~source.caps], uv[~source.caps]
+    corners = np.column_stack((kept.ravel(), uv.reshape(-1, 2)))
+    rows, index = np.unique(corners, axis=0, return_inverse=True)
     f = index.reshape(-1, 3).astype(np.int64)
     return plane_atlas(
         np.ascontiguousarray(rows[:, 1:]), f, rows[:, 0].astype(np.int64), len(source.v)
@@ -193,12 +193,13 @@ def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
     """Write a texture by a map to the plane, whose image in the unit square is its coordinates."""
     if args.show:
         raise UsageError(
-            f"{args.sphere or args.source} is a map to the plane: its texture coordinates are its own, "
+            f"{sphere_name(args)} is a map to the plane: its texture coordinates are its own, "
             f"leave out --show {args.show}"
         )
     v, f = source.v, source.f
     assert source.rows is not None
-    if (whole := source.rows.max() + 1) < len(v):  # cut along a seam
+    whole = source.rows.max() + 1
+    if whole < len(v):  # cut along a seam
         v, f = np.empty((whole, 3)), source.rows[f]
         v[source.rows] = source.v
     uv, known = unit_square(p)
@@ -212,20 +213,16 @@ def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
         )
         f = source.f
     else:
-        rows = source.rows if len(v) < len(p) else np.arange(len(p))
+        rows = np.arange(len(p))
+        if len(v) < len(p):
+            rows = source.rows
         atlas = plane_atlas(uv, source.f, rows, len(v))
         image = _image(args, replace(source, v=v, f=f), atlas)
-    # a plane image stands as it is drawn
-    own = "y" if args.texture == "carried" else guess_up(source.name)
-    write_textured(
-        args.target,
-        v,
-        f,
-        atlas,
-        image,
-        force=args.force,
-        metadata={"up": args.up or own, "extras": known},
-    )
+    up = up_of(args, source)
+    if args.up is None and args.texture == "carried":
+        up = "y"  # a plane image stands as it is drawn
+    metadata = {"up": up, "extras": known}
+    write_textured(args.target, v, f, atlas, image, force=args.force, metadata=metadata)
     found = Findings(
         source=source.name,
         sphere=args.sphere,
@@ -233,9 +230,11 @@ def _export_plane(args: Namespace, source: InputMesh, p: FloatArray) -> None:
         show=args.show,
         texture=args.texture,
     )
+    kind = args.texture
+    if kind is None:
+        kind = "checkerboard"
     found.add(
         "written",
-        f"{args.target}: {args.texture or 'checkerboard'}, {len(atlas.uv)} texture coordinates, "
-        f"{len(atlas.f)} faces",
+        f"{args.target}: {kind}, {len(atlas.uv)} texture coordinates, {len(atlas.f)} faces",
     )
     found.report(args)

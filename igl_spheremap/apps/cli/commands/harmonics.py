@@ -84,12 +84,10 @@ def run_mesh(args: Namespace) -> None:
         raise UsageError(f"IMAGE is an .npz or .npy file, as `grid` writes them, not {args.image}")
     check_outputs(args, surface=True)
     with reading(Path(args.image)):
-        archive = args.image.lower().endswith(".npz")
-        held = (
-            read_arrays(args.image)
-            if archive
-            else {"grid": array_of(Path(args.image).read_bytes())}
-        )
+        if args.image.lower().endswith(".npz"):
+            held = read_arrays(args.image)
+        else:
+            held = {"grid": array_of(Path(args.image).read_bytes())}
     if "grid" not in held:
         raise MeshError(f"{args.image} holds no array `grid`; write it by `grid --kind octahedral`")
     with naming(args.image):
@@ -114,10 +112,10 @@ def _picture(grid: FloatArray) -> NDArray[np.uint8]:
         raise UsageError(
             f"a picture shows one or three columns, not {columns}: choose one by --data FILE:NAME"
         )
-    low = grid.min(axis=(0, 1))
-    return np.round((grid - low) * (255 / (np.ptp(grid, axis=(0, 1)).max() or 1.0))).astype(
-        np.uint8
-    )
+    widest = float(np.ptp(grid, axis=(0, 1)).max())
+    if widest == 0:
+        widest = 1.0
+    return np.round((grid - grid.min(axis=(0, 1))) * (255 / widest)).astype(np.uint8)
 
 
 def run_harmonics(args: Namespace) -> Exit:
@@ -152,7 +150,10 @@ def run_harmonics(args: Namespace) -> Exit:
         sphere=pair.name,
     )
     if args.align:
-        aligned = harmonics.align(read_coefficients(args.template) if args.template else None)
+        template = None
+        if args.template:
+            template = read_coefficients(args.template)
+        aligned = harmonics.align(template)
         harmonics = aligned.harmonics
         axes, skew = (
             ", ".join(f"{number:.3g}" for number in each) for each in (aligned.axes, aligned.skew)
@@ -173,11 +174,10 @@ def run_harmonics(args: Namespace) -> Exit:
         degree=args.degree,
         power=power,
     )
-    surface = harmonics.surface(mesh) if mesh else None
     args.progress.begin(f"writing {args.target}")
     write_coefficients(args.target, harmonics, force=args.force)
-    if surface:
-        write_mesh(args.surface, *surface, force=args.force)
+    if mesh is not None:
+        write_mesh(args.surface, *harmonics.surface(mesh), force=args.force)
     if args.table:
         rows = zip(range(args.degree + 1), error.tolist(), power.tolist(), strict=True)
         write_cells(args.table, [("degree", "error_percent", "power"), *rows], force=args.force)
@@ -208,8 +208,11 @@ def _harmonics_of_all(args: Namespace) -> Exit:
         raise MeshError(
             f"none of {len(names)} surfaces can be expanded; {names[0]}: {reasons[names[0]]}"
         )
-    args.progress.begin("aligning" if args.align else "writing")
-    rows = in_common_frame(list(shapes.values())) if args.align else list(shapes.values())
+    rows = list(shapes.values())
+    if args.align:
+        args.progress.begin("aligning")
+        rows = in_common_frame(rows)
+    args.progress.begin("writing")
     table = coefficient_table(list(shapes), rows, args.modes)
     write_coefficient_table(args.target, table, force=args.force)
     found.add("surfaces", f"{len(shapes)} of {len(names)}", surfaces=list(shapes))
@@ -224,4 +227,6 @@ def _harmonics_of_all(args: Namespace) -> Exit:
         )
     found.add("written", f"{args.target}: degree {args.degree}, a row for each surface")
     found.report(args)
-    return Exit.FAILED if reasons else Exit.OK
+    if reasons:
+        return Exit.FAILED
+    return Exit.OK

@@ -8,7 +8,7 @@ from ....io.files import parts_in
 from ....io.write_mesh import write_mesh
 from ....mesh_repair.info import info, mesh_findings
 from ....timings import counted
-from ..arguments import repair_options
+from ..arguments import repair_of
 from ..exits import UsageError
 from ..inputs import load_source, read_source
 from ..output import LISTED, Findings, check_outputs
@@ -38,7 +38,7 @@ def _measure_parts(args: Namespace) -> None:
     """Measure each closed part of a file by itself."""
     found, parts = Findings(source=args.source), list[dict[str, Any]]()
     for name in counted("parts", parts_in(args.source)):
-        part = read_source(name, repair=repair_options(args), check=False)
+        part = read_source(name, repair=repair_of(args), check=False)
         known, topology, *_ = mesh_findings(info(part.v, part.f))
         parts.append({"source": name, "repairs": part.repairs, **known.numbers})
         if len(parts) <= LISTED:

@@ -67,12 +67,14 @@ def run_map(args: Namespace) -> Exit:
             title=f"{os.path.basename(source.name)}, {result.method}",
         )
 
-    heard = recording if args.report or args.plot else None
+    listeners: list[Listener] = [args.progress.listener(source.f)]
+    if args.report or args.plot:
+        listeners.insert(0, recording)
     return map_and_report(
         args,
         source,
         solve,
-        (heard, args.progress.listener(source.f)),
+        listeners,
         write,
         plot,
         lambda place, result, **about: write_report(place, result, recording, **about),

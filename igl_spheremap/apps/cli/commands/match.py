@@ -16,7 +16,7 @@ from ....shapes.correspondence.surface_map import SurfaceMap
 from ...viewer.app import open_for, run_app
 from ...viewer.carried_view import CarriedView
 from ..exits import Exit, UsageError
-from ..inputs import STREAM, InputMesh, load_source, map_of
+from ..inputs import STREAM, InputMesh, load_source, map_of, up_of
 from ..output import Findings, check_outputs, pictures_of, write_target
 from .register import read_features
 
@@ -27,23 +27,20 @@ _MISSED = 1e-9
 def run_match(args: Namespace) -> Exit:
     if args.source == args.other == STREAM:
         raise UsageError("stdin is read once: give one of the surfaces as a file")
-    for path in args.overlay or ():
-        format_of(path)
+    if args.overlay:
+        for path in args.overlay:
+            format_of(path)
     check_outputs(args, surface=True)
-    whole = args.target.lower().endswith(".npz")
     pictures = pictures_of(args)
     if args.show or pictures.offscreen:
         open_for(pictures)
     sources = [load_source(args, name) for name in (args.source, args.other)]
-    landmarks = _vertices(args.landmarks, sources) if args.landmarks else None
-    if landmarks and len(landmarks[0]) != len(landmarks[1]):
-        (file, other), (m, n) = args.landmarks, map(len, landmarks)
-        raise UsageError(
-            f"{file} has {m} landmarks but {other} has {n}; give lists of the same landmarks in the same "
-            "order"
-        )
+    landmarks, features = None, None
+    if args.landmarks:
+        landmarks = _landmarks(args.landmarks, sources)
     curves = [_vertices(files, sources) for files in args.curve]
-    features = read_features(args.feature, *sources)[1] if args.feature else None
+    if args.feature:
+        features = read_features(args.feature, *sources)[1]
     maps = [map_of(args, source, balance=AREA_PRESERVING) for source in sources]
     args.progress.begin(f"matching {sources[0].name} with {sources[1].name}")
     result = match(
@@ -56,20 +53,7 @@ def run_match(args: Namespace) -> Exit:
         reflect=args.reflect,
         listener=args.progress.listener(maps[0].faces),
     )
-    if whole:
-        args.progress.begin(f"writing {args.target}")
-        write_surface_map(args.target, result, force=args.force)
-    else:
-        write_target(
-            args,
-            lambda path: write_mesh(
-                path,
-                result.positions,
-                result.map.faces,
-                force=args.force,
-                metadata=sources[1].metadata,
-            ),
-        )
+    held = _write(args, result, sources[1])
     args.progress.begin("measuring the map on the overlay")
     if args.overlay:
         common = result.overlay()
@@ -79,11 +63,6 @@ def run_match(args: Namespace) -> Exit:
     for label, source in zip(("source", "onto"), sources, strict=True):
         found.mesh(label, source)
     _describe(found, result)
-    held = (
-        "both maps and the landmarks"
-        if whole
-        else "TARGET's positions on the connectivity of SOURCE"
-    )
     found.add("written", f"{args.target}: {held}")
     if args.overlay:
         found.add("overlay", f"{' and '.join(args.overlay)}: {len(common.faces)} faces, on each")
@@ -91,12 +70,38 @@ def run_match(args: Namespace) -> Exit:
         args,
         pictures,
         lambda: run_app(
-            CarriedView(result, up=args.up or sources[0].up, subject=args.colours),
+            CarriedView(result, up=up_of(args, sources[0]), subject=args.colours),
             pictures,
             progress=args.progress,
         ),
     )
     return Exit.OK
+
+
+def _write(args: Namespace, result: SurfaceMap, target: InputMesh) -> str:
+    """Write OUT, and say what it holds."""
+    if args.target.lower().endswith(".npz"):
+        args.progress.begin(f"writing {args.target}")
+        write_surface_map(args.target, result, force=args.force)
+        return "both maps and the landmarks"
+    f, metadata = result.map.faces, target.metadata
+    write_target(
+        args,
+        lambda path: write_mesh(path, result.positions, f, force=args.force, metadata=metadata),
+    )
+    return "TARGET's positions on the connectivity of SOURCE"
+
+
+def _landmarks(files: list[str], sources: list[InputMesh]) -> tuple[IntArray, IntArray]:
+    """As many vertices of the source as of the target."""
+    landmarks = _vertices(files, sources)
+    m, n = map(len, landmarks)
+    if m != n:
+        raise UsageError(
+            f"{files[0]} has {m} landmarks but {files[1]} has {n}; give lists of the same landmarks in "
+            "the same order"
+        )
+    return landmarks
 
 
 def _vertices(files: list[str], sources: list[InputMesh]) -> tuple[IntArray, IntArray]:

@@ -33,7 +33,7 @@ from ....sphere.rows import unit_rows
 from ....verify.certificate import Certificate
 from ...report import write_plane_report
 from ..arguments import repair_options
-from ..exits import Exit, UsageError, usage
+from ..exits import Exit, UsageError, exit_of, usage
 from ..inputs import (
     STREAM,
     InputMap,
@@ -41,6 +41,8 @@ from ..inputs import (
     load_pair,
     read_any,
     read_target_sphere,
+    sphere_name,
+    up_of,
 )
 from ..output import Findings, check_outputs, check_plots
 from ..workflow import map_and_report
@@ -76,7 +78,7 @@ def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
     def write(result: PlaneMap) -> tuple[Certificate, Findings]:
         args.progress.begin(f"writing {args.target}")
         written = write_plane_map(
-            args.target, result, force=args.force, rows=source.rows, up=args.up or source.up
+            args.target, result, force=args.force, rows=source.rows, up=up_of(args, source)
         )
         return written, _findings(source, args, result, written)
 
@@ -112,8 +114,9 @@ def _findings(
     found.extend(plane_findings(result))
     as_written = "certified as written"
     if not written.folding_free:
-        exact = "; .obj and .npz files hold all digits" if result.certificate.folding_free else ""
-        as_written = f"but as written it is {written}{exact}"
+        as_written = f"but as written it is {written}"
+        if result.certificate.folding_free:
+            as_written += "; .obj and .npz files hold all digits"
     found.add("written", f"{args.target}, {as_written}")
     found.figures["file"] = {"certificate": findings.certificate_numbers(written)}
     return found
@@ -192,20 +195,23 @@ def _left_by_cuts(disk: RepairedMesh, v: FloatArray, f: IntArray, once: bool) ->
 
 def _disk_options(args: Namespace) -> dict[str, Any]:
     """The options of `repair_disk` that flags stand for."""
-    options = repair_options(args) or {}
     if args.cut_handles and args.cut is None:
         raise UsageError(
             "--cut-handles goes with --cut here: give the number of points to cut through"
         )
-    cut = read_landmarks(args.cut) if isinstance(args.cut, str) else args.cut
-    return options | {
-        name: value for name, value in (("rim", args.rim), ("cut", cut)) if value is not None
-    }
+    options = repair_options(args)
+    if args.rim is not None:
+        options["rim"] = args.rim
+    if isinstance(args.cut, str):
+        options["cut"] = read_landmarks(args.cut)
+    elif args.cut is not None:
+        options["cut"] = args.cut
+    return options
 
 
 def find_plane_map(args: Namespace) -> tuple[InputMesh, FloatArray] | None:
     """A surface and its map to the plane, if that is what the command line names; None if it is not."""
-    name = args.sphere or args.source
+    name = sphere_name(args)
     if STREAM in (args.source, args.sphere) or args.repair:
         return None
     mesh = read_any(args.source, args.format, read_mesh)
@@ -216,7 +222,9 @@ def find_plane_map(args: Namespace) -> tuple[InputMesh, FloatArray] | None:
             raise
         return None  # what is wrong with it was found before
     v, f = images.cut(mesh.v, mesh.f, name)
-    rows = np.arange(len(mesh.v)) if images.vertex is None else images.vertex
+    rows = images.vertex
+    if rows is None:
+        rows = np.arange(len(mesh.v))
     return InputMesh(args.source, v, f, caps=mesh.caps, rows=rows), images.plane
 
 
@@ -228,16 +236,20 @@ def load_map(args: Namespace, mirror: bool = False) -> InputMap | tuple[InputMes
     try:
         pair = load_pair(args, mirror)
     except (MeshError, UsageError, FileError):
-        if (plane := find_plane_map(args)) is None:
+        plane = find_plane_map(args)
+        if plane is None:
             raise
         return plane
-    itself = args.sphere is not None and np.array_equal(pair.x, pair.source.v)
-    return (find_plane_map(args) if itself else None) or pair
+    if args.sphere is not None and np.array_equal(pair.x, pair.source.v):
+        plane = find_plane_map(args)
+        if plane is not None:
+            return plane
+    return pair
 
 
 def check_plane_map(args: Namespace, source: InputMesh, p: FloatArray) -> Exit:
     """Certify a map of a disk to the plane, and report what it does."""
-    name = args.sphere or args.source
+    name = sphere_name(args)
     args.progress.begin(f"certifying {name}")
     disk = check_disk(source.v, source.f, caps=source.caps)
     result = given_map(disk, p)
@@ -250,6 +262,8 @@ def check_plane_map(args: Namespace, source: InputMesh, p: FloatArray) -> Exit:
     )
     found.add("plane", name)
     known = plane_findings(result)
-    found.extend(known[-1:] if len(result.certificate.not_finite) else known)
+    if len(result.certificate.not_finite):
+        known = known[-1:]  # the verdict alone
+    found.extend(known)
     found.report(args)
-    return Exit.OK if result.certificate.folding_free else Exit.UNCERTIFIED
+    return exit_of(result.certificate)

@@ -15,7 +15,7 @@ from ....shapes.correspondence.registration import WIDTHS, Registration, reflect
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import REGISTRATION_SIZE, Pictures
 from ...viewer.registered_view import registration_view
-from ..exits import Exit, UsageError
+from ..exits import Exit, UsageError, exit_of
 from ..inputs import InputMesh, load_pair, read_data, read_pair, read_source
 from ..output import Findings, check_outputs, write_target
 
@@ -34,19 +34,21 @@ def run_register(args: Namespace) -> Exit:
         open_for(pictures, instead="--screenshot OUT.png")
     pair = load_pair(args)
     source, target = pair.source, read_source(args.other)
-    maps = (
-        reflected(pair.map()) if args.reflect else pair.map(),
-        read_pair(target, args.other_sphere).map(),
-    )
-    names, features = (
-        read_features(args.feature, source, target) if args.feature else (_GEOMETRY, None)
-    )
+    maps = pair.map(), read_pair(target, args.other_sphere).map()
+    if args.reflect:
+        maps = reflected(maps[0]), maps[1]
+    names, features, shown = _GEOMETRY, None, "depth"
+    if args.feature:
+        names, features = read_features(args.feature, source, target)
+        shown = names[0]
     args.progress.begin(f"registering {source.name}")
     listener = args.progress.listener(maps[0].faces)
     result = register(
         *maps, features=features, stages=stages, stiffness=args.stiffness, listener=listener
     )
-    out = _of_the_file(result.map) if args.reflect else result.map
+    out = result.map
+    if args.reflect:
+        out = _of_the_file(out)
     written = write_target(
         args, lambda path: write_map(path, out, force=args.force, metadata=source.metadata)
     )
@@ -64,11 +66,9 @@ def run_register(args: Namespace) -> Exit:
     found.report_beside(
         args,
         pictures,
-        lambda: run_app(
-            registration_view(*maps, result, features, names[0] if features else "depth"), pictures
-        ),
+        lambda: run_app(registration_view(*maps, result, features, shown), pictures),
     )
-    return Exit.OK if written.folding_free else Exit.UNCERTIFIED
+    return exit_of(written)
 
 
 def _of_the_file(result: SphereMap) -> SphereMap:
@@ -101,7 +101,10 @@ def read_features(
                 f"--feature {word}: {many} maps in {files[0]} but {other} in {files[1]}; choose one "
                 "of each by FILE:NAME"
             )
-        names += [name] if many == 1 else [f"{name} {k + 1}" for k in range(many)]
+        if many == 1:
+            names.append(name)
+        else:
+            names += [f"{name} {k + 1}" for k in range(many)]
     return names, (np.concatenate(columns[0], axis=1), np.concatenate(columns[1], axis=1))
 
 

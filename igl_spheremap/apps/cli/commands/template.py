@@ -4,11 +4,13 @@ import re
 import shlex
 import shutil
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....balance.balanced_spherical_map import balanced_spherical_map
 from ....draw.markup import check_own_page
@@ -17,6 +19,7 @@ from ....io.files import read_mesh
 from ....io.replacing import REPLACE, make_folder
 from ....io.tables import read_cells, write_cells
 from ....io.written_map import write_map
+from ....mesh.arrays import FloatArray
 from ....populations.map_many import filled
 from ....populations.ratings import failed_in
 from ....shapes.groups.design import data_of, read_design, test_names, write_test
@@ -71,27 +74,30 @@ _TAKEN = {
 
 
 def run_template(args: Namespace) -> Exit:
-    if bool(args.sources) + bool(args.add) + (args.design is not None) != 1:
+    given = [args.sources, args.add, args.design is not None]
+    if sum(map(bool, given)) != 1:
         raise UsageError(
             "give surfaces of a new group, or one of --add NEW and --design TABLE for one that exists"
         )
     _refuse_unused(args)
-    if args.add or not args.sources:
-        return _add(args) if args.add else _test(args)
-    return _follow(args) if args.series else _make(args)
+    if args.add:
+        return _add(args)
+    if args.design is not None:
+        return _test(args)
+    if args.series:
+        return _follow(args)
+    return _make(args)
 
 
 def _refuse_unused(args: Namespace) -> None:
     """Refuse flags that this use of the command would ignore."""
-    way = next((way for way in _TAKEN if getattr(args, way)), "")
-    taken = {f"--{name}" for name in (*_COMMON, way, *_TAKEN[way])} if way else set()
+    way = next((way for way in _TAKEN if getattr(args, way)), None)
+    if way is None:
+        refuse_flags(args, [f"--{name}" for name in _TAKEN["design"]], "a new group")
+        return
+    taken = {f"--{name}" for name in (*_COMMON, way, *_TAKEN[way])}
     flags = [names[-1] for names, _ in args.row.arguments if names[-1].startswith("--")]
-    unused = (
-        [flag for flag in flags if flag not in taken]
-        if way
-        else [f"--{name}" for name in _TAKEN["design"]]
-    )
-    refuse_flags(args, unused, f"--{way}" if way else "a new group")
+    refuse_flags(args, [flag for flag in flags if flag not in taken], f"--{way}")
 
 
 def _make(args: Namespace) -> Exit:
@@ -108,15 +114,17 @@ def _make(args: Namespace) -> Exit:
         out=out,
         engine=engine_of(args),
     )
-    failed = Exit.FAILED if group.left_out else Exit.OK
-    group = replace(group, left_out={**excluded, **group.left_out}, feature_names=names)
+    failed = group.left_out
+    group = replace(group, left_out={**excluded, **failed}, feature_names=names)
     args.progress.begin("writing")
     write_group(out, group, force=True)
     write_group_page(out / _PAGE, group, shlex.join(("igl-spheremap", *args.words)))
     # the maps stay, for another group of these surfaces
     shutil.rmtree(out / "work" / "rounds", ignore_errors=True)
     _describe(args, group)
-    return failed
+    if failed:
+        return Exit.FAILED
+    return Exit.OK
 
 
 def _follow(args: Namespace) -> Exit:
@@ -180,8 +188,10 @@ def _excluded(args: Namespace, names: Sequence[str]) -> dict[str, str]:
     unknown = [name for name in args.exclude if name not in names]
     if unknown:
         raise UsageError(f"--exclude {unknown[0]} is not one of the surfaces that were given")
-    failed = {} if args.ratings is None else failed_in(args.ratings, names)
-    return dict.fromkeys(args.exclude, "excluded by --exclude") | failed
+    excluded = dict.fromkeys(args.exclude, "excluded by --exclude")
+    if args.ratings is not None:
+        excluded |= failed_in(args.ratings, names)
+    return excluded
 
 
 def _features(
@@ -199,12 +209,14 @@ def _features(
             f"--feature {wrong[0]}: give NAME=PATTERN, such as thickness={{folder}}/{{stem}}.thickness, "
             "each name once"
         )
+    if not names:
+        return names, None
     with usage("--"):
         files = [
             FeatureFiles(tuple(filled(pattern, source, "feature ") for pattern in patterns))
             for source in sources
         ]
-    return names, files if names else None
+    return names, files
 
 
 def _describe(args: Namespace, group: Group) -> None:
@@ -257,10 +269,10 @@ def _add(args: Namespace) -> Exit:
     out = Path(args.out)
     group = read_group(out)
     table, folder = out / "added.tsv", make_folder(out / "added")
-    rows: dict[str, tuple[object, ...]] = {
-        row[0]: (*row[:4], *(float(cell) if cell else cell for cell in row[4:]))
-        for row in (read_cells(table)[1:] if table.exists() else ())
-    }
+    rows: dict[str, tuple[object, ...]] = {}
+    if table.exists():
+        for row in read_cells(table)[1:]:
+            rows[row[0]] = (*row[:4], *map(_number, row[4:]))
     names = expand(args.add)
     found, refused = Findings(), False
     others = [name for name in rows if name not in names]  # whose files stay
@@ -285,7 +297,43 @@ def _add(args: Namespace) -> Exit:
     write_cells(table, [header, *rows.values()], force=True)
     found.figures["members"] = [dict(zip(header, rows[name], strict=False)) for name in names]
     found.report(args)
-    return Exit.FAILED if refused else Exit.OK
+    if refused:
+        return Exit.FAILED
+    return Exit.OK
+
+
+def _number(cell: str) -> float | str:
+    """The number in a cell, which may be empty."""
+    if not cell:
+        return cell
+    return float(cell)
+
+
+def _covariates(columns: Mapping[str, NDArray[Any]], name: str) -> FloatArray | None:
+    """The columns of a table but one; words as indicators. None if there is no other one."""
+    others = []
+    for key, values in columns.items():
+        if key == name:
+            continue
+        if values.dtype.kind != "f":
+            values = indicators(values)
+        others.append(values)
+    if not others:
+        return None
+    return np.column_stack(others)
+
+
+def _figures(test: PointTest) -> dict[str, float]:
+    """The share of the points below the level, the smallest p, and what there is where the test is surest."""
+    surest = int(test.statistic.argmax())
+    return {
+        "points": float((test.p <= LEVEL).mean()),
+        "p": float(test.p.min()),
+        "effect": float(np.linalg.norm(test.effect, axis=2).max(axis=0)[surest]),
+        "error": float(test.error[:, surest].max()),
+        "margin": float(test.margin[:, surest].max()),
+        "explained": float(test.explained[surest]),
+    }
 
 
 def _test(args: Namespace) -> Exit:
@@ -303,16 +351,11 @@ def _test(args: Namespace) -> Exit:
     found.left_out(left_out)
     for (name, values), short in zip(columns.items(), test_names(list(columns)), strict=True):
         args.progress.begin(f"testing {name}")
-        others = [
-            each if each.dtype.kind == "f" else indicators(each)
-            for key, each in columns.items()
-            if key != name
-        ]
         try:
             test = permutation_test(
                 tested,
                 values,
-                covariates=np.column_stack(others) if others else None,
+                covariates=_covariates(columns, name),
                 data=data,
                 permutations=args.permutations,
                 augment=args.augment,
@@ -320,16 +363,7 @@ def _test(args: Namespace) -> Exit:
         except MeshError as error:
             raise MeshError(f"{args.design}, column {name}: {error}") from None
         write_test(str(Path(args.out) / short), group, test)
-        k = int(test.p.argmin()), int(test.statistic.argmax())
-        lengths = np.linalg.norm(test.effect, axis=2).max(axis=0)
-        figures = {
-            "points": float((test.p <= LEVEL).mean()),
-            "p": float(test.p[k[0]]),
-            "effect": float(lengths[k[1]]),
-            "error": float(test.error[:, k[1]].max()),
-            "margin": float(test.margin[:, k[1]].max()),
-            "explained": float(test.explained[k[1]]),
-        }
+        figures = _figures(test)
         rows.append((name, *figures.values(), f"{short}.npz"))
         tests[name] = figures
         words = (

@@ -10,13 +10,13 @@ from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray, IntArray
 from ....mesh.disk import check_disk
 from ...viewer.app import App, announce, file_stem, open_for, run_app
-from ...viewer.choices import SHOWN, guess_up
+from ...viewer.choices import SHOWN
 from ...viewer.compare import plane_view
 from ...viewer.map_view import MapView, caption_of
 from ...viewer.player import Player, in_background
 from ..arguments import chosen_method, refuse_flags
 from ..exits import UsageError
-from ..inputs import InputMesh, load_pair, load_source, map_of, read_source
+from ..inputs import InputMesh, load_pair, load_source, map_of, read_source, up_of
 from ..output import Findings, check_outputs, pictures_of
 from .plane import find_plane_map
 
@@ -35,19 +35,20 @@ def run_view(args: Namespace) -> None:
     try:
         source, result, caption = _map(args)
     except (MeshError, UsageError, FileError):
-        if (plane := find_plane_map(args)) is None:
+        plane = find_plane_map(args)
+        if plane is None:
             raise
         refuse_flags(
             args, (*_MAKING, "--show"), "a map to the plane, which is shown with a checkerboard,"
         )
         source, p = plane
-        name, up = os.path.basename(source.name), args.up or guess_up(args.source)
-        app = plane_view(name, check_disk(source.v, source.f), p, up)
+        name = os.path.basename(source.name)
+        app = plane_view(name, check_disk(source.v, source.f), p, up_of(args, source))
     else:
         app = MapView(
             result.mesh,
             {caption: result.sphere},
-            up=args.up or source.up,
+            up=up_of(args, source),
             subject=SHOWN[args.show],
             result=result,
             name=file_stem(source.name, "map"),
@@ -87,7 +88,7 @@ def run_play(args: Namespace) -> None:
     load = partial(_load, source)
     start = partial(in_background, load, round(1e6 * args.keep))
     frames = run_app(
-        Player(start, source.name, method, up=args.up or source.up, always_up=args.up is not None),
+        Player(start, source.name, method, up=up_of(args, source), always_up=args.up is not None),
         pictures,
         progress=args.progress,
         listener=args.progress.listener(source.f),
@@ -102,5 +103,7 @@ def run_play(args: Namespace) -> None:
 
 def _load(given: InputMesh, name: str) -> tuple[FloatArray, IntArray]:
     """Read vertices and faces by their name, or take those of the command line, which were read already."""
-    source = given if name == given.name else read_source(name, check=False)
+    if name == given.name:
+        return given.v, given.f
+    source = read_source(name, check=False)
     return source.v, source.f
