@@ -58,14 +58,15 @@ class Remedy:
 
 def as_call(remedy: Remedy) -> str:
     """Say a remedy as a call in Python; an option whose value the reader chooses is said by its name alone."""
-    options = [
-        name if value is None else f"{name}={value!r}" for name, value in remedy.options.items()
-    ]
-    return (
-        f"{remedy.function}({', '.join((remedy.given, *options))})"
-        if remedy.function
-        else ", ".join(options)
-    )
+    options = []
+    for name, value in remedy.options.items():
+        if value is None:
+            options.append(name)
+        else:
+            options.append(f"{name}={value!r}")
+    if not remedy.function:
+        return ", ".join(options)
+    return f"{remedy.function}({', '.join((remedy.given, *options))})"
 
 
 Say = Callable[[Remedy], str]
@@ -124,7 +125,9 @@ class MeshError(ValueError):
         return found
 
     def __str__(self) -> str:
-        return self.fault if self.remedy is None else f"{self.fault} ({self.remedy} does)"
+        if self.remedy is None:
+            return self.fault
+        return f"{self.fault} ({self.remedy} does)"
 
 
 class FileError(OSError):
@@ -206,7 +209,9 @@ def check_number(value: object, name: str, least: float = 0.0, most: float = mat
         raise TypeError(f"{name} is {shown(value)}; give a number")
     number = float(value)
     if not least <= number <= most:
-        limits = f"of at least {least:g}" if most == math.inf else f"from {least:g} to {most:g}"
+        limits = f"from {least:g} to {most:g}"
+        if most == math.inf:
+            limits = f"of at least {least:g}"
         raise ValueError(f"{name} is {number:g}; give a number {limits}")
     return number
 
@@ -241,7 +246,9 @@ def check_list(
 def shown(value: object) -> str:
     """A value in a message: the beginning of its text in one line."""
     text = printable(" ".join(repr(value).split()))
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+    if len(text) <= _LONGEST:
+        return text
+    return f"{text[:_LONGEST]}..."
 
 
 def printable(text: str) -> str:
@@ -265,8 +272,11 @@ def one_line(error: BaseException) -> str:
     elif isinstance(error, ImportError):
         words = f"a library can't be loaded: {error}; install it anew, or try more memory"
     elif isinstance(error, OSError) and error.strerror:
-        words = f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-    return printable(" ".join(str(words).split())) or type(error).__name__
+        words = ": ".join(str(part) for part in (error.filename, error.strerror) if part)
+    line = printable(" ".join(str(words).split()))
+    if not line:
+        return type(error).__name__
+    return line
 
 
 def within(error: E, place: str) -> E:
@@ -306,7 +316,9 @@ def import_optional(module: str, user: str, extra: str = "") -> Any:
     except ImportError:
         name = module.partition(".")[0]
         package = _PACKAGES.get(name, name)
-        hint = f" (the extra {extra!r} of igl_spheremap includes it)" if extra else ""
+        hint = ""
+        if extra:
+            hint = f" (the extra {extra!r} of igl_spheremap includes it)"
         raise FileError(
             f"{user} needs {package}, which is not installed: pip install {package}{hint}"
         ) from None

@@ -101,7 +101,9 @@ def takes_mesh(function: Callable[Concatenate[ArrayLike, ArrayLike, P], R]) -> T
             if name not in names:
                 called = getattr(function, "__name__", "the function")
                 close = difflib.get_close_matches(name, names[2:], n=1, cutoff=0.7)
-                hint = f"did you mean {close[0]}?" if close else f"it takes {', '.join(names)}"
+                hint = f"it takes {', '.join(names)}"
+                if close:
+                    hint = f"did you mean {close[0]}?"
                 raise TypeError(f"{called} takes no {name}; {hint}")
         return args, kwargs
 
@@ -163,23 +165,28 @@ def kinds_of(annotated: Any) -> dict[str, tuple[Kind, ...]]:
 
 def _kinds(hint: Any) -> tuple[Kind, ...]:
     """The kinds of an annotation; none if one of its alternatives is of no kind."""
-    parts = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
-    origins = [get_origin(part) or part for part in parts]
-    if os.PathLike in origins:
-        origins.remove(str)  # both are the name of a file
-    kinds = [_kind(origin) for origin in origins]
-    known = tuple(kind for kind in kinds if kind is not None)
-    return known if len(known) == len(kinds) else ()
+    parts = (hint,)
+    if get_origin(hint) in (Union, UnionType):
+        parts = get_args(hint)
+    kinds = []
+    for part in parts:
+        if part is str and os.PathLike in [get_origin(other) for other in parts]:
+            continue  # both are the name of a file
+        kind = _kind(part)
+        if kind is None:
+            return ()
+        kinds.append(kind)
+    return tuple(kinds)
 
 
-def _kind(origin: Any) -> Kind | None:
-    """The kind that a class stands for: one of `_KINDS`, or a record, whose class says `_in_words` how one is made."""
-    if origin in _KINDS:
-        return _KINDS[origin]
-    words = vars(origin).get("_in_words") if isinstance(origin, type) else None
-    if words is None:
+def _kind(part: Any) -> Kind | None:
+    """The kind of a class: one of `_KINDS`, or a record, whose class says `_in_words` how one is made."""
+    for known in (part, get_origin(part)):
+        if known in _KINDS:
+            return _KINDS[known]
+    if not isinstance(part, type) or "_in_words" not in vars(part):
         return None
-    return lambda value: isinstance(value, origin), words
+    return lambda value: isinstance(value, part), vars(part)["_in_words"]
 
 
 def _of(*kinds: type) -> Callable[[object], bool]:

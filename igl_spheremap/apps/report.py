@@ -146,7 +146,9 @@ def _write_page(
     command: str,
     parts: list[str],
 ) -> Path:
-    verdict = "free" if certificate.folding_free else "folded"
+    verdict = "folded"
+    if certificate.folding_free:
+        verdict = "free"
     body = [
         f"<h1>{escape(title)}</h1>",
         made_by(command),
@@ -196,7 +198,9 @@ def _scene(mesh: Mesh, sphere: FloatArray, before: bool, up: str) -> str:
         return _TOO_LARGE.format(len(mesh.f))
     turn = pose(mesh.unit, up)
     gauss = vertex_normals(mesh.unit, mesh.f)
-    maps = [("Gauss map", gauss, colouring(mesh, gauss, SUBJECTS[0]))] if before else []
+    maps = []
+    if before:
+        maps.append(("Gauss map", gauss, colouring(mesh, gauss, SUBJECTS[0])))
     maps.append(("Result", sphere, colouring(mesh, sphere, SUBJECTS[0])))
     by = "folded by the Gauss map" if before else "folded"
     views = [

@@ -121,7 +121,9 @@ class BalancedEnergy:
             np.einsum("km,kaim->aim", slopes, modes[:2], out=gradient[:, :, chunk])
             modes[0] += mix * modes[1]
             modes *= np.sqrt(np.abs(curvatures))[:, None, None]
-            left = modes if convex else np.sign(curvatures)[:, None, None] * modes
+            left = modes
+            if not convex:
+                left = np.sign(curvatures)[:, None, None] * modes
             for k, (i, j) in enumerate(PAIRS):
                 np.einsum("kam,kbm->abm", left[:, :, i], modes[:, :, j], out=blocks[k, :, :, chunk])
         corner = corners.ravel()

@@ -151,9 +151,9 @@ def balanced_iterates(
     for k, trial in enumerate(newton(problem, search, x), 1):
         gains.append((value - trial.value) / max(trial.value, zero))
         value, ratio = trial.value, min(gains[-1] / gains[-2], _LARGEST_RATIO)
-        residual = (
-            gains[-1] * ratio / (1 - ratio) if search.length == 1 else max(gains[-_PATIENCE:])
-        )
+        residual = max(gains[-_PATIENCE:])
+        if search.length == 1:
+            residual = gains[-1] * ratio / (1 - ratio)
         yield Iterate(
             stage,
             0,

@@ -65,7 +65,10 @@ class FlatFaces:
         for y, way, images in self._known:
             if y is x and way == spanned:
                 return images
-        found = (FaceImages.spanned if spanned else FaceImages.of)(self, x)
+        if spanned:
+            found = FaceImages.spanned(self, x)
+        else:
+            found = FaceImages.of(self, x)
         self._known[:] = [(x, spanned, found)]
         return found
 
@@ -110,7 +113,10 @@ class FaceImages:
             u = sides[:, 0] - heights[0] * outward
         first = np.sqrt(_dots(u, u))
         u /= np.where(first > 0, first, 1.0)
-        v = np.stack((-u[1], u[0])) if len(p) == 2 else column_crosses(outward, u)
+        if len(p) == 2:
+            v = np.stack((-u[1], u[0]))
+        else:
+            v = column_crosses(outward, u)
         across, up = _dots(sides[:, 1], u), _dots(sides[:, 1], v)
         return cls._laid(
             hats, area, (first, across, up), heights / np.where(length > 0, length, 1.0), (u, v)

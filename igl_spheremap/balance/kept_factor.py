@@ -53,7 +53,9 @@ class KeptFactor(LineSearch):
         if trial is not None:
             off = abs(model.value - trial.value - self.predicted)
             faithful = self.length == 1 and off < _FAITHFUL * abs(self.predicted)
-            self._kept = (factor, x, model.axes, model.value) if faithful else None
+            self._kept = None
+            if faithful:
+                self._kept = factor, x, model.axes, model.value
         return trial
 
     def _last_step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:

@@ -64,7 +64,9 @@ def card_sheet(
             name: None if isinstance(value, float) and not math.isfinite(value) else value
             for name, value in card.row.items()
         }
-        more = [f"and {len(card.reasons) - _BADGES} more"] if len(card.reasons) > _BADGES else []
+        more = []
+        if len(card.reasons) > _BADGES:
+            more.append(f"and {len(card.reasons) - _BADGES} more")
         entries.append(
             asdict(card) | {"rank": rank, "row": row, "badges": [*card.reasons[:_BADGES], *more]}
         )
@@ -108,7 +110,9 @@ def histogram(
     if not len(values):
         return ""
     if np.ptp(values) == 0:
-        same = f", the same for all {len(values):,} {nouns}" if len(values) > 1 else ""
+        same = ""
+        if len(values) > 1:
+            same = f", the same for all {len(values):,} {nouns}"
         return f"<figure><figcaption>{label}: {values[0]:.3g}{same}</figcaption></figure>"
     ends = float(values.min()), min(limit, float(values.max()))
     if ends[0] == ends[1]:

@@ -76,7 +76,9 @@ class Clusters:
 
     def sums(self, values: FloatArray) -> FloatArray:
         """Sums of values of the faces (k, ...) over each cluster (c, ...)."""
-        return np.asarray(np.add.reduceat(values, self.starts, axis=0)) if len(self) else values
+        if not len(self):
+            return values
+        return np.asarray(np.add.reduceat(values, self.starts, axis=0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,18 +99,16 @@ class Marks:
     def of(cls, x: FloatArray, f: IntArray, folded: IntArray, sphere: bool) -> Marks:
         """Marks of faces that are folded, on a map to the sphere or the plane z = 0, or on a surface."""
         areas = face_areas(x, f)
-        clusters = Clusters.of(
-            f, folded if areas[folded].sum() < MANY * areas.sum() else folded[:0]
-        )
+        if areas[folded].sum() >= MANY * areas.sum():
+            folded = folded[:0]
+        clusters = Clusters.of(f, folded)
         a, b, c = (x[f[clusters.faces, k]] for k in range(3))
         outward, middles = row_crosses(b - a, c - a) / 2, (a + b + c) / 3
         plane = not x[:, 2].any()
         if plane or sphere:  # of a map: a face that is flipped turns the other way
-            way = (
-                np.array([[0.0, 0.0, 1.0]])
-                if plane
-                else middles / np.maximum(row_lengths(middles), 1e-300)[:, None]
-            )
+            way = middles / np.maximum(row_lengths(middles), 1e-300)[:, None]
+            if plane:
+                way = np.array([[0.0, 0.0, 1.0]])
             outward = row_lengths(outward)[:, None] * way
         longest = np.max(
             np.array([row_lengths(p - q) for p, q in ((a, b), (b, c), (c, a))]), axis=0

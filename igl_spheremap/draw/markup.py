@@ -32,7 +32,9 @@ def table(rows: Iterable[Sequence[str]], header: Sequence[str] = ()) -> str:
     '<table><tr><th scope="row">a</th><td>x &lt; y</td></tr></table>'
     """
     head = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in header)
-    lines = [f"<tr>{head}</tr>"] if header else []
+    lines = []
+    if header:
+        lines.append(f"<tr>{head}</tr>")
     for row in rows:
         cells = [f"<td>{escape(cell)}</td>" for cell in row]
         if not header:
@@ -126,7 +128,9 @@ def page_file(place: str | os.PathLike[str], name: str) -> Path:
 
 def made_by(command: str) -> str:
     """The line below a page's title: when it was made, by which version and by which command."""
-    code = f"<br><code>{escape(command)}</code>" if command else ""
+    code = ""
+    if command:
+        code = f"<br><code>{escape(command)}</code>"
     return f'<p class="made">{datetime.now(timezone.utc):%Y-%m-%d %H:%M} UTC, igl_spheremap {__version__}{code}</p>'
 
 

@@ -57,7 +57,9 @@ class Ramp:
     @property
     def ends(self) -> tuple[str, str]:
         """What stands at the ends of the scale."""
-        return self.names or (f"{self.low:.3g}", f"{self.high:.3g}")
+        if self.names:
+            return self.names
+        return f"{self.low:.3g}", f"{self.high:.3g}"
 
     def colours(self, values: FloatArray) -> FloatArray:
         """Colours (n, 3) of values (n,), clamped to the ends; NaN counts as the lower end."""

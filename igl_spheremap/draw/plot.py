@@ -159,7 +159,10 @@ def upright(v: FloatArray) -> str:
     'y'
     """
     safe = {up: _stability(v, axis) for up, axis in (("z", 2), ("y", 1))}
-    return max(safe, key=lambda up: safe[up]) if max(safe.values()) > 0 else "z"
+    best = max(safe, key=lambda up: safe[up])
+    if safe[best] <= 0:
+        return "z"
+    return best
 
 
 def _stability(v: FloatArray, axis: int) -> float:
@@ -181,7 +184,11 @@ def vertical(v: FloatArray, up: str = "auto") -> FloatArray:
     >>> vertical(np.eye(3), "left").tolist(), vertical(np.eye(3), "-x").tolist()
     ([0.0, 0.0, 1.0], [-1.0, 0.0, 0.0])
     """
-    named = upright(v) if up == "auto" else "z" if up in SIDES else up
+    named = up
+    if up == "auto":
+        named = upright(v)
+    elif up in SIDES:
+        named = "z"
     if named not in UPS:
         raise ValueError(
             f"unknown direction {up!r}: choose one of auto, {', '.join((*UPS, *SIDES))}"
@@ -246,7 +253,9 @@ def raster(
     >>> raster(triangle, np.array([[0, 1, 2]]), np.array([[1.0, 0, 0]]), 9)[4, 4].tolist()
     [255, 0, 0]
     """
-    middle, radius = shown or frame(y)
+    if shown is None:
+        shown = frame(y)
+    middle, radius = shown
     pixels = (y - middle) * (size / (2 * radius)) * [1, -1, 1] + [size / 2, size / 2, 0]
     seen = np.full(size * size, len(f))  # white, where there is no face
     nearest = np.full(size * size, -np.inf)

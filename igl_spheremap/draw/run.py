@@ -38,7 +38,9 @@ def plot_run(
     curve of two points, or of zeros; without foldings there is none of them. Lai et al., Figs. 4 and 10.
     """
     at, values, name = objective(history)
-    counts = None if foldings is None else np.asarray(foldings)
+    counts = None
+    if foldings is not None:
+        counts = np.asarray(foldings)
     said = []
     if curved := len(values) > 2:
         said.append(iterations_in(sum(step.iteration > 0 for step in history)))
@@ -47,8 +49,8 @@ def plot_run(
     if counts is not None and not counts.any():
         said.append("no face is folded in any iterate")
         counts = None
-    columns = curved + (counts is not None)
-    shape = (2, 2) if columns == 2 else (1, columns + 2)  # four in a row would be small
+    columns = [curved, counts is not None].count(True)
+    shape = {0: (1, 2), 1: (1, 3), 2: (2, 2)}[columns]  # four in a row would be small
     figure, axes = new_figure(*shape, "\n".join(filter(None, (title, "; ".join(said)))), (3.6, 3.0))
     *curves, angles, areas = axes.ravel()
     if curved:
@@ -56,10 +58,10 @@ def plot_run(
         drawn = extremes(values)
         energy.plot(at[drawn], values[drawn], color=LINES[0], marker=_marker(values))
         linear = linear_below(values)
-        if np.isfinite(linear):
-            energy.set_yscale(
-                *(("symlog",) if linear else ("log",)), **({"linthresh": linear} if linear else {})
-            )
+        if linear == 0:
+            energy.set_yscale("log")
+        elif np.isfinite(linear):
+            energy.set_yscale("symlog", linthresh=linear)
         energy.set_title(name, fontsize=SMALL + 1)
     if counts is not None:
         most = counts.max()
@@ -92,21 +94,30 @@ def objective(history: Sequence[Step]) -> tuple[IntArray, FloatArray, str]:
     >>> at.tolist(), values.tolist(), name
     ([1, 2], [2.0, 0.0], 'energy of the balance above its minimum')
     """
-    kinds = [step.stage if step.stage in _OWN_ENERGY else "" for step in history]
+    last = ""
+    if history:
+        last = _minimised(history[-1])
     same = [
-        k for k, kind in enumerate(kinds) if kind == kinds[-1] and math.isfinite(history[k].energy)
+        k
+        for k, step in enumerate(history)
+        if _minimised(step) == last and math.isfinite(step.energy)
     ]
     at, energies = np.array(same, dtype=np.int64), np.array([history[k].energy for k in same])
     if not same:
         return at, energies, "energy"
     least = float(energies.min())
-    if not kinds[-1] and abs(least - 4 * math.pi) < _NEAR_4_PI:
+    if last:
+        return at, energies - least, f"energy of the {last} above its minimum"
+    if abs(least - 4 * math.pi) < _NEAR_4_PI:
         return at, energies - 4 * math.pi, "energy minus 4π"
-    return (
-        at,
-        energies - least,
-        f"energy{f' of the {kinds[-1]}' if kinds[-1] else ''} above its minimum",
-    )
+    return at, energies - least, "energy above its minimum"
+
+
+def _minimised(step: Step) -> str:
+    """The stage of a step that minimises an energy of its own; empty where it is the harmonic energy."""
+    if step.stage in _OWN_ENERGY:
+        return step.stage
+    return ""
 
 
 def linear_below(values: FloatArray) -> float:
@@ -118,14 +129,18 @@ def linear_below(values: FloatArray) -> float:
     [0.0, inf, 0.01]
     """
     above, below = max(float(values.max(initial=0)), 0.0), max(-float(values.min(initial=0)), 0.0)
-    if below:
-        return below if above > _WIDE * below else math.inf
     positive = values[values > 0]
-    return 0.0 if len(positive) > 1 and above > _WIDE * float(positive.min()) else math.inf
+    if below and above > _WIDE * below:
+        return below
+    if not below and len(positive) > 1 and above > _WIDE * float(positive.min()):
+        return 0.0
+    return math.inf
 
 
 def _marker(values: NDArray[Any]) -> str | None:
-    return "." if len(values) < 30 else None
+    if len(values) < 30:
+        return "."
+    return None
 
 
 def round_starts(history: Sequence[Step]) -> list[tuple[int, str]]:

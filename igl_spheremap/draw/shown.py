@@ -41,21 +41,14 @@ class Drawing:
 
     def image(self) -> NDArray[np.uint8]:
         """The pixels, (height, width, 3)."""
-        drawn = []
+        drawn, folded = [], None
+        if len(self.folded):
+            folded = self.folded
         for body, turn in zip(self.bodies, self.turns, strict=True):
             # maps that are given hold anything
             y = own_unit(np.nan_to_num(body, posinf=0.0, neginf=0.0))[0] @ turn.T
             shaded = self.colours * shading(y, self.f, np.eye(3))[:, None]
-            drawn.append(
-                raster(
-                    y,
-                    self.f,
-                    shaded,
-                    2 * _SIZE,
-                    self.folded if len(self.folded) else None,
-                    least=_MARK,
-                )
-            )
+            drawn.append(raster(y, self.f, shaded, 2 * _SIZE, folded, least=_MARK))
         fine = np.concatenate(drawn, axis=1).astype(np.uint16)
         # so that borders are smooth
         sums = fine[::2, ::2] + fine[1::2, ::2] + fine[::2, 1::2] + fine[1::2, 1::2]
@@ -97,11 +90,13 @@ def area_drawing(
         f"Left: the surface; right: its image {target}. The same colour is the same face: purple where the map "
         f"shrinks areas ({below} at the darkest), green where it magnifies them ({above})"
     )
-    caption += f"; {len(kept):,} folded faces are red." if len(kept) else "."
-    turn = pose(mesh.unit)
-    turns = (turn, turn if image[:, 2].any() else np.eye(3))
+    if len(kept):
+        caption += f"; {len(kept):,} folded faces are red"
+    turns = [pose(mesh.unit)] * 2
+    if not image[:, 2].any():
+        turns[1] = np.eye(3)
     return Drawing(
-        caption, (mesh.unit, image), turns, mesh.f[mesh.surface], ramp.colours(ratios), kept
+        f"{caption}.", (mesh.unit, image), turns, mesh.f[mesh.surface], ramp.colours(ratios), kept
     )
 
 
@@ -114,11 +109,6 @@ def place_drawing(
     """Bodies in colours by place along the longest side of the first, seen as it stands unless `turns` are given."""
     along = bodies[0][:, int(np.argmax(np.ptp(bodies[0], axis=0)))][f].mean(axis=1)
     colours = pale("", float(along.min()), float(along.max())).colours(along)
-    return Drawing(
-        caption,
-        bodies,
-        turns or [pose(bodies[0])] * len(bodies),
-        f,
-        colours,
-        np.empty(0, dtype=np.int64),
-    )
+    if turns is None:
+        turns = [pose(bodies[0])] * len(bodies)
+    return Drawing(caption, bodies, turns, f, colours, np.empty(0, dtype=np.int64))

@@ -27,7 +27,9 @@ def arrays_of_mesh(
     """The arguments of a function of `v, f`, for which a mesh object, with its caps, or a reader's tuple may stand."""
     if len(args) > places:
         args = _of_reader(args)
-    given = args[0] if args else options.get("v")
+    given = options.get("v")
+    if args:
+        given = args[0]
     if "f" not in options and (is_mesh(given) or (len(args) == 1 and "f" in names)):
         given = _opened(given)
         if "caps" in names and (caps := getattr(given, "caps", None)) is not None:
@@ -41,19 +43,25 @@ def sphere_and_faces(given: Any) -> tuple[ArrayLike, ArrayLike | None]:
     """The positions and the faces of a mesh object or of a sphere's file; what is no mesh comes back, without faces."""
     if isinstance(given, str | os.PathLike):
         given = read_sphere(given)
-    return vertices_and_faces(given) if is_mesh(given) else (given, None)
+    if not is_mesh(given):
+        return given, None
+    return vertices_and_faces(given)
 
 
 def faces_of(given: Any) -> Any:
     """The faces of a mesh object or a file; what is no mesh comes back."""
-    return vertices_and_faces(given)[1] if is_mesh(given) else given
+    if not is_mesh(given):
+        return given
+    return vertices_and_faces(given)[1]
 
 
 def _of_reader(args: tuple[Any, ...]) -> tuple[Any, ...]:
     """Vertices and faces among what a reader returned: six arrays by libigl's readOBJ, values as well by napari."""
     if len(args) == 6 and np.ndim(args[3]) == 2:
         return args[0], args[3]
-    return args[:2] if len(args) == 3 and np.ndim(args[1]) == 2 and np.ndim(args[2]) == 1 else args
+    if len(args) == 3 and np.ndim(args[1]) == 2 and np.ndim(args[2]) == 1:
+        return args[:2]
+    return args
 
 
 def is_mesh(given: object) -> bool:
@@ -120,7 +128,9 @@ def vertices_and_faces(mesh: Any) -> tuple[ArrayLike, ArrayLike]:
     cells = getattr(mesh, "cells_dict", {})
     surface = {name: len(cells[name]) for name in cells if name not in _NO_SURFACE}
     if len(surface) != 1 or not {*surface} & {*_TRIANGLES}:
-        found = ", ".join(f"{number} of type {name}" for name, number in surface.items()) or "none"
+        found = "none"
+        if surface:
+            found = ", ".join(f"{number} of type {name}" for name, number in surface.items())
         raise MeshError(
             f"the cells of the {kind} are not triangles alone ({found}); give its surface, triangulated"
         )

@@ -59,8 +59,10 @@ def certificate_numbers(certificate: Certificate) -> dict[str, Any]:
         "degree": certificate.degree,
         "orientation": certificate.orientation,
     }
-    of_boundary = ("crossings",) if certificate.boundary_loops else ()
-    for name in ("flipped", "degenerate", "not_finite", "off_sphere", *of_boundary):
+    names = ["flipped", "degenerate", "not_finite", "off_sphere"]
+    if certificate.boundary_loops:
+        names.append("crossings")
+    for name in names:
         where: Sequence[int] = getattr(certificate, name)
         numbers[name] = {"count": len(where), "first": [int(i) for i in where[:_FIRST]]}
     return numbers

@@ -31,18 +31,16 @@ class Method(ABC):
             if (value is None and type(None) in kinds) or get_origin(hint) is ClassVar:
                 continue
             if choices and not (isinstance(value, str) and value in choices):
-                none = " or None" if type(None) in kinds else ""
-                raise ValueError(
-                    f"unknown {name} {shown(value)}: choose {' or '.join(map(repr, choices))}{none}"
-                )
+                words = [*map(repr, choices), *("None" for kind in kinds if kind is type(None))]
+                raise ValueError(f"unknown {name} {shown(value)}: choose {' or '.join(words)}")
             if int in kinds:
                 check_whole(value, name)
             if hint is float:
                 check_number(value, name)
-            if hint in (bool, str) and not isinstance(value, hint):
-                raise TypeError(
-                    f"{name} is {shown(value)}; give {'True or False' if hint is bool else 'a name'}"
-                )
+            if hint is bool and not isinstance(value, bool):
+                raise TypeError(f"{name} is {shown(value)}; give True or False")
+            if hint is str and not isinstance(value, str):
+                raise TypeError(f"{name} is {shown(value)}; give a name")
 
     def settings(self) -> dict[str, Any]:
         """The options that are not at their defaults."""
@@ -54,9 +52,12 @@ class Method(ABC):
 
 def _changed(record: Any) -> dict[str, Any]:
     """The fields of a record that are not at their defaults, those of records within it likewise."""
-    values = ((each.name, getattr(record, each.name), each.default) for each in fields(record))
-    return {
-        name: _changed(value) if is_dataclass(value) else value
-        for name, value, default in values
-        if value != default
-    }
+    changed = {}
+    for each in fields(record):
+        value = getattr(record, each.name)
+        if value == each.default:
+            continue
+        if is_dataclass(value):
+            value = _changed(value)
+        changed[each.name] = value
+    return changed

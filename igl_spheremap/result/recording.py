@@ -78,9 +78,8 @@ class Recording(History):
         super().__init__()
         self._f = f
         self._budget = check_number(budget, "budget")
-        #: Of so many iterates two are kept; the first number is for where the count of foldings stays, the second for
-        #: where it changes.
-        self._strides = [2, 2]
+        #: Two of so many iterates are kept where the count of foldings stays, and where it changes.
+        self._stride = self._stride_at_changes = 2
         self._lock = threading.Lock()
         self._frames: list[Frame] = []
         self._foldings: list[int] = []
@@ -113,11 +112,9 @@ class Recording(History):
             kept, steps, used = len(self._frames), len(self.steps), self._nbytes() / 1e6
             if kept == steps:
                 return f"every iterate is kept: {used:,.{int(used < 10)}f} of {self._budget / 1e6:,g} MB"
-            others, changes = (
-                f"1 in {stride // 2:,}" if stride > 2 else "all" for stride in self._strides
-            )
             return (
-                f"{kept:,} of {steps:,} iterates are kept: {changes} where foldings change, {others} elsewhere; "
+                f"{kept:,} of {steps:,} iterates are kept: {_share(self._stride_at_changes)} where foldings change, "
+                f"{_share(self._stride)} elsewhere; "
                 f"{used / kept * steps + 1:,.0f} MB would keep all"
             )
 
@@ -144,9 +141,12 @@ class Recording(History):
 
     def _thin(self) -> None:
         """Drop pairs until the budget holds the others: the last are those at which the number of foldings changes."""
-        while self._nbytes() > self._budget and min(self._strides) < len(self.steps):
-            changing = self._strides[0] >= len(self.steps)  # no others are left
-            self._strides[changing] *= 2
+        steps = len(self.steps)
+        while self._nbytes() > self._budget and self._stride_at_changes < steps:
+            if self._stride < steps:
+                self._stride *= 2
+            else:  # no others are left
+                self._stride_at_changes *= 2
             self._frames = [frame for frame in self._frames if self._stays(frame)]
 
     def _stays(self, frame: Frame) -> bool:
@@ -158,8 +158,17 @@ class Recording(History):
             or _stage(self.steps[k - _AROUND]) != _stage(self.steps[k + _AROUND])
         ):
             return True
-        changes = not self._foldings[k - 1] == self._foldings[k] == self._foldings[k + 1]
-        return k % self._strides[changes] < 2
+        stride = self._stride_at_changes
+        if self._foldings[k - 1] == self._foldings[k] == self._foldings[k + 1]:
+            stride = self._stride
+        return k % stride < 2
+
+
+def _share(stride: int) -> str:
+    """How many iterates are kept, if two of `stride` are."""
+    if stride == 2:
+        return "all"
+    return f"1 in {stride // 2:,}"
 
 
 def _stage(step: Step) -> tuple[str, int]:

@@ -111,8 +111,10 @@ class Result:
         """
         before: Any = getattr(self, "conformal", None)
         if before is None:
-            first = f"{self.method}: {self.run.plan or self.status.value}"
-            return "\n".join((first, *map(str, self.rounds), *self.notes))
+            decided = self.run.plan
+            if not decided:
+                decided = self.status.value
+            return "\n".join((f"{self.method}: {decided}", *map(str, self.rounds), *self.notes))
         own, notes = (
             self.iterations - before.iterations,
             [note for note in self.notes if note not in before.notes],
@@ -174,14 +176,13 @@ class Result:
         return f"{len(self.vertices):,} vertices, {len(self.faces):,} faces"
 
     def __repr__(self) -> str:
-        outcome = (
-            "folding-free"
-            if self.certificate.folding_free
-            else f"{self.certificate.foldings} foldings"
-        )
-        balance = f", balance={self.balance:g}" if self.balance else ""
+        outcome = f"{self.certificate.foldings} foldings"
+        if self.certificate.folding_free:
+            outcome = "folding-free"
+        if self.balance:
+            outcome = f"balance={self.balance:g}, {outcome}"
         return (
-            f"{type(self).__name__}({self._size()}, method={self.method!r}{balance}, {outcome}, "
+            f"{type(self).__name__}({self._size()}, method={self.method!r}, {outcome}, "
             f"energy={self.energy:.6f}, {self.status.name}, {iterations_in(self.iterations)}, "
             f"{self.seconds:.2f} s)"
         )
@@ -198,13 +199,11 @@ def _areas_off(result: Any) -> float:
 def run_findings(result: Result) -> list[Finding]:
     """How a map was made: the method's line, and the notes."""
     options = ", ".join(f"{key} = {value}" for key, value in result.settings.items())
-    made = "".join(
-        (
-            result.method,
-            f" ({options})" if options else "",
-            f", {result.backend}" if result.backend else "",
-        )
-    )
+    made = result.method
+    if options:
+        made += f" ({options})"
+    if result.backend:
+        made += f", {result.backend}"
     text = (
         f"{made}: {iterations_in(result.iterations)}, {result.seconds:.2f} s; {result.status.value}"
     )

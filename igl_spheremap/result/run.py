@@ -263,10 +263,11 @@ class Round:
         if self.iterations:
             taken = iterations_in(self.iterations)
             folded = f"{self.foldings_before:,} folded faces, after {taken} {self.foldings_after:,}"
-        collapsed = f"; {self.status.value}" if self.status is Status.COLLAPSED else ""
         if np.isfinite(self.mean_angle_difference):
             folded += f", {self.mean_angle_difference:.3g} degrees off"
-        return f"{self.start}: {folded}{collapsed}"
+        if self.status is Status.COLLAPSED:
+            folded += f"; {self.status.value}"
+        return f"{self.start}: {folded}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -362,6 +363,8 @@ class History:
 
     def complete(self, run: Run, method: str, settings: dict[str, Any] | None = None) -> Run:
         """The record of a run with its method, its history, what safeguards did, and the time that it took."""
+        if settings is None:
+            settings = {}
         seconds, history, spent = time.perf_counter() - self._began, tuple(self.steps), timings()
         if (before := self._before) is not None:
             seconds, history = before.seconds + seconds, before.history + history
@@ -371,7 +374,7 @@ class History:
         return replace(
             run,
             method=method,
-            settings=settings or {},
+            settings=settings,
             history=history,
             seconds=seconds,
             timings=spent,

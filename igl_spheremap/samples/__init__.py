@@ -154,4 +154,6 @@ def _number(key: str, text: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise ValueError(f"sample parameter {key} takes a number, not {text!r}")
-    return int(value) if value.is_integer() else value
+    if value.is_integer():
+        return int(value)
+    return value

@@ -42,7 +42,9 @@ def show_source(
     ax: Any, surface: PaperSurface, x: FloatArray | None = None, *, title: str = ""
 ) -> None:
     """The source, and in vermilion the faces that a map folds."""
-    folded = _NONE if x is None else np.flatnonzero(folded_faces(x, surface.f))
+    folded = _NONE
+    if x is not None:
+        folded = np.flatnonzero(folded_faces(x, surface.f))
     show_surface(ax, surface, surface.v, title, folded)
 
 
@@ -111,7 +113,8 @@ def show_surface(
     """
     view = pose(surface.v, surface.up).T
     y = where @ view
-    colours = np.tile(SURFACE, (len(surface.f), 1)) if colours is None else colours
+    if colours is None:
+        colours = np.tile(SURFACE, (len(surface.f), 1))
     colours = colours * shading(surface.v, surface.f, view, ambient)[:, None]
     (x0, y0, _), radius = frame(y)
     pixels = _PIXELS // ax.get_subplotspec().get_gridspec().ncols

@@ -100,7 +100,10 @@ def run(surface: PaperSurface, method: Method) -> PaperRun:
     ends: dict[int, FloatArray] = {}
 
     def listen(iterate: Iterate) -> None:
-        (starts if iterate.stage in ("gauss map", "star map") else ends)[iterate.round] = iterate.x
+        if iterate.stage in ("gauss map", "star map"):
+            starts[iterate.round] = iterate.x
+        else:
+            ends[iterate.round] = iterate.x
 
     began = time.process_time()
     result = spherical_conformal_map(surface.v, surface.f, method=method, listener=listen)

@@ -192,7 +192,9 @@ def _short(number: float) -> str:
     >>> _short(0.0437), _short(158.4)
     ('0.044', '158')
     """
-    return f"{number:.2g}" if number < 10 else f"{number:.0f}"
+    if number < 10:
+        return f"{number:.2g}"
+    return f"{number:.0f}"
 
 
 def _ratio(theirs: float, ours: float) -> str:

@@ -147,7 +147,9 @@ class Coincidences:
         if length > SHORT or (first[0] and second[0]) or (first[1] and second[1]):
             return False
         if any(first) and any(second):
-            return self._onto(v, w) if second[0] else self._onto(w, v)  # the vertex of A stays
+            if second[0]:
+                return self._onto(v, w)
+            return self._onto(w, v)  # the vertex of A stays
         return (not any(second) and self._onto(w, v)) or (not any(first) and self._onto(v, w))
 
     def _onto(self, out: int, into: int) -> bool:
@@ -157,7 +159,8 @@ class Coincidences:
         faces, gone = edit
         rows, old = np.array(list(faces)), self.on[:, into].copy()
         for p, fixed in zip(self.on, self._vertex, strict=True):
-            p[into] = p[out] if fixed[out] else p[into]
+            if fixed[out]:
+                p[into] = p[out]
         flat = self._flat(np.array(list(faces.values())), self.owners[:, rows])
         before = self._bad & {*faces, *gone}
         if flat.sum() >= len(before):
@@ -202,7 +205,9 @@ def _join(p: FloatArray, faces: IntArray, normals: FloatArray, held: BoolArray) 
         for pair in short.tolist():
             first, second = place[pair].tolist()
             if first != second and not (held[first] and held[second]):
-                kept, gone = (first, second) if held[first] else (second, first)
+                kept, gone = second, first
+                if held[first]:
+                    kept, gone = first, second
                 members = place == gone
                 place[members], p[members], some = kept, p[kept], True
     return int((twice <= 0).sum())

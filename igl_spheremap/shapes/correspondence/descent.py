@@ -118,11 +118,9 @@ class Descent:
         ]
         if moebius:
             starts = [self.pair.fit_moebius(start, width) for start in starts]
-        best = (
-            int(np.argmin([self.outlook(start) for start in counted("starts", starts)]))
-            if starts[1:]
-            else 0
-        )
+        best = 0
+        if len(starts) > 1:
+            best = int(np.argmin([self.outlook(start) for start in counted("starts", starts)]))
         return starts[best], (
             candidates[best],
             *(each for k, each in enumerate(candidates) if k != best),
@@ -201,7 +199,9 @@ class Descent:
                 y, gain, value = trial.x, value - trial.value, trial.value
                 if report is not None:
                     report(objective, source, y, value)
-                small = small + 1 if gain < _GAIN * (value + gain) else 0
+                small += 1
+                if gain >= _GAIN * (value + gain):
+                    small = 0
                 if small == 2 or k == objective.steps:
                     break
         return source, y

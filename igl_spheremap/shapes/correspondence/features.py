@@ -78,11 +78,9 @@ class FeaturePair:
         self._surfaces = FeatureSurface(source.map.mesh), FeatureSurface(target.map.mesh)
         surfaces = self._surfaces
         self.weights = surfaces[0].areas / surfaces[0].areas.sum()
-        checked = (
-            None
-            if given is None
-            else _checked(given, (len(source.map.sphere), len(target.map.sphere)))
-        )
+        checked = None
+        if given is not None:
+            checked = _checked(given, (len(source.map.sphere), len(target.map.sphere)))
         self._by_width: dict[float, list[FloatArray]] = {
             width: [
                 s.standardize(

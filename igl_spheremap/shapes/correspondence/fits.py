@@ -44,7 +44,9 @@ def fit_moebius(
 
     def residuals(t: FloatArray) -> FloatArray:
         nonlocal last
-        y = _moved(x, t) if t.any() else x  # rounding may fold slivers
+        y = x  # a move by nothing may fold slivers, by rounding
+        if t.any():
+            y = _moved(x, t)
         values, gradients = target(y)
         last = y, root * (features - values), gradients  # shapes (8)
         if folded_faces(y, f).any():

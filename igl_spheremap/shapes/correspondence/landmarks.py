@@ -60,7 +60,9 @@ class LandmarkPairs:
     ) -> LandmarkPairs:
         """Check the points; a MeshError names the one that is wrong."""
         pairs, names = [(Location(np.empty(0, dtype=np.int64), np.empty((0, 3))),) * 2], list[str]()
-        given = [] if landmarks is None else [("landmark", "", landmarks)]
+        given = []
+        if landmarks is not None:
+            given.append(("landmark", "", landmarks))
         for one, curve, pair in (
             *given,
             *(("point", f"curve {k}", pair) for k, pair in enumerate(curves)),
@@ -193,7 +195,9 @@ def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Locat
     faces = np.concatenate((f, np.empty((len(owner) - len(f), 3), dtype=np.int64)))
     faces[list(complex.faces)] = list(complex.faces.values())
     caps = result.mesh.caps
-    mesh = check_mesh(v, faces, caps=None if caps is None else caps[owner])
+    if caps is not None:
+        caps = caps[owner]
+    mesh = check_mesh(v, faces, caps=caps)
     found = certified(mesh, unfolded(mesh, unit_rows(x)))
     return replace(found, run=result.run), places, vertices
 

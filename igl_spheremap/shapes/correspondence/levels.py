@@ -62,11 +62,9 @@ class Level:
                 f"{name} is inside out: its faces point inwards; reverse them",
                 Remedy("repair_mesh"),
             )
-        return cls(
-            result,
-            result.mesh.unit,
-            np.empty(0, dtype=np.int64) if landmarks is None else landmarks,
-        )
+        if landmarks is None:
+            landmarks = np.empty(0, dtype=np.int64)
+        return cls(result, result.mesh.unit, landmarks)
 
     def coarser(self, size: int) -> Level:
         """Take about `size` points spread evenly over the sphere, with the landmarks, and triangulate them (Delaunay).
@@ -119,7 +117,9 @@ class Level:
         x[len(y) :], z[len(y) :] = unit_rows(x[len(y) :]), unit_rows(z[len(y) :])
         if folded_faces(x, f).any() or folded_faces(z, f).any():  # slivers, by rounding
             return self, y
-        caps = None if own.caps is None else own.caps[parts]
+        caps = own.caps
+        if caps is not None:
+            caps = caps[parts]
         return Level(
             certified(check_mesh(v, f, caps=caps), x), metric, self.landmarks, self.own or self
         ), z

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -137,7 +138,9 @@ def match(
     if features is not None:
         of_source, of_target = check_list(features, "features", 2)
         features = given.carried(of_source, source), of_target
-    divided = reflected(given.surface) if reflect else given.surface
+    divided = given.surface
+    if reflect:
+        divided = reflected(divided)
     goals = unit_rows(interpolate(target.sphere, target.faces, given.goals))
     own = Level.of(divided, "the source", given.vertices)
     descent = _descent(own, Level.of(target, "the target"), features, feature_weight, goals, soft)
@@ -156,7 +159,9 @@ def _mapped(given: SphereMap | MeshLike, name: str) -> SphereMap:
     try:
         if not isinstance(given, SphereMap):
             return balanced_spherical_map(given, balance=AREA_PRESERVING)
-        return given if given.certificate.folding_free else certified(given.mesh, given.sphere)
+        if given.certificate.folding_free:
+            return given
+        return certified(given.mesh, given.sphere)
     except (MeshError, FoldingsRemain, TypeError) as error:
         raise within(error, f"{name}: ") from None
 
@@ -179,13 +184,12 @@ def _descent(
         guide, last = _GUIDE, 0.0
     pair = FeaturePair(source, target, features, [_WIDTH, *_SHARES.values()])
     sizes = *(size for size in _SIZES if size <= len(source.map.sphere)), None
-    plan = [
-        Objective(size, share, (width,), guide, _GUARD, _STEPS)
-        if share < 1
-        else Objective(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS)
-        for size in sizes
-        for share, width in _SHARES.items()
-    ]
+    plan = []
+    for size, (share, width) in product(sizes, _SHARES.items()):
+        if share < 1:
+            plan.append(Objective(size, share, (width,), guide, _GUARD, _STEPS))
+        else:
+            plan.append(Objective(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS))
     return Descent(source, target, plan, pair, goals, soft)
 
 

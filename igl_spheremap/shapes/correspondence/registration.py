@@ -122,16 +122,16 @@ class Registration(OfMap):
     @property
     def rotation(self) -> FloatArray:
         """The rotation that was taken; what lay at x went to R x."""
-        return self.candidates[0].rotation if self.candidates else np.eye(3)
+        if not self.candidates:
+            return np.eye(3)
+        return self.candidates[0].rotation
 
     @property
     def margin(self) -> float:
         """Correlation of the rotation that was taken less that of the next one; NaN if there is none."""
-        return (
-            self.candidates[0].correlation - self.candidates[1].correlation
-            if len(self.candidates) > 1
-            else np.nan
-        )
+        if len(self.candidates) < 2:
+            return np.nan
+        return self.candidates[0].correlation - self.candidates[1].correlation
 
 
 @gate
@@ -202,9 +202,12 @@ def register(
     unknown = [stage for stage in stages if stage not in STAGES]
     if unknown:
         raise ValueError(f"unknown stage {unknown[0]!r}: choose from {', '.join(STAGES)}")
-    source = reflected(source) if reflect else source
+    if reflect:
+        source = reflected(source)
     laying = Laying(source, target, features, stiffness)
-    first = _WIDEST if features is None else WIDTHS[-1]  # data are compared nearly as they are
+    first = WIDTHS[-1]  # data are compared nearly as they are
+    if features is None:
+        first = _WIDEST
     reached, count = [("start", source.sphere)], 0
     candidates: tuple[RotationCandidate, ...] = ()
 
@@ -222,7 +225,10 @@ def register(
 
     def step(_: Objective, level: Level, y: FloatArray, energy: float) -> None:
         # Without a listener the history keeps numbers only.
-        take(reached[-1][1] if listener is None else level.carried(y, laying.source), energy)
+        x = reached[-1][1]
+        if listener is not None:
+            x = level.carried(y, laying.source)
+        take(x, energy)
 
     with suppress(StopIteration):  # of a listener
         if "rotation" in stages:
@@ -321,7 +327,9 @@ def reflected(result: SphereMap) -> SphereMap:
         for each in (result, result.conformal)
         if each is not None
     )
-    return replace(image, conformal=conformal[0] if conformal else None)
+    if not conformal:
+        return replace(image, conformal=None)
+    return replace(image, conformal=conformal[0])
 
 
 def _report(

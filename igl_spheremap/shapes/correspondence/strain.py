@@ -138,11 +138,9 @@ def log_strain(source: Level, target: Level, y: FloatArray) -> float:
 def _blended(level: Level, share: float) -> FloatArray:
     """Return positions whose squared lengths are the weighted mean of those of the sphere and of the surface."""
     v = _scaled(level.metric, level.map.faces)
-    return (
-        v
-        if share == 1
-        else np.concatenate((np.sqrt(1 - share) * level.map.sphere, np.sqrt(share) * v), axis=1)
-    )
+    if share == 1:
+        return v
+    return np.concatenate((np.sqrt(1 - share) * level.map.sphere, np.sqrt(share) * v), axis=1)
 
 
 def _scaled(p: FloatArray, f: IntArray) -> FloatArray:

@@ -59,7 +59,9 @@ class Distortion:
         """Measure a mesh with positions on both surfaces; caps do not count."""
         on_source, on_target = own_unit(on_source)[0], own_unit(on_target)[0]
         whole = face_areas(on_source, f), face_areas(on_target, f)
-        areas = whole if caps is None else tuple(np.where(caps, 0.0, area) for area in whole)
+        areas = whole
+        if caps is not None:
+            areas = np.where(caps, 0.0, whole[0]), np.where(caps, 0.0, whole[1])
         with np.errstate(divide="ignore", invalid="ignore"):
             a, b = (
                 _sides(p, f) / np.sqrt(area.sum())

@@ -212,11 +212,10 @@ class SurfaceMap(OfMap):
 
 def _directions(result: SphereMap, points: Location | ArrayLike, name: str) -> FloatArray:
     """Map points of a surface to the sphere."""
-    location = (
-        checked_location(points, result.faces, name)
-        if isinstance(points, Location)
-        else nearest(result, check_rows(points, name=f"points of {name}"), name)
-    )
+    if isinstance(points, Location):
+        location = checked_location(points, result.faces, name)
+    else:
+        location = nearest(result, check_rows(points, name=f"points of {name}"), name)
     return unit_rows(interpolate(result.sphere, result.faces, location))
 
 

@@ -36,7 +36,9 @@ def in_basis(c: FloatArray, basis: Basis) -> FloatArray:
                 sines * scale[1:],
             )
         return found
-    return c.T.ravel() if basis == "ktch" else c
+    if basis == "ktch":
+        return c.T.ravel()
+    return c
 
 
 def pdm_rows(degree: int) -> tuple[IntArray, FloatArray]:

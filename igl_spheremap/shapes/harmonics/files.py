@@ -69,7 +69,9 @@ def write_coefficients(
             )
             partial.write_text(f"{{ {len(c)},{rows}}}")
         else:
-            source = {} if harmonics.source is None else vars(harmonics.source)
+            source = {}
+            if harmonics.source is not None:
+                source = vars(harmonics.source)
             npz.write_arrays(partial, {"coefficients": c, **source})
 
 
@@ -105,11 +107,9 @@ def read_coefficients(path: PathLike) -> SphericalHarmonics:
                 f"{Remedy('write_coefficients', given='path, harmonics')}"
             )
         c = check_values(arrays["coefficients"], len(arrays["coefficients"]), "coefficients")
-        source = (
-            Expanded(*(arrays[name] for name in ("x", "values", "areas")))
-            if "x" in arrays
-            else None
-        )
+        source = None
+        if "x" in arrays:
+            source = Expanded(arrays["x"], arrays["values"], arrays["areas"])
         return SphericalHarmonics(c, source)
 
 

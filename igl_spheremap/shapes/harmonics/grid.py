@@ -77,17 +77,26 @@ def to_grid(
     (32, 64, 3)
     """
     square = kind == "octahedral"
-    rows = check_whole(
-        180 + square if rows is None else rows, "rows", 2 if kind == "equiangular" else 1
-    )
-    columns = check_whole((2 - square) * rows if columns is None else columns, "columns", 1)
+    usual, least, across = 180, 1, 2
+    if square:
+        usual, across = 181, 1
+    elif kind == "equiangular":
+        least = 2  # both poles
+    if rows is None:
+        rows = usual
+    rows = check_whole(rows, "rows", least)
+    if columns is None:
+        columns = across * rows
+    columns = check_whole(columns, "columns", 1)
     check_map(source)
     if square:
         points = octahedral_points(check_square(rows, columns))
     else:
         theta, phi = _coordinates(kind, rows, columns)
         points = grid_points(np.cos(theta), phi).reshape(-1, 3)
-    sampled = transfer(source, source.vertices if values is None else values, points, labels=labels)
+    if values is None:
+        values = source.vertices
+    sampled = transfer(source, values, points, labels=labels)
     return sampled.reshape(rows, columns, *sampled.shape[1:])
 
 
@@ -138,11 +147,10 @@ def from_grid(
         raise MeshError(
             f"the grid has shape {values.shape}; give rows and an even number of columns"
         )
-    points = (
-        target.sphere
-        if isinstance(target, SphereMap)
-        else unit_rows(check_rows(target, name="points"))
-    )
+    if isinstance(target, SphereMap):
+        points = target.sphere
+    else:
+        points = unit_rows(check_rows(target, name="points"))
     if kind == "octahedral":
         corners, weights = octahedral_cells(check_square(*values.shape[:2]), points)
     else:

@@ -88,7 +88,9 @@ class SphericalHarmonics(Shown):
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        known = "" if self.source is None else f", of {len(self.source.x)} vertices"
+        known = ""
+        if self.source is not None:
+            known = f", of {len(self.source.x)} vertices"
         return (
             f"SphericalHarmonics(degree {self.degree}, {self.coefficients.shape[1]} columns{known})"
         )
@@ -261,7 +263,9 @@ class SphericalHarmonics(Shown):
             raise MeshError(
                 "the rotation is not orthogonal with determinant 1; give a (3, 3) rotation matrix"
             )
-        source = None if self.source is None else replace(self.source, x=self.source.x @ R.T)
+        source = self.source
+        if source is not None:
+            source = replace(source, x=source.x @ R.T)
         return SphericalHarmonics(rotate(self.coefficients, R), source, self.notes)
 
     @gate
@@ -324,9 +328,9 @@ class SphericalHarmonics(Shown):
         centre = self.coefficients[0] * np.sqrt(0.25 / np.pi)
         coefficients = turned.coefficients @ surface.T
         coefficients[0] = 0
-        source = turned.source and replace(
-            turned.source, values=(turned.source.values - centre) @ surface.T
-        )
+        source = turned.source
+        if source is not None:
+            source = replace(source, values=(source.values - centre) @ surface.T)
         return SphericalHarmonics(coefficients, source, self.notes)
 
     def _require_positions(self) -> None:
@@ -425,7 +429,9 @@ def spherical_harmonics(
     check_degree(degree)
     check_number(oversampling, "oversampling", 1)
     check_map(source)
-    data = check_values(source.vertices if values is None else values, len(source.vertices))
+    if values is None:
+        values = source.vertices
+    data = check_values(values, len(source.vertices))
     coefficients = expand(locator_of(source), data, int(degree), oversampling)
     areas = vertex_areas(source.mesh.unit, source.faces)
     return SphericalHarmonics(
