@@ -27,6 +27,8 @@ def read(path: Path) -> RawMesh:
     data = path.read_bytes()
     if data.startswith((b"P ", b"P\t")):
         return _mni(data)
+    if data.startswith(b"p") and b"\0" in data[:64]:
+        raise MeshError("a binary MNI object, which is not read; let its program write it as text")
     if b"\\" in data:
         data = re.sub(rb"\\\r?\n", b" ", data)
     rows = read_rows(data)

@@ -219,3 +219,9 @@ def test_the_documented_conversions_work(tmp_path):
     surface = pyvista.read(tmp_path / "grid.vti").extract_surface(algorithm=None).triangulate()
     surface.save(tmp_path / "surface.vtk")
     assert len(read_mesh(tmp_path / "surface.vtk").f) == 48
+
+
+def test_a_binary_mni_object_is_named(tmp_path):
+    (tmp_path / "mid.obj").write_bytes(b"p\0\0\x80\x3e" + bytes(200))
+    with pytest.raises(MeshError, match="a binary MNI object"):
+        ism.read_mesh(tmp_path / "mid.obj")
