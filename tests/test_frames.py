@@ -1,4 +1,4 @@
-"""How deep a call is: a reader who follows it has at most 11 functions in mind, and 15 where steps improve the map."""
+"""How deep a call is: a reader who follows it has at most 13 functions in mind, and 15 where steps improve the map."""
 
 import sys
 from pathlib import Path
@@ -31,7 +31,7 @@ def deepest(call):
     return longest
 
 
-@pytest.mark.parametrize(("name", "most"), [("spheroid", 11), ("bird", 11), ("octopus", 15)])
+@pytest.mark.parametrize(("name", "most"), [("spheroid", 13), ("bird", 13), ("octopus", 15)])
 def test_a_plain_call_is_as_deep_as_a_reader_can_follow(name, most):
     """Of maps that stay as they are, and of one that is improved."""
     v, f = ism.samples.make(name, n_vertices=2000)

@@ -129,8 +129,9 @@ os.chdir({str(tmp_path)!r})
 scripts, figures = {[str(script) for script in DEMOS if script.stem in WITH_WIDGETS]!r}, {{}}
 
 def script(hand):
-    for size in ((1400, 900), (500, 300)):
-        hand.resize(*size)
+    hand.resize(1400, 900)
+    hand.click_at(475, 360)  # a vertex of the surface, for the lens
+    hand.resize(500, 300)
     used = hand.everything(leave=('picture', 'video', 'map'))
     hand.drag((400, 150), (440, 190))
     hand.wheel(400, 150, 2)
