@@ -13,7 +13,7 @@ KNOWN = {
     "dino_isoblend_6013": 3.4,
     "lucy_cr_50k": 2.0,
     "sword_oded": 3.4,
-    "syn_hairy_sphere": 1.2,
+    "syn_hairy_sphere": 1.22,
     "comb": 5.6,
     "bunny_noise40": 11.1,
     "octopus_low": 18.3,

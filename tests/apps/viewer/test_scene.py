@@ -1,11 +1,8 @@
 """A map in a scene of the caller's own: two structures of polyscope with quantities, and nothing else is touched."""
 
-import numpy as np
-import pytest
-from drawing import run
+import sys
 
-import igl_spheremap as ism
-from igl_spheremap.errors import DisplayError
+from drawing import run
 
 CODE = """
 import numpy as np, polyscope as ps, igl_spheremap as ism
@@ -37,13 +34,20 @@ print("done")
 
 
 def test_a_map_joins_a_scene():
-    done = run(["python", "-c", CODE])
+    done = run([sys.executable, "-c", CODE])
     assert done.stdout == "done\n", done.stderr
 
 
+ALONE = """
+from igl_spheremap.errors import DisplayError
+import igl_spheremap as ism
+result = ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=100))
+try:
+    ism.add_to_polyscope(result)
+except DisplayError as error:
+    print(error)
+"""
+
+
 def test_a_scene_must_be_there():
-    pytest.importorskip("polyscope")
-    result = ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=100))
-    with pytest.raises(DisplayError, match=r"polyscope\.init"):
-        ism.add_to_polyscope(result)
-    assert np.isfinite(result.sphere).all()
+    assert run([sys.executable, "-c", ALONE]).stdout.endswith("call polyscope.init() first\n")
