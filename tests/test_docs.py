@@ -51,6 +51,7 @@ EXTRAS = {
     "nitransforms": ("nitransforms",),
     "mne": ("mne",),
     "neuromaps": ("neuromaps",),
+    "nilearn": ("nilearn",),
 }
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 #: Words of command lines that open a window, take long or go on from those; their own tests run them.
@@ -257,7 +258,12 @@ def needs(words):
     textured = {"equirectangular", "octahedral"} & set(words)
     images = any(".nii" in word or ".mgz" in word for word in words)
     surfaces = any(word.endswith(ours) or "lh" in word for word in words)
-    return ["io"] if textured or images or surfaces else []
+    found = []
+    if textured or images or surfaces:
+        found.append("io")
+    if "fsaverage5" in words:
+        found.append("nilearn")  # ships it
+    return found
 
 
 def in_a_shell(command, folder):
