@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -151,7 +152,7 @@ def round_rows(result: SphereMap) -> list[tuple[str, ...]]:
             f"{each.foldings_before:,} -> {each.foldings_after:,}",
             f"{each.iterations:,}",
             f"{each.energy:.6f}",
-            f"{each.mean_angle_difference:.3g}",
+            _measured(each.mean_angle_difference),
         )
         for each in result.rounds
     ]
@@ -161,3 +162,10 @@ def round_rows(result: SphereMap) -> list[tuple[str, ...]]:
         folded = f"{result.rounds[-1].foldings_after:,} -> {result.certificate.foldings:,}"
         rows.append(("", "the last round", folded, "", *outcome))
     return rows
+
+
+def _measured(degrees: float) -> str:
+    """An angle as a text, which is empty where it was not measured."""
+    if math.isnan(degrees):
+        return ""
+    return f"{degrees:.3g}"

@@ -1,6 +1,7 @@
 """What is known of a map is said in the same words by the shell, in notebooks and on pages."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -53,6 +54,17 @@ def test_the_last_row_of_the_rounds_is_the_result(balance, polish):
         f"{result.energy:.6f}",
         f"{np.abs(result.angle_differences()).mean():.3g}",
     )
+
+
+def test_an_angle_that_was_not_measured_is_an_empty_cell():
+    v, f = ism.samples.make("bird", n_vertices=900)
+    result = ism.spherical_conformal_map(v, f, method=ism.Auto(polish="angles"))
+    first, *others = result.rounds
+    unmeasured = replace(first, mean_angle_difference=np.nan)
+    changed = replace(result, run=replace(result.run, rounds=(unmeasured, *others)))
+    before, after = round_rows(result), round_rows(changed)
+    assert after[0] == (*before[0][:-1], "")
+    assert after[1:] == before[1:]
 
 
 def test_programs_are_given_where_the_boundary_of_a_map_to_the_plane_crosses_itself():
