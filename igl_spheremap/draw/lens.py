@@ -74,6 +74,19 @@ def follow(
     return [replace(lens, power=power, facing=facing, limit=limit) for lens in lenses]
 
 
+def follow_vertex(
+    maps: Sequence[FloatArray],
+    f: IntArray,
+    vertex: int,
+    aim: int = 0,
+    power: float | None = None,
+    facing: FloatArray | None = None,
+) -> list[Lens]:
+    """Lenses on a vertex of several maps, as strong as `follow` has them for the faces around it."""
+    lenses = follow(maps, f, np.flatnonzero((f == vertex).any(axis=1)), aim, power, facing)
+    return [replace(lens, place=x[vertex]) for lens, x in zip(lenses, maps, strict=True)]
+
+
 def look_at(x: FloatArray, faces: IntArray) -> Lens:
     """Lens on faces of a map, given as rows of vertex indices."""
     corners = x[np.unique(faces)]

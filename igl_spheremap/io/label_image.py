@@ -16,7 +16,7 @@ from ..errors import MeshError, import_optional
 from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray, plain_array
 from .formats import GZIP
-from .reading import check_complete
+from .nifti import array_behind
 from .records import RawMesh, of_triangles
 
 #: Bytes that deflate makes of one at most: images of labels do expand that far.
@@ -131,7 +131,7 @@ def _listed(keys: NDArray[Any]) -> str:
 
 
 def _load(path: Path) -> tuple[NDArray[Any], FloatArray]:
-    """An image's array and affine matrix; nibabel would take memory for as much as a header announces."""
+    """An image's array and affine matrix."""
     nibabel = import_optional("nibabel", "images of labels", "io")
     data = path.read_bytes()
     if data.startswith(GZIP):
@@ -146,12 +146,10 @@ def _load(path: Path) -> tuple[NDArray[Any], FloatArray]:
         kind = nibabel.Nifti1Header
     # without nibabel's checks, which print what they mend
     header = kind.from_fileobj(BytesIO(data), check=False)
-    shape, voxel = header.get_data_shape(), header.get_data_dtype()
+    shape = header.get_data_shape()
     if len(shape) > 4:
         raise MeshError("it holds data over surfaces (CIFTI), no image; give a surface")
-    announced = math.prod(shape) * voxel.itemsize
-    check_complete(announced <= len(data), f"{len(data)} bytes", str(announced))
-    array = np.asanyarray(nibabel.arrayproxy.ArrayProxy(BytesIO(data), header))
+    array = array_behind(header, data)
     if math.prod(shape[3:]) == 1:
         array = array.reshape(shape[:3])
     return array, np.asarray(header.get_best_affine(), dtype=np.float64)

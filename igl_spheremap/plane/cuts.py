@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.edges import components, marked
+from ..mesh.edges import components, marked, sides
 from ..sphere.rows import row_lengths
 
 #: A path longer than this many times the distance of its ends is rare: it is looked for in a second search.
@@ -40,7 +40,7 @@ def carry_cuts(
     rows, index = np.unique(edges, return_inverse=True)
     ends = cKDTree(x).query(template_x[rows])[1][index.reshape(-1, 2)]
     ends = np.unique(np.sort(ends[ends[:, 0] != ends[:, 1]]), axis=0)
-    start, stop = f.ravel(), f[:, [1, 2, 0]].ravel()
+    start, stop = sides(f)
     length = np.maximum(row_lengths(x[start] - x[stop]), np.finfo(np.float64).tiny)
     graph = csr_matrix((length, (start, stop)), shape=(len(x), len(x)))
     paths = [_path(graph, a, b, _DETOUR * float(np.linalg.norm(x[a] - x[b]))) for a, b in ends]
@@ -50,7 +50,7 @@ def carry_cuts(
 def _boundary(f: IntArray, n: int, kept: IntArray) -> IntArray:
     """The edges between vertices that a patch lacks, beside a face with one that it has."""
     lacks = ~marked(kept, n)
-    start, stop, apex = f.ravel(), f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()
+    (start, stop), apex = sides(f), f.ravel()
     inside = lacks[start] & lacks[stop]
     _, label = components(start[inside], stop[inside], n)
     # Only the vertices between them join a cut to the wall where a patch passes there twice.

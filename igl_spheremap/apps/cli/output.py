@@ -60,14 +60,12 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
     if target not in (None, STREAM) and os.path.isdir(target):
         raise FileError(f"{target} is a folder; name a file in it")
     others = _inputs(args)
-    if target not in (None, STREAM):
-        check_apart(target, others)
     if surface and (kind := target_format(args)).package:
         import_optional(kind.package, kind.name, "io")
     replaced = _paths(args, ("json", "plot"))
     for path in _paths(args, (*_OUTPUTS, "overlay")):
-        check_writable(path, force=getattr(args, "force", False) or path in replaced)
         check_apart(path, others)
+        check_writable(path, force=getattr(args, "force", False) or path in replaced)
         others.append(path)
 
 

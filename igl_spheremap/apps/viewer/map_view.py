@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from ...draw.folds import Clusters
-from ...draw.lens import Lens, follow
+from ...draw.lens import Lens, follow, follow_vertex
 from ...draw.plot import fit, pose
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
@@ -104,11 +103,7 @@ class MapView(ColouredApp):
             vertex = int(np.argmax(self._turned[0] @ self._facing[2]))
             if power is None:
                 power = 1.0
-        faces = np.flatnonzero((self.mesh.f == vertex).any(axis=1))
-        lenses = follow(self._turned, self.mesh.f, faces, power=power, facing=self._facing)
-        return [
-            replace(lens, place=x[vertex]) for lens, x in zip(lenses, self._turned, strict=True)
-        ]
+        return follow_vertex(self._turned, self.mesh.f, vertex, power=power, facing=self._facing)
 
     def show_subject(self, subject: str) -> None:
         """Colour surface and images by one of `SUBJECTS`, and apply the lens."""

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from ... import samples
 from ...draw.folds import Clusters
-from ...draw.lens import Lens, follow
+from ...draw.lens import Lens, follow, follow_vertex
 from ...draw.plot import fit, pose
 from ...errors import check_number
 from ...gate import takes_mesh
@@ -290,14 +290,10 @@ class Player(App):
     def _spheres(self, mesh: Mesh, shown: Sequence[Frame], aim: int) -> list[Part]:
         """Frames on spheres through one lens, as strong as fits one of them."""
         maps = [frame.iterate.x @ self.turn.T for frame in shown]
-        faces = self._followed
-        if self.picked is not None:
-            faces = np.flatnonzero((mesh.f == self.picked).any(axis=1))
-        lenses = follow(maps, mesh.f, faces, aim, self.power, self._facing)
-        if self.picked is not None:
-            lenses = [
-                replace(lens, place=x[self.picked]) for lens, x in zip(lenses, maps, strict=True)
-            ]
+        if self.picked is None:
+            lenses = follow(maps, mesh.f, self._followed, aim, self.power, self._facing)
+        else:
+            lenses = follow_vertex(maps, mesh.f, self.picked, aim, self.power, self._facing)
         self._lens = lenses[aim]
         edges = 0.0
         if self._lens.power > _NEAR:

@@ -83,12 +83,13 @@ def add_to_polyscope(
     if x is None:
         x = result.sphere
     x = check_rows(x, len(mesh.v), "positions of the map")
+    folded = np.flatnonzero(folded_faces(x, f))
     colours = np.tile(linear(np.array(palette.SURFACE)), (len(f), 1))
-    colours[folded_faces(x, f)] = linear(np.array(palette.FOLDED))
+    colours[folded] = linear(np.array(palette.FOLDED))
     angles, areas = (
         measured(mesh, x, subject) for subject in ("angle differences", "area distortion")
     )
-    checks = checkerboard(mesh, x).checks
+    checks = checkerboard(mesh, x, folded=folded).checks
     surface = ps.register_surface_mesh(name, result.vertices, f)
     sphere = ps.register_surface_mesh(f"{name} on the sphere", x, f)
     sphere.set_transform(_beside(result.vertices))
