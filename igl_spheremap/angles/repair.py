@@ -31,7 +31,7 @@ from ..mesh.check import Mesh
 from ..newton.loop import DAMPED
 from ..newton.system import VertexSystem
 from ..operators.laplacian import Operators
-from ..result.run import Iterate, Listener, Round, Run, Status
+from ..result.run import Iterate, Listener, Round, Run, Stage, Status
 from ..sphere.rows import weighted_sum
 from ..timings import phase
 from ..untangle.local_repair import is_off_centre, repair_locally, restore_gauge
@@ -227,7 +227,7 @@ class _Repair:
         self._began = now
         if self.listener is not None:
             try:
-                self.listener(Iterate("repair", k, 0, x, energy, float(foldings)))
+                self.listener(Iterate(Stage.REPAIR, k, 0, x, energy, float(foldings)))
             except Exception as error:
                 raise OfListener(error) from None
         if not certificate.folding_free:

@@ -38,7 +38,7 @@ from ..mesh.measure import vertex_normals
 from ..plane.plane_map import PlaneMap, plane_findings
 from ..result.recording import Recording
 from ..result.result import result_rows
-from ..result.run import title_of
+from ..result.run import Stage, title_of
 from ..verify.certificate import Certificate
 from .viewer.app import present
 from .viewer.choices import SUBJECTS
@@ -187,7 +187,7 @@ def _plane_scene(result: PlaneMap, up: str) -> str:
 
 def _began_folded(recording: Recording) -> bool:
     """Whether a run began with the Gauss map, which folds most surfaces; others began with maps of their own."""
-    return any(step.stage == "gauss map" for step in recording.history[:1]) and bool(
+    return any(step.stage is Stage.GAUSS_MAP for step in recording.history[:1]) and bool(
         recording.foldings[0]
     )
 
@@ -235,7 +235,7 @@ def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> 
         if not (in_scene and subject == SUBJECTS[0])
     ]
     folded = [frame.iterate for frame in recording.frames if frame.foldings]
-    if folded and folded[-1].stage != "gauss map":
+    if folded and folded[-1].stage is not Stage.GAUSS_MAP:
         shots.insert(0, (f"Last with foldings: {title_of(folded[-1])}", folded[-1].x, SUBJECTS[0]))
     if not in_scene and _began_folded(recording):
         shots.insert(0, ("Gauss map", vertex_normals(mesh.unit, mesh.f), SUBJECTS[0]))

@@ -11,7 +11,7 @@ import numpy as np
 from ..angles.deep_limbs import floor_of, shorten_limbs
 from ..angles.layout import onto_sphere, unroll
 from ..descent.energies import HarmonicEnergy
-from ..descent.minimize import Minimum, minimize
+from ..descent.minimize import State, minimize
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import FLOAT64_LIMIT, log_edges
@@ -20,7 +20,7 @@ from ..newton.loop import newton
 from ..newton.system import VertexSystem
 from ..operators.laplacian import usable_laplacian
 from ..result.findings import as_factor
-from ..result.run import Iterate, Listener, Run, Status
+from ..result.run import Iterate, Listener, Run, Stage, Status
 from ..sphere.moebius import turn_to_gauss_map
 from ..timings import phase
 from ..untangle.local_repair import repair_locally
@@ -74,24 +74,24 @@ def balanced_map(
     source = FlatFaces.of(mesh.unit, mesh.f)
     energy = balanced_energy(source, conformal, balance)
     with phase("balance"):
-        minimum = minimize_balanced(
+        last, status = minimize_balanced(
             partial(FaceProblem, turns=False),
             VertexSystem(source.f, source.n, backend),
             energy,
             stretched(mesh, x, backend),
             listener,
         )
-    short, status, notes = energy.area_error(minimum.last.x), minimum.status, tuple[str, ...]()
+    short, notes = energy.area_error(last.x), tuple[str, ...]()
     if short > _SHORT and status is not Status.STOPPED:
         notes = (
             f"areas are off what balance {balance:g} aims at by a factor of {as_factor(short)} on average; "
             f"{status.value}",
         )
         status = Status.SHORT
-    y = turn_to_gauss_map(mesh, minimum.last.x)
+    y = turn_to_gauss_map(mesh, last.x)
     certificate = Certificate.of(y, mesh.f)
     if not certificate.folding_free:  # by the rounding of the rotation
-        y, certificate = minimum.last.x, Certificate.of(minimum.last.x, mesh.f)
+        y, certificate = last.x, Certificate.of(last.x, mesh.f)
     harmonic = HarmonicEnergy(usable_laplacian(mesh)).evaluate(y)[0]
     return y, certificate, Run(status, harmonic, notes=notes, gauge="turned")
 
@@ -110,7 +110,7 @@ def minimize_balanced(
     energy: BalancedEnergy,
     x: FloatArray,
     listener: Listener | None = None,
-) -> Minimum:
+) -> tuple[Iterate, Status]:
     """Minimise from a map free of foldings; where its areas are far off, by squares of logarithms first.
 
     `problem` says on what surface maps of an energy lie, and what else they may not do.
@@ -119,27 +119,27 @@ def minimize_balanced(
     if energy.by_face(x).sum() > _FAR * squares.by_face(x).sum():
         opening = replace(squares, weight=min(energy.weight, _OPENING_WEIGHT))
         search.tolerance = _OPENING_TOLERANCE
-        opened = minimize(
-            balanced_iterates(problem(opening), search, x, "opening"),
+        opened, status = minimize(
+            balanced_iterates(problem(opening), search, x),
+            Stage.OPENING,
             tolerance=_OPENING_TOLERANCE,
             max_iterations=_STEPS // 2,
             listener=listener,
         )
-        if opened.status is Status.STOPPED:
-            return opened
-        x, left = opened.last.x, _STEPS - opened.last.iteration
+        if status is Status.STOPPED:
+            return opened, status
+        x, left = opened.x, _STEPS - opened.iteration
     search.tolerance = TOLERANCE
     return minimize(
-        balanced_iterates(problem(energy), search, x, "balance"),
+        balanced_iterates(problem(energy), search, x),
+        Stage.BALANCE,
         tolerance=TOLERANCE,
         max_iterations=left,
         listener=listener,
     )
 
 
-def balanced_iterates(
-    problem: FaceProblem, search: KeptFactor, x: FloatArray, stage: str
-) -> Iterator[Iterate]:
+def balanced_iterates(problem: FaceProblem, search: KeptFactor, x: FloatArray) -> Iterator[State]:
     """Newton iterates from a map free of foldings; the residual is the share of the energy that is still to gain.
 
     After a full step that is the geometric series of the last two gains, after a shortened one the largest of the last,
@@ -147,22 +147,17 @@ def balanced_iterates(
     """
     value, gains = problem.value(x), [1.0] * _PATIENCE
     zero = np.finfo(float).eps * problem.energy.area.sum()
-    yield Iterate(stage, 0, 0, x, value, 0.0 if value < zero else np.inf)
+    yield State(0, x, value, 0.0 if value < zero else np.inf)
     for k, trial in enumerate(newton(problem, search, x), 1):
         gains.append((value - trial.value) / max(trial.value, zero))
         value, ratio = trial.value, min(gains[-1] / gains[-2], _LARGEST_RATIO)
         residual = max(gains[-_PATIENCE:])
         if search.length == 1:
             residual = gains[-1] * ratio / (1 - ratio)
-        yield Iterate(
-            stage,
-            0,
-            k,
-            trial.x,
-            value,
-            0.0 if value < zero else min(residual, search.ahead),
-            search.length,
-        )
+        residual = min(residual, search.ahead)
+        if value < zero:
+            residual = 0.0
+        yield State(k, trial.x, value, residual, search.length)
 
 
 def stretched(mesh: Mesh, x: FloatArray, backend: str) -> FloatArray:

@@ -6,22 +6,22 @@ from collections.abc import Iterator
 from itertools import count
 
 from ..mesh.arrays import FloatArray
-from ..result.run import Iterate
 from ..sphere.rows import unit_rows
 from ..start.punctured import OFF_CENTRE
+from .minimize import State
 from .problem import Diagonal, Problem, remove_boosts
 
 
 def projected_descent(
-    problem: Problem, L2: Diagonal, x: FloatArray, step: float = 1.8, stage: str = "harmonic"
-) -> Iterator[Iterate]:
-    """Yield the start, centred, and every iterate after it, without end.
+    problem: Problem, L2: Diagonal, x: FloatArray, step: float = 1.8
+) -> Iterator[State]:
+    """Yield the start, centred, and every state after it, without end.
 
     Descent by the "absolute derivative" with fixed steps, and zero mass-centre by a Moebius map. The length of a `step`
     is in the problem's metric, see `laplacian_metric`. Up to 1 none can raise the energy, for normalising
     ``x - step K^-1 L x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is unstable.
 
-    The iterates' residual is that of `cayley_bb` in all metrics: the L2 norm of the gradient without boosts.
+    The states' residual is that of `cayley_bb` in all metrics: the L2 norm of the gradient without boosts.
 
     Gu and Yau 2002, *Computing conformal structures of surfaces* (reference [1] of Lai et al.); Gu, Wang, Chan,
     Thompson, Yau 2004, *Genus zero surface conformal mapping and its application to brain surface mapping*,
@@ -32,13 +32,5 @@ def projected_descent(
         x = problem.centred(x, OFF_CENTRE)
         energy, derivative = problem.energy.evaluate(x)
         gradient = remove_boosts(x, L2.gradient(x, derivative), problem.A)
-        yield Iterate(
-            stage=stage,
-            round=0,
-            iteration=k,
-            x=x,
-            energy=energy,
-            residual=L2.residual(gradient),
-            tau=taken,
-        )
+        yield State(k, x, energy, L2.residual(gradient), taken)
         x, taken = unit_rows(x - step * problem.metric.gradient(x, derivative)), step

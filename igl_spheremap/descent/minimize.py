@@ -1,13 +1,15 @@
-"""The loop around every first-order solver: it draws iterates, notifies a listener, and decides when to end."""
+"""The loop around every first-order solver: it draws states, notifies a listener, and decides when to end."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from itertools import chain
+from typing import Any, NamedTuple
 
+from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
-from ..result.run import Iterate, Listener, Round, Status
+from ..result.run import Iterate, Listener, Round, Stage, Status
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 
@@ -15,37 +17,21 @@ from ..verify.distortion import mean_angle_difference
 _WINDOW = 100
 
 
-@dataclass(frozen=True, eq=False)
-class Minimum:
-    """Where a minimisation ended, and why there."""
+class State(NamedTuple):
+    """A map that a solver yields. `minimize` knows the stage and the round, and makes an `Iterate` of all three."""
 
-    last: Iterate
-    status: Status
-    #: Wall time.
-    seconds: float
-
-    def as_round(self, mesh: Mesh, start: Iterate) -> Round:
-        """The record of a minimisation from `start`, with foldings before and after; of degree 0 the map collapsed."""
-        before, after = (
-            Certificate.of(start.x, mesh.f).foldings,
-            Certificate.of(self.last.x, mesh.f),
-        )
-        collapsed = after.degree == 0 and self.status is not Status.STOPPED
-        return Round(
-            start.round,
-            start.stage,
-            before,
-            after.foldings,
-            self.last.iteration,
-            self.last.energy,
-            mean_angle_difference(mesh, self.last.x),
-            Status.COLLAPSED if collapsed else self.status,
-            self.seconds,
-        )
+    iteration: int
+    x: FloatArray
+    energy: float
+    residual: float
+    tau: float = 0.0
+    details: dict[str, Any] | None = None
+    safeguards: dict[str, int] | None = None
 
 
 def minimize(
-    iterates: Iterator[Iterate],
+    states: Iterator[State],
+    stage: Stage,
     *,
     tolerance: float,
     max_iterations: int,
@@ -53,37 +39,67 @@ def minimize(
     settled: Callable[[Iterate], bool] | None = None,
     listener: Listener | None = None,
     round: int = 0,
-) -> Minimum:
-    """Run a solver until its residual is at most the tolerance, Algorithm 1, step 2.
+    first: Iterate | None = None,
+) -> tuple[Iterate, Status]:
+    """Run a solver until its residual is at most the tolerance, Algorithm 1, step 2; the last iterate, and why it is.
 
-    The solver yields its start, then every iterate, and ends where no step is acceptable; what the residual is depends
-    on the solver. The run has also converged when `settled`, a rule of its own, is true of an iterate. It ends at a
+    The solver yields its start, then every state after it, and ends where no step is acceptable. Each solver says what
+    its residual is. The run has also converged when `settled`, a rule of its own, is true of an iterate. It ends at a
     plateau when the lowest energy fell by less than the share `plateau` over the last 100 steps; 0 switches this rule
-    off. A listener may raise StopIteration. `round` is stamped on the iterates.
+    off. A listener may raise StopIteration. If `first` is given, it comes before the solver's iterates.
     """
+    iterates: Iterator[Iterate] = (Iterate(stage, round, *state) for state in states)
+    if first is not None:
+        iterates = chain([first], iterates)
     energies: list[float] = []
-    began = time.perf_counter()
-    status = Status.STALLED
-    for iterate in iterates:
-        last = replace(iterate, round=round)
+    for last in iterates:
         energies.append(last.energy)
         try:
             if listener is not None:
                 listener(last)
         except StopIteration:
-            status = Status.STOPPED
-            break
+            return last, Status.STOPPED
         # Algorithm 1, step 2
         if last.residual <= tolerance or (settled is not None and settled(last)):
-            status = Status.CONVERGED
-            break
+            return last, Status.CONVERGED
         if _is_flat(energies, plateau):
-            status = Status.PLATEAU
-            break
+            return last, Status.PLATEAU
         if last.iteration >= max_iterations:
-            status = Status.MAX_ITERATIONS
-            break
-    return Minimum(last, status, time.perf_counter() - began)
+            return last, Status.MAX_ITERATIONS
+    return last, Status.STALLED
+
+
+def minimize_round(
+    mesh: Mesh,
+    start: str,
+    x: FloatArray,
+    states: Iterator[State],
+    stage: Stage,
+    *,
+    round: int = 0,
+    **rules: Any,
+) -> tuple[Iterate, Round]:
+    """`minimize` by its `rules` from the map `x`, called `start`, and count the foldings before and after.
+
+    A map of degree 0 has collapsed.
+    """
+    began = time.perf_counter()
+    last, status = minimize(states, stage, round=round, **rules)
+    seconds = time.perf_counter() - began
+    before, after = Certificate.of(x, mesh.f), Certificate.of(last.x, mesh.f)
+    if after.degree == 0 and status is not Status.STOPPED:
+        status = Status.COLLAPSED
+    return last, Round(
+        round=round,
+        start=start,
+        foldings_before=before.foldings,
+        foldings_after=after.foldings,
+        iterations=last.iteration,
+        energy=last.energy,
+        mean_angle_difference=mean_angle_difference(mesh, last.x),
+        status=status,
+        seconds=seconds,
+    )
 
 
 def _is_flat(energies: list[float], plateau: float) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import partial
 from itertools import count
 
@@ -13,7 +12,7 @@ from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import surface_area
 from ..operators.laplacian import Operators
-from ..result.run import Iterate, Listener, Status
+from ..result.run import Iterate, Listener, Stage, Status
 from ..sphere.cayley import cayley_step
 from ..sphere.rows import along, column_crosses, inner, row_dots, weighted_moment, weighted_sum
 from ..start.punctured import OFF_CENTRE, Start, is_coarse, punctured_start
@@ -22,7 +21,7 @@ from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from .energies import HarmonicEnergy
 from .line_search import NonmonotoneSearch, line_search
-from .minimize import Minimum, minimize
+from .minimize import State, minimize
 from .problem import Problem, SobolevH1
 
 #: A run ends when its energy is above the minimum by at most this share of the mesh's own discretisation error, which
@@ -41,8 +40,8 @@ _LEAST_GAP = 1e-9
 _FAR_LESS = 0.5
 
 
-def preconditioned_cayley(problem: Problem, start: Start) -> Iterator[Iterate]:
-    """Yield a centred start and every iterate after it; end where no step lowers the energy.
+def preconditioned_cayley(problem: Problem, start: Start) -> Iterator[State]:
+    """Yield a centred start and every state after it; end where no step lowers the energy.
 
     The steps are Cayley steps along P^-1 H: near a conformal map, of any surface, they are almost Newton's.
 
@@ -55,11 +54,11 @@ def preconditioned_cayley(problem: Problem, start: Start) -> Iterator[Iterate]:
     leaves a sixth of degree 3, and less of all others. The search of Algorithm 1 shortens a step only where bad
     triangles make the energy rise.
 
-    An iterate's residual is an estimate of what is left of the energy above its minimum, in units of the gap between
+    A state's residual is an estimate of what is left of the energy above its minimum, in units of the gap between
     energy and flat image area, which is the mesh's own discretisation error; infinite for the start.
     """
     x, energy, H = start
-    yield Iterate("sobolev", 0, 0, x, energy, np.inf)
+    yield State(0, x, energy, np.inf)
     for k in count(1):
         # lambda of eq. (9), algorithm (10): twice the image area around each vertex
         density = row_dots(x, H)
@@ -83,16 +82,7 @@ def preconditioned_cayley(problem: Problem, start: Start) -> Iterator[Iterate]:
         tau, x, energy, H = step
         area = surface_area(x, problem.f)
         residual = left / max(energy - area, _LEAST_GAP)  # algorithm (17)
-        yield Iterate(
-            stage="sobolev",
-            round=0,
-            iteration=k,
-            x=x,
-            energy=energy,
-            residual=residual,
-            tau=tau,
-            details={"area": area},
-        )
+        yield State(k, x, energy, residual, tau, details={"area": area})
 
 
 def _path(problem: Problem, x: FloatArray, D: FloatArray, tau: float) -> FloatArray:
@@ -136,7 +126,7 @@ def harmonic_map(
     tolerance: float = TOLERANCE,
     max_iterations: int = MAX_ITERATIONS,
     listener: Listener | None = None,
-) -> Minimum:
+) -> tuple[Iterate, Status]:
     """Harmonic map of a mesh whose Laplacian is factorised, from the punctured harmonic map by default.
 
     On a mesh so coarse that its faces cut deep through the sphere the chord energy has no useful minimiser: there the
@@ -150,22 +140,18 @@ def harmonic_map(
         if x is None
         else Start.of(problem.centred(x, OFF_CENTRE), operators)
     )
-    minimum = minimize(
+    last, status = minimize(
         preconditioned_cayley(problem, start),
+        Stage.PRECONDITIONED,
         tolerance=tolerance,
         max_iterations=max_iterations,
         listener=listener,
     )
-    last = minimum.last
-    if (
-        minimum.status is Status.STOPPED
-        or last.details is None
-        or not is_coarse(last.details["area"])
-    ):
-        return minimum
+    if status is Status.STOPPED or last.details is None or not is_coarse(last.details["area"]):
+        return last, status
     if _start_is_better(mesh, start.x, last.x):
-        return replace(minimum, last=Iterate("sobolev", 0, 0, start.x, start.energy, np.inf))
-    return minimum
+        last = Iterate(Stage.PRECONDITIONED, 0, 0, start.x, start.energy, np.inf)
+    return last, status
 
 
 def _start_is_better(mesh: Mesh, start: FloatArray, end: FloatArray) -> bool:

@@ -14,8 +14,6 @@ from ..result.run import Step, iterations_in
 from .palette import FOLDED, GUIDE, INK, LINES
 from .plot import SMALL, extremes, new_figure, plot_angles, plot_areas
 
-#: Stages that minimise another energy than the one before them.
-_OWN_ENERGY = ("opening", "balance")
 #: Energies that end nearer to 4 pi than this are plotted less 4 pi: the harmonic energy, with or without landmarks.
 _NEAR_4_PI = 1.0
 #: Values in a wider ratio than this need a logarithmic axis.
@@ -88,9 +86,9 @@ def objective(history: Sequence[Step]) -> tuple[IntArray, FloatArray, str]:
 
     It is the harmonic energy minus 4 pi, its value for a smooth conformal map; or another energy minus its minimum.
 
-    >>> from igl_spheremap.result.run import Step
-    >>> at, values, name = objective([Step("harmonic", 0, 0, 13.0, 0.0, 0.0), Step("balance", 0, 0, 5.0, 0.0, 0.0),
-    ...                               Step("balance", 0, 1, 3.0, 0.0, 0.0)])
+    >>> from igl_spheremap.result.run import Stage, Step
+    >>> energies = (Stage.ALGORITHM_1, 13.0), (Stage.BALANCE, 5.0), (Stage.BALANCE, 3.0)
+    >>> at, values, name = objective([Step(stage, 0, 0, energy, 0.0, 0.0) for stage, energy in energies])
     >>> at.tolist(), values.tolist(), name
     ([1, 2], [2.0, 0.0], 'energy of the balance above its minimum')
     """
@@ -115,7 +113,7 @@ def objective(history: Sequence[Step]) -> tuple[IntArray, FloatArray, str]:
 
 def _minimised(step: Step) -> str:
     """The stage of a step that minimises an energy of its own; empty where it is the harmonic energy."""
-    if step.stage in _OWN_ENERGY:
+    if step.stage.has_own_energy:
         return step.stage
     return ""
 

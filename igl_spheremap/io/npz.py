@@ -22,7 +22,7 @@ from ..errors import MeshError, Remedy, printable, shown
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_rows
 from ..mesh.check import check_mesh
-from ..result.run import Round, Run, Status, Step
+from ..result.run import Round, Run, Stage, Status, Step
 from ..verify.certificate import Certificate
 from .formats import PathLike
 from .reading import check_expansion
@@ -226,7 +226,7 @@ def _unpack(known: dict[str, Any]) -> Run:
         **known
         | {
             "status": Status[known["status"]],
-            "history": tuple(Step(*step) for step in known["history"]),
+            "history": tuple(Step(Stage(stage), *rest) for stage, *rest in known["history"]),
             "rounds": rounds,
             "notes": tuple(known["notes"]),
         }

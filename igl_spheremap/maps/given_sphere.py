@@ -16,7 +16,7 @@ from ..errors import FoldingsRemain, MeshError, Remedy
 from ..gate import takes_mesh
 from ..mesh.arrays import FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
-from ..result.run import History, Iterate, Listener, Round, Run, Status
+from ..result.run import History, Iterate, Listener, Round, Run, Stage, Status
 from ..sphere.rows import row_lengths, unit_rows
 from ..timings import timed
 from ..untangle.local_repair import has_few_foldings, repair_locally
@@ -199,19 +199,19 @@ def repair_foldings(
     rows = check_directions(x, len(mesh.v), "images")
     y = rows.copy() if np.abs(row_lengths(rows) - 1).max() < UNIT_TOLERANCE else unit_rows(rows)
 
-    def record(stage: str, x: FloatArray) -> None:
+    def record(stage: Stage, x: FloatArray) -> None:
         foldings = float(folded_faces(x, mesh.f).sum())
         history(Iterate(stage, 0, next(places), x.copy(), float("nan"), foldings))
 
     before = Certificate.of(y, mesh.f)
-    record("map", y)
+    record(Stage.MAP, y)
     y, _, notes = _not_mirrored(y, mesh, before)
     notes = [*_is_itself(mesh, rows), *notes]
     if before.orientation is None:
         y, after = repair_locally(
-            mesh, y, None if listener is None else lambda part: record("repair", part)
+            mesh, y, None if listener is None else lambda part: record(Stage.REPAIR, part)
         )
-        record("repaired", y)
+        record(Stage.REPAIRED, y)
     else:
         after = Certificate.of(y, mesh.f)
     energy = HarmonicEnergy.of(mesh).evaluate(y)[0]

@@ -15,7 +15,7 @@ from ..angles.plan import Large, plan_repair
 from ..angles.repair import repair
 from ..descent.energies import HarmonicEnergy
 from ..descent.gu_yau import projected_descent
-from ..descent.minimize import Minimum, minimize
+from ..descent.minimize import minimize_round
 from ..descent.preconditioned import harmonic_map
 from ..descent.problem import Problem, l2_metric, laplacian_metric
 from ..errors import MapError, Remedy
@@ -26,7 +26,7 @@ from ..operators.laplacian import Operators, build_operators, laplacian
 from ..paper.algorithm_2 import algorithm_2
 from ..paper.settings import Lai2014, PaperGauge
 from ..paper.setup import Setup
-from ..result.run import Iterate, Listener, Round, Run, Status
+from ..result.run import Iterate, Listener, Round, Run, Stage, Status
 from ..sphere.moebius import center, fix_gauge
 from ..sphere.rows import unit_rows
 from ..start.punctured import candidate_faces, dipole_map, to_sphere
@@ -60,19 +60,17 @@ def auto(
     """
     if operators is None:
         operators = build_operators(mesh, options.backend)
-    minimum = harmonic_map(
+    last, status = harmonic_map(
         mesh,
         operators,
         tolerance=options.tolerance,
         max_iterations=options.max_iterations,
         listener=listener,
     )
-    x = fix_gauge(mesh, minimum.last.x)
+    x = fix_gauge(mesh, last.x)
     certificate = Certificate.of(x, mesh.f)
-    run = Run(
-        minimum.status, minimum.last.energy, backend=operators.factor.backend, notes=operators.notes
-    )
-    if run.status is Status.STOPPED:
+    run = Run(status, last.energy, backend=operators.factor.backend, notes=operators.notes)
+    if status is Status.STOPPED:
         return SphereMap(mesh, x, certificate, run)
     if 2 * certificate.foldings > len(mesh.f):
         x = fix_orientation(x, mesh.f)
@@ -92,7 +90,7 @@ def auto(
                 effort=options.effort,
             )
         elif listener is not None:
-            listener(Iterate("repair", 0, 0, x, run.energy, 0.0))
+            listener(Iterate(Stage.REPAIR, 0, 0, x, run.energy, 0.0))
     except StopIteration:
         return SphereMap(mesh, x, certificate, replace(run, status=Status.STOPPED))
     notes = [*run.notes, *_remarks(mesh, x, run)]
@@ -145,14 +143,14 @@ def lai2014(
         setup = replace(setup, hooks=Safeguards(mesh, setup.problem, options.may_fold))
     first = setup.gauss_map()
     if start is not None:
-        first = setup.start("given map", check_start(start, len(mesh.v)))
+        first = setup.start(Stage.GIVEN_MAP, check_start(start, len(mesh.v)))
     x, run = algorithm_2(setup, first)
     is_free, is_stopped = run.rounds[-1].foldings_after == 0, run.status is Status.STOPPED
     if is_free or is_stopped or options.may_fold or options.rounds == 0:
         return in_gauge(mesh, x, run, options.gauge)
     found = _repaired(setup, x, run)
     k, energy = found.run.rounds[-1].round, found.run.energy
-    listener(Iterate(stage="repair", round=k, iteration=0, x=found.sphere, energy=energy))
+    listener(Iterate(Stage.REPAIR, k, 0, found.sphere, energy))
     return found
 
 
@@ -198,34 +196,32 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
     L2 = l2_metric(mesh)
     rounds: list[Round] = []
 
-    def descend(name: str, x: FloatArray, stage: str, L: sp.csr_matrix, plateau: float) -> Minimum:
-        value = energy.evaluate(x)[0]
-        start = Iterate(stage=name, round=len(rounds), iteration=0, x=x, energy=value)
+    def descend(
+        name: str, x: FloatArray, stage: Stage, L: sp.csr_matrix, plateau: float
+    ) -> FloatArray:
         problem = Problem.of(mesh, HarmonicEnergy(L), laplacian_metric(L))
-        minimum = minimize(
-            projected_descent(problem, L2, x, options.step, stage),
+        last, record = minimize_round(
+            mesh,
+            name,
+            x,
+            projected_descent(problem, L2, x, options.step),
+            stage,
+            round=len(rounds),
             tolerance=options.gradient_tolerance,
             plateau=plateau,
             max_iterations=options.max_iterations,
             listener=listener,
-            round=len(rounds),
         )
-        rounds.append(minimum.as_round(mesh, start))
-        return minimum
+        rounds.append(record)
+        return last.x
 
     name, x = "gauss map", vertex_normals(mesh.unit, mesh.f)
     if options.tutte:
-        minimum = descend(
-            name,
-            x,
-            "tutte",
-            laplacian(mesh.unit, mesh.f, "uniform", mesh.edges),
-            options.tutte_plateau,
-        )
-        name, x = "tutte map", minimum.last.x
-    if not options.tutte or minimum.status is not Status.STOPPED:
-        minimum = descend(name, x, "harmonic", energy.L, options.plateau)
-    x = minimum.last.x
+        L = laplacian(mesh.unit, mesh.f, "uniform", mesh.edges)
+        x = descend(name, x, Stage.TUTTE, L, options.tutte_plateau)
+        name = "tutte map"
+    if not rounds or rounds[-1].status is not Status.STOPPED:
+        x = descend(name, x, Stage.ALGORITHM_1, energy.L, options.plateau)
     return in_gauge(mesh, x, Run(rounds[-1].status, energy.evaluate(x)[0], rounds=tuple(rounds)))
 
 
@@ -246,7 +242,7 @@ def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> Sph
     x, status = center(np.ascontiguousarray(to_sphere(z, mesh.A)), mesh.A), Status.DONE
     energy = HarmonicEnergy(operators.L).evaluate(x)[0]
     try:
-        listener(Iterate("stereographic", 0, 1, x, energy))
+        listener(Iterate(Stage.STEREOGRAPHIC, 0, 1, x, energy))
     except StopIteration:
         status = Status.STOPPED
     notes = (*operators.notes, f"face {face} is punctured")

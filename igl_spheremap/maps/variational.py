@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..descent.energies import Energy, HarmonicEnergy, LandmarkEnergy, OwnEnergy, SumEnergy
-from ..descent.minimize import minimize
+from ..descent.minimize import minimize_round
 from ..descent.problem import Problem, SobolevH2, p_harmonic_problem
 from ..errors import MeshError
 from ..gate import takes_mesh
@@ -19,7 +19,7 @@ from ..mesh.check import Mesh, check_mesh
 from ..paper.algorithm_1 import cayley_bb
 from ..paper.settings import PaperGauge
 from ..result.method import Method
-from ..result.run import History, Iterate, Listener, Run
+from ..result.run import History, Listener, Run, Stage
 from ..sphere.moebius import best_rotation, moebius
 from ..sphere.rows import unit_rows
 from ..timings import timed
@@ -425,20 +425,19 @@ def descend(
 ) -> SphereMap:
     """Minimise a problem's energy by Algorithm 1, with the safeguards."""
     hooks = Confined(mesh, problem, options.may_fold)
-    minimum = minimize(
+    last, record = minimize_round(
+        mesh,
+        name,
+        x,
         cayley_bb(problem, x, hooks),
+        Stage.ALGORITHM_1,
         tolerance=tolerance,
         max_iterations=options.max_iterations,
         plateau=options.plateau,
         listener=history,
     )
-    energy = problem.energy.evaluate(x)[0]
-    start = Iterate(stage=name, round=0, iteration=0, x=x, energy=energy)
-    record = minimum.as_round(mesh, start)
-    y = minimum.last.x
-    found = in_gauge(
-        mesh, y, Run(record.status, HarmonicEnergy.of(mesh).evaluate(y)[0], rounds=(record,)), gauge
-    )
+    energy = HarmonicEnergy.of(mesh).evaluate(last.x)[0]
+    found = in_gauge(mesh, last.x, Run(record.status, energy, rounds=(record,)), gauge)
     return replace(found, run=history.complete(found.run, options.name, options.settings()))
 
 

@@ -4,37 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from itertools import chain, count
+from itertools import count
 
 import numpy as np
 
 from ..descent.line_search import line_search
-from ..descent.minimize import Minimum, minimize
+from ..descent.minimize import State, minimize_round
 from ..descent.problem import Problem
 from ..mesh.arrays import FloatArray
-from ..result.run import Iterate, Round
+from ..result.run import Iterate, Round, Stage
 from ..sphere.cayley import cayley_step
 from .hooks import Hooks
 from .settings import Lai2014, Quotients
 from .setup import Setup
 
 
-def algorithm_1(setup: Setup, start: Iterate) -> tuple[Minimum, Round]:
+def algorithm_1(setup: Setup, start: Iterate) -> tuple[Iterate, Round]:
     """Minimise the energy from a start, and count the foldings before and after.
 
     The listener sees the start, and every iterate after it.
     """
     options = setup.options
-    minimum = minimize(
-        chain([start], cayley_bb(setup.problem, start.x, setup.hooks, options)),
+    return minimize_round(
+        setup.mesh,
+        start.stage,
+        start.x,
+        cayley_bb(setup.problem, start.x, setup.hooks, options),
+        Stage.ALGORITHM_1,
+        round=start.round,
+        first=start,
         tolerance=options.gradient_tolerance,
         max_iterations=options.max_iterations,
         plateau=options.plateau,
         settled=setup.hooks.settled,
         listener=setup.listener,
-        round=start.round,
     )
-    return minimum, minimum.as_round(setup.mesh, start)
 
 
 def cayley_bb(
@@ -42,10 +46,10 @@ def cayley_bb(
     F: FloatArray,
     hooks: Hooks,
     options: Lai2014 = Lai2014(),  # noqa: B008
-) -> Iterator[Iterate]:
-    """Yield the start and every iterate after it of Algorithm 1, for any energy and metric; `minimize` has step 2.
+) -> Iterator[State]:
+    """Yield the start and every state after it of Algorithm 1, for any energy and metric; `minimize` has step 2.
 
-    The iterates end where no step is acceptable. Their residual is that of the metric, by eq. (9) the L2 norm of A F in
+    The states end where no step is acceptable. Their residual is that of the metric, by eq. (9) the L2 norm of A F in
     the L2 metric.
 
     Lai et al., Algorithm 1; Wen and Yin 2013, *A feasible method for optimization with orthogonality constraints*.
@@ -55,16 +59,7 @@ def cayley_bb(
     search = hooks.search(E, options.rho, options.delta, options.xi)  # Algorithm 1, step 1
 
     for k in count():  # Algorithm 1, step 6
-        yield Iterate(
-            stage="harmonic",
-            round=0,
-            iteration=k,
-            x=F,
-            energy=E,
-            residual=problem.metric.residual(AF),
-            tau=taken,
-            safeguards=hooks.acted(),
-        )
+        yield State(k, F, E, problem.metric.residual(AF), taken, safeguards=hooks.acted())
         slope = -problem.metric.inner(AF, AF)  # E'(Y(0)) = -|A F|^2
         path = partial(_path, F, AF, hooks)
         step = line_search(search, problem.energy, path, tau, slope)  # Algorithm 1, step 3

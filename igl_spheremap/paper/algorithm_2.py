@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
-from ..result.run import Iterate, Run, Status
+from ..result.run import Iterate, Run, Stage, Status
 from .algorithm_1 import algorithm_1
 from .hooks import nonzero
 from .setup import Setup
@@ -15,14 +15,14 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
     """Alternate Algorithm 1 and the star map until no folding is left; the map is that of the last round."""
     notes, rounds = setup.notes, []
     for k in range(setup.options.rounds + 1):
-        minimum, record = algorithm_1(setup, start)  # Algorithm 2, steps 1 and 4
+        last, record = algorithm_1(setup, start)  # Algorithm 2, steps 1 and 4
         rounds.append(record)
-        if k == setup.options.rounds or minimum.status is Status.STOPPED:
+        if k == setup.options.rounds or record.status is Status.STOPPED:
             break
         if not setup.hooks.goes_on(record):
             break
         try:
-            start = star_map(setup, minimum.last, k + 1, setup.hooks.restarts(record))
+            start = star_map(setup, last, k + 1, setup.hooks.restarts(record))
         except FactorisationFailed:
             notes = (
                 *notes,
@@ -30,9 +30,7 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
                 "flat surface; the default method maps the surface",
             )
             break
-    return minimum.last.x, Run(
-        record.status, minimum.last.energy, rounds=tuple(rounds), notes=notes
-    )
+    return last.x, Run(record.status, last.energy, rounds=tuple(rounds), notes=notes)
 
 
 def star_map(setup: Setup, last: Iterate, round: int, restarts: bool) -> Iterate:
@@ -45,7 +43,7 @@ def star_map(setup: Setup, last: Iterate, round: int, restarts: bool) -> Iterate
     else:
         found = project(setup.mesh, setup.L, last.x)  # Algorithm 2, step 2
     return setup.start(  # Algorithm 2, step 3
-        "star map",
+        Stage.STAR_MAP,
         found.star_map,
         round,
         details={"phi": found.phi, "eigenvalues": found.eigenvalues},

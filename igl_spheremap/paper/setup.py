@@ -13,7 +13,7 @@ from ..mesh.arrays import FloatArray
 from ..mesh.check import LEAST_AREA, Mesh
 from ..mesh.measure import area_normals, vertex_normals, without_direction
 from ..operators.laplacian import laplacian_and_notes, printed_laplacian
-from ..result.run import Iterate, Listener
+from ..result.run import Iterate, Listener, Stage
 from .hooks import Hooks, nonzero
 from .optm import OptMRules
 from .settings import Lai2014
@@ -55,13 +55,13 @@ class Setup:
         hooks = OptMRules(options.tau) if options.rules == "program" else Hooks()
         return cls(mesh, options, L, problem, hooks, listener, notes)
 
-    def start(self, name: str, x: FloatArray, round: int = 0, **more: Any) -> Iterate:
+    def start(self, stage: Stage, x: FloatArray, round: int = 0, **more: Any) -> Iterate:
         """A map for Algorithm 1 to start from."""
         energy = self.problem.energy.evaluate(x)[0]
-        return Iterate(stage=name, round=round, iteration=0, x=x, energy=energy, **more)
+        return Iterate(stage, round, 0, x, energy, **more)
 
     def gauss_map(self) -> Iterate:
         """The start of the paper, Definition 1."""
         undirected = int(without_direction(area_normals(self.mesh.unit, self.mesh.f)).sum())
         x = vertex_normals(self.mesh.unit, self.mesh.f)
-        return self.start("gauss map", x, safeguards=nonzero(undirected=undirected))
+        return self.start(Stage.GAUSS_MAP, x, safeguards=nonzero(undirected=undirected))

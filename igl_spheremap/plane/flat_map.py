@@ -20,7 +20,7 @@ from ..mesh.disk import Disk, check_disk
 from ..mesh.measure import surface_area
 from ..newton.system import VertexSystem
 from ..result.findings import as_factor
-from ..result.run import History, Iterate, Listener, Run, Status
+from ..result.run import History, Iterate, Listener, Run, Stage, Status
 from ..sphere.rows import weighted_sum
 from ..timings import phase, timed
 from ..verify.certificate import Certificate
@@ -142,7 +142,7 @@ def _flattened(
             certificate = Certificate.of_plane(q, disk.f, disk.rim)
             if certificate.folding_free:
                 with suppress(StopIteration):
-                    history(Iterate("unrolled", 0, 0, q, 0.0))
+                    history(Iterate(Stage.UNROLLED, 0, 0, q, 0.0))
                 return FlatMap(
                     disk, q, certificate, history.complete(_UNROLLED, "flatten", settings)
                 )
@@ -184,14 +184,14 @@ def _spread(
     source = FlatFaces.of(disk.unit, disk.f)
     energy = BalancedEnergy(source, min(balance, MOST_WEIGHT), POWER, np.zeros(len(disk.f)))
     p = min(starts, key=lambda p: energy.by_face(RADIUS * p).sum())
-    minimum = minimize_balanced(
+    last, status = minimize_balanced(
         partial(FreeProblem, disk=disk),
         VertexSystem(disk.f, len(disk.v)),
         energy,
         RADIUS * p,
         listener,
     )
-    return minimum.last.x, Run(minimum.status, minimum.last.energy, gauge="turned")
+    return last.x, Run(status, last.energy, gauge="turned")
 
 
 def _turned(disk: Disk, p: FloatArray) -> FloatArray:

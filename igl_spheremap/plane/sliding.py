@@ -69,10 +69,10 @@ def slide(
     disk: Disk, energy: BalancedEnergy, p: FloatArray, listener: Listener, system: VertexSystem
 ) -> tuple[FloatArray, Run]:
     """Minimise an energy from a map without foldings to the unit disk; the boundary slides along the circle."""
-    minimum = minimize_balanced(
+    last, status = minimize_balanced(
         partial(CircleProblem, disk=disk), system, energy, RADIUS * p, listener
     )
-    return minimum.last.x / RADIUS, Run(minimum.status, minimum.last.energy, gauge="turned")
+    return last.x / RADIUS, Run(status, last.energy, gauge="turned")
 
 
 def conformal_disk(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:

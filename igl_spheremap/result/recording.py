@@ -21,7 +21,7 @@ _AROUND = 2
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """An iterate that a `Recording` kept.
+    """An iterate that a `Recording` kept, with its place in the run and its folded faces, which no iterate knows.
 
     Attributes
     ----------

@@ -38,14 +38,73 @@ class Status(Enum):
     STOPPED = "a listener asked to stop"
 
 
-@dataclass(frozen=True, eq=False)
-class Iterate:
-    """One state of the map on its way.
+class Stage(str, Enum):
+    """What made an iterate. A stage equals its text: ``iterate.stage == "star map"``.
 
     Attributes
     ----------
-    stage : str
-        What made it: "gauss map", "harmonic", "star map", "start", "repair", ...
+    label : str
+        Its name where people read of it.
+    has_own_energy : bool
+        True if it minimises another energy than the harmonic one.
+
+    Examples
+    --------
+    >>> from igl_spheremap.result.run import Stage
+    >>> Stage("harmonic").label, Stage.BALANCE.has_own_energy
+    ('Algorithm 1', True)
+    """
+
+    label: str
+    has_own_energy: bool
+
+    def __new__(cls, text: str, label: str = "", has_own_energy: bool = False) -> Stage:
+        stage = str.__new__(cls, text)
+        stage._value_ = text
+        stage.label = label
+        if not label:
+            stage.label = text[0].upper() + text[1:]
+        stage.has_own_energy = has_own_energy
+        return stage
+
+    # starts
+    GAUSS_MAP = "gauss map"
+    GIVEN_MAP = "given map"
+    STAR_MAP = "star map"
+    # solvers
+    ALGORITHM_1 = "harmonic", "Algorithm 1"
+    PRECONDITIONED = "sobolev", "Preconditioned Cayley steps"
+    TUTTE = "tutte", "Tutte energy"
+    STEREOGRAPHIC = "stereographic"
+    # the repair: of a computed map, of a given one
+    REPAIR = "repair"
+    MAP = "map"
+    REPAIRED = "repaired"
+    # wings
+    OPENING = "opening", "", True
+    BALANCE = "balance", "", True
+    UNROLLED = "unrolled"
+    MATCH = "match"
+    ROTATION = "rotation"
+    MOEBIUS = "moebius"
+    ELASTIC = "elastic"
+    RESULT = "result"
+
+    def __str__(self) -> str:
+        return self.value
+
+    def __repr__(self) -> str:
+        return repr(self.value)
+
+
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """A map on the way of a run, as listeners get it.
+
+    Attributes
+    ----------
+    stage : Stage
+        What made it: "gauss map", "harmonic", "star map", "repair", ...
     round : int
         Folding-removal round of Algorithm 2 that it belongs to; 0 before the first.
     iteration : int
@@ -72,7 +131,7 @@ class Iterate:
     ((162, 3), 0)
     """
 
-    stage: str
+    stage: Stage
     round: int
     iteration: int
     x: FloatArray
@@ -120,7 +179,7 @@ Listener = Callable[[Iterate], None]
 
 
 class Step(NamedTuple):
-    """One line of the history: an iterate without its positions.
+    """One line of the history: an iterate without its positions, which all together would not fit in memory.
 
     Attributes
     ----------
@@ -128,7 +187,7 @@ class Step(NamedTuple):
         As of `Iterate`.
     """
 
-    stage: str
+    stage: Stage
     round: int
     iteration: int
     energy: float
@@ -167,7 +226,7 @@ SAFEGUARDS = {
 def safeguard_notes(steps: Iterable[Step]) -> tuple[str, ...]:
     """What is said of the safeguards that acted on the way through some steps, in the order of `SAFEGUARDS`.
 
-    >>> safeguard_notes([Step("harmonic", 0, k, 12.6, 0.1, 0.5, {"refused": 3 - k}) for k in range(3)])
+    >>> safeguard_notes([Step(Stage.ALGORITHM_1, 0, k, 12.6, 0.1, 0.5, {"refused": 3 - k}) for k in range(3)])
     ('6 steps that would fold were refused',)
     """
     total: Counter[str] = Counter()
@@ -183,36 +242,20 @@ def safeguard_notes(steps: Iterable[Step]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-#: What stages are called where people read of them.
-_NAMES = {
-    "harmonic": "Algorithm 1",
-    "sobolev": "preconditioned Cayley steps",
-    "tutte": "Tutte energy",
-}
-
-
 def title_of(step: Step | Iterate) -> str:
-    """What an iterate is, in words.
+    """An iterate in words.
 
-    >>> title_of(Step("harmonic", 1, 20, 12.6, 0.1, 0.5))
+    >>> title_of(Step(Stage.ALGORITHM_1, 1, 20, 12.6, 0.1, 0.5))
     'Algorithm 1, round 1, iteration 20'
     """
-    if step.stage in ("star map", "repair"):
-        return stage_title(step)
-    return f"{stage_title(step)}, iteration {step.iteration}"
-
-
-def stage_title(step: Step | Iterate) -> str:
-    """What the stage of an iterate is, in words."""
-    name = _NAMES.get(step.stage, step.stage)
-    name = name[0].upper() + name[1:]
-    if step.stage == "repair" and not step.round:
+    title = step.stage.label
+    if step.stage is Stage.REPAIR and step.round == 0:
         return "Harmonic map"
-    if step.stage in ("star map", "repair"):
-        return f"{name} {step.round}"
+    if step.stage in (Stage.STAR_MAP, Stage.REPAIR):
+        return f"{title} {step.round}"
     if step.round:
-        return f"{name}, round {step.round}"
-    return name
+        title += f", round {step.round}"
+    return f"{title}, iteration {step.iteration}"
 
 
 def iterations_in(number: int) -> str:
@@ -342,8 +385,8 @@ class Run:
 class History:
     """Listener that keeps the numbers of every iterate, and passes the iterate on to the next listener.
 
-    It is made when a public call begins. When the call ends, `complete` adds what is known then. If the call continues
-    an earlier run, the history and the times of that run come first.
+    It is the `Run` while this grows: made when a public call begins, and made whole by `complete` when the call ends.
+    If the call continues an earlier run, the history and the times of that run come first.
     """
 
     def __init__(self, listener: Listener | None = None, before: Run | None = None) -> None:

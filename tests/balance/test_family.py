@@ -19,7 +19,7 @@ def converged(mesh, conformal, balance):
     """The minimiser, to rounding."""
     energy = balanced_energy(FlatFaces.of(mesh.v, mesh.f), conformal, balance)
     search = KeptFactor(VertexSystem(mesh.f, len(mesh.v)), 0.0)
-    *_, last = balanced_iterates(FaceProblem(energy, turns=False), search, conformal, "balance")
+    *_, last = balanced_iterates(FaceProblem(energy, turns=False), search, conformal)
     return last.x
 
 

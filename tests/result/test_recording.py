@@ -6,13 +6,13 @@ import pytest
 import igl_spheremap as ism
 from igl_spheremap.draw.run import linear_below, objective, plot_run
 from igl_spheremap.result.recording import Recording
-from igl_spheremap.result.run import Iterate, Step
+from igl_spheremap.result.run import Iterate, Stage, Step
 
 
 def feed(recording, x, lengths):
     for stage, length in enumerate(lengths):
         for k in range(length):
-            recording(Iterate(f"stage {stage}", stage, k, x, float(k)))
+            recording(Iterate(Stage.ALGORITHM_1, stage, k, x, float(k)))
 
 
 def test_it_is_the_history_and_the_certificates():
@@ -55,7 +55,7 @@ def test_all_changes_of_the_number_of_foldings_are_kept_before_any_other_step(ro
     changes = np.random.default_rng(0).choice(np.arange(3, 997), 15, replace=False)
     recording = Recording(f, budget=room * x.nbytes)
     for k in range(1000):
-        recording(Iterate("stage", 0, k, x if (k > changes).sum() % 2 else -x, 0.0))
+        recording(Iterate(Stage.ALGORITHM_1, 0, k, x if (k > changes).sum() % 2 else -x, 0.0))
     kept = {frame.index for frame in recording.frames}
     assert len(kept) <= room
     assert kept >= {*changes.tolist(), *(changes + 1).tolist()}
@@ -67,7 +67,7 @@ def test_where_every_step_changes_the_number_of_foldings_these_are_thinned():
     x, f = np.eye(3), np.array([[0, 1, 2]])
     recording = Recording(f, budget=30 * x.nbytes)
     for k in range(1000):
-        recording(Iterate("stage", 0, k, x if k % 2 else -x, 0.0))
+        recording(Iterate(Stage.ALGORITHM_1, 0, k, x if k % 2 else -x, 0.0))
     kept = np.array([frame.index for frame in recording.frames])
     assert 10 < len(kept) <= 30
     assert (np.diff(kept) == 1).sum() >= len(kept) // 2
@@ -77,12 +77,12 @@ def test_the_latest_iterate_is_always_there():
     x, f = np.eye(3), np.array([[0, 1, 2]])
     recording = Recording(f, budget=5 * x.nbytes)
     for k in range(300):
-        recording(Iterate("stage", 0, k, x, float(k)))
+        recording(Iterate(Stage.ALGORITHM_1, 0, k, x, float(k)))
         assert recording.frames[-1].index == k
 
 
 def step(stage, energy):
-    return Step(stage, 0, 0, energy, 0.0, 0.0)
+    return Step(Stage(stage), 0, 0, energy, 0.0, 0.0)
 
 
 def test_what_is_minimised_falls_in_its_curve():

@@ -16,6 +16,7 @@ from ...draw.plot import pose
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...paper.star_map import weighted_eigen_projection
+from ...result.run import Stage
 from ...sphere.cayley import cayley_step
 from ...sphere.rows import unit_rows
 from ...verify.distortion import conformal_factor
@@ -132,7 +133,7 @@ def figure_4(runs: Runs) -> Any:
         surface = runs.surface(row.surface)
         results = _results(runs, surface, "Algorithm 1", SETTINGS)
         for (way, result), colour in zip(results.items(), LINES, strict=False):
-            energies = [step.energy for step in result.history if step.stage == "harmonic"]
+            energies = [step.energy for step in result.history if step.stage is Stage.ALGORITHM_1]
             energy.loglog(
                 1 + np.arange(len(energies)), energies, color=colour, label=way, linewidth=1
             )

@@ -18,7 +18,7 @@ from ...maps.options import Auto, GuYau, Lai2014, Method
 from ...maps.sphere_map import SphereMap
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray
-from ...result.run import Iterate
+from ...result.run import Iterate, Stage
 from .surfaces import PaperSurface, load_surface
 
 #: What is run, by the name that tables give it.
@@ -100,7 +100,7 @@ def run(surface: PaperSurface, method: Method) -> PaperRun:
     ends: dict[int, FloatArray] = {}
 
     def listen(iterate: Iterate) -> None:
-        if iterate.stage in ("gauss map", "star map"):
+        if iterate.stage in (Stage.GAUSS_MAP, Stage.STAR_MAP):
             starts[iterate.round] = iterate.x
         else:
             ends[iterate.round] = iterate.x

@@ -23,7 +23,7 @@ from ...mesh.check import Mesh, check_mesh
 from ...mesh.measure import vertex_normals
 from ...mesh_repair.repair_mesh import repair_mesh
 from ...result.recording import BUDGET, Frame, Recording
-from ...result.run import Iterate, Listener, Step, title_of
+from ...result.run import Iterate, Listener, Stage, Step, title_of
 
 Source = tuple[FloatArray, IntArray]
 
@@ -179,9 +179,9 @@ class ShownRun:
             again = ""
             if frame.iterate.round > 1:
                 again = f" {frame.iterate.round}"
-            if frame.iterate.stage == "star map":
+            if frame.iterate.stage is Stage.STAR_MAP:
                 marks += [(f"before the star map{again}", k - 1), (f"after the star map{again}", k)]
-            elif frame.iterate.stage == "repair":
+            elif frame.iterate.stage is Stage.REPAIR:
                 marks.append((f"repair{again}", k))
         return [*marks, ("end", len(self.frames) - 1)]
 
@@ -223,11 +223,11 @@ class ShownRun:
         self.seconds, iterates = content
         assert self.mesh is not None
         assert self._recording is not None
-        if not self._recording.steps and iterates[0].stage != "gauss map":
+        if not self._recording.steps and iterates[0].stage is not Stage.GAUSS_MAP:
             # The start of the paper's algorithms is shown first in every run, for comparison.
             self._recording(
                 Iterate(
-                    "gauss map", 0, 0, vertex_normals(self.mesh.unit, self.mesh.f), float("nan")
+                    Stage.GAUSS_MAP, 0, 0, vertex_normals(self.mesh.unit, self.mesh.f), float("nan")
                 )
             )
         for iterate in iterates:
@@ -240,7 +240,7 @@ class ShownRun:
 
     def _take_result(self, result: SphereMap) -> None:
         assert self._recording is not None
-        place = "result", 0, 0  # of a result that was there already, as at balance 0
+        place = Stage.RESULT, 0, 0  # of a result that was there already, as at balance 0
         if self._recording.steps:
             place = self._recording.steps[-1][:3]
         self._recording(Iterate(*place, result.sphere, result.energy))

@@ -26,7 +26,7 @@ from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
 from ...result.recording import Frame, Recording
-from ...result.run import Listener
+from ...result.run import Listener, Stage
 from .app import App, SaveWidgets, file_stem, present
 from .background_run import ShownRun, Source
 from .choices import KEEP, SIZE, SUBJECTS, TIPS, guess_up
@@ -201,7 +201,7 @@ class Player(App):
         step = frame.iterate.step
         return {
             "title": self.run.title(frame),
-            "stage": step.stage,
+            "stage": str(step.stage),
             "round": step.round,
             "iteration": step.iteration,
             "foldings": frame.foldings,
@@ -268,7 +268,7 @@ class Player(App):
         """
         frames = self.run.frames
         star = next(
-            (k for k, frame in enumerate(frames[:-1]) if frame.iterate.stage == "star map"),
+            (k for k, frame in enumerate(frames[:-1]) if frame.iterate.stage is Stage.STAR_MAP),
             len(frames) - 1,
         )
         chosen = sorted(

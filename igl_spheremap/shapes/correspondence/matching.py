@@ -21,7 +21,7 @@ from ...maps.variational import check_landmarks, match_landmarks
 from ...mesh.arrays import FloatArray, listed_words
 from ...resampling.locate import locator_of
 from ...resampling.transfer import interpolate
-from ...result.run import History, Iterate, Listener
+from ...result.run import History, Iterate, Listener, Stage
 from ...sphere.rows import unit_rows
 from ...timings import timed
 from ...untangle.local_repair import unfolded
@@ -211,7 +211,7 @@ def _lowered(
         nonlocal found
         if objective.size is None:
             found = level, y
-            history(Iterate("match", 0, len(history.steps), y, energy))
+            history(Iterate(Stage.MATCH, 0, len(history.steps), y, energy))
 
     with suppress(StopIteration):  # of a listener
         found = descent.run(found[1], report)

@@ -21,7 +21,7 @@ from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...mesh.measure import face_areas, weighted_quantile
-from ...result.run import History, Iterate, Listener
+from ...result.run import History, Iterate, Listener, Stage
 from ...untangle.local_repair import unfolded
 from ..harmonics.rotation import RotationCandidate
 from . import STAGES, STIFFNESS, USUAL
@@ -221,7 +221,7 @@ def register(
         nonlocal count
         stage, count = reached[-1][0], count + 1
         reached[-1] = stage, x
-        history(Iterate(stage, 0, count, x, cost))
+        history(Iterate(Stage(stage), 0, count, x, cost))
 
     def step(_: Objective, level: Level, y: FloatArray, energy: float) -> None:
         # Without a listener the history keeps numbers only.

@@ -15,7 +15,7 @@ from shell import SAMPLE
 from igl_spheremap import samples
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.progress import Progress, measures
-from igl_spheremap.result.run import Iterate
+from igl_spheremap.result.run import Iterate, Stage
 from igl_spheremap.timings import counted
 
 
@@ -56,7 +56,7 @@ def test_iterates_show_what_they_are(monkeypatch):
     terminal = as_stderr(Terminal(), monkeypatch)
     x, f = samples.sphere(42)
     with Progress() as progress:
-        progress.listener(f)(Iterate("harmonic", 0, 7, x, 4 * math.pi + 0.01, 1e-3, 0.5))
+        progress.listener(f)(Iterate(Stage.ALGORITHM_1, 0, 7, x, 4 * math.pi + 0.01, 1e-3, 0.5))
         assert screen(terminal.getvalue()).startswith("Algorithm 1, iteration 7")
 
 
@@ -103,10 +103,10 @@ def test_a_line_ends_where_the_terminal_does(monkeypatch):
 def test_measures_are_finite():
     x = np.eye(3)
     assert (
-        measures(Iterate("sobolev", 0, 0, x, 4 * math.pi + 0.01, math.inf))
+        measures(Iterate(Stage.PRECONDITIONED, 0, 0, x, 4 * math.pi + 0.01, math.inf))
         == "energy 4 pi +1.00e-02"
     )
-    assert measures(Iterate("repair", 0, 0, x, math.nan, 3.0)) == "residual 3.0e+00"
+    assert measures(Iterate(Stage.REPAIR, 0, 0, x, math.nan, 3.0)) == "residual 3.0e+00"
 
 
 def test_a_map_shows_its_stages_on_a_terminal(monkeypatch, tmp_path):
@@ -184,7 +184,7 @@ def test_a_log_of_one_map_has_a_line_a_minute_too(monkeypatch, log):
         show = progress.listener(f)
         for k in range(60):
             clock[0] += 2
-            show(Iterate("harmonic", 0, k, x, 4 * math.pi + 0.01, 1e-3, 0.5))
+            show(Iterate(Stage.ALGORITHM_1, 0, k, x, 4 * math.pi + 0.01, 1e-3, 0.5))
         for _ in counted("steps", range(4)):
             clock[0] += 70
     lines = [line.removeprefix("igl-spheremap: ") for line in stream.getvalue().splitlines()]
