@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
-from ..mesh.edges import half_edges, sides, twins
+from ..mesh.edges import half_edges, sides
 from ..mesh.measure import corner_angles, log_edges, weighted_quantile
 from ..newton.system import VertexSystem
 from ..sphere.moebius import best_rotation, conformal_barycentre, orientation_target
@@ -218,7 +218,7 @@ def lengths_and_directions(
     )
     edges = half_edges(f, m // 2 + 2)
     assert edges is not None, "the mesh is not closed"
-    twin = twins(edges).astype(np.int64)
+    twin = edges.twins().astype(np.int64)
     scale, rotation = np.full(m, np.nan), np.zeros(m)
     front = twin[3 * hole : 3 * hole + 1] // 3
     done = np.zeros(m, dtype=bool)

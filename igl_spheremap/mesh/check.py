@@ -27,7 +27,7 @@ from .arrays import (
     plain_array,
     plural,
 )
-from .edges import HalfEdges, half_edges, twins
+from .edges import HalfEdges, half_edges
 from .measure import corner_angles, face_areas, vertex_normals, vertex_shares
 
 _EPS = np.finfo(float).eps
@@ -304,7 +304,7 @@ def _check_sphere(
     alone = np.diff(edges.indptr) == 1
     if alone.any():
         refusal().unreferenced(np.flatnonzero(alone))
-    twin = twins(edges)
+    twin = edges.twins()
     # takes no memory; of another type scipy's graphs make a copy
     ones = np.broadcast_to(1.0, 3 * m)
     neighbours = csr_matrix(

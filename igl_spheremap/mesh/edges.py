@@ -18,10 +18,30 @@ Indices = NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
-class HalfEdges:
-    """Pattern, in compressed rows with sorted columns, of matrices with an entry for each edge and each vertex.
+class Patch:
+    """A part of a closed mesh with vertices of its own numbers.
 
-    On the diagonal `half` and `twin` are beyond the last half-edge.
+    Attributes
+    ----------
+    vertices : (k,) int array
+        Numbers of its vertices in the mesh, ascending.
+    f : (j, 3) int64 array
+        Its faces.
+    rim : (k,) bool array
+        Vertices of which the mesh has further faces.
+    """
+
+    vertices: IntArray
+    f: IntArray
+    rim: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class HalfEdges:
+    """The half-edges of a closed mesh, as the pattern of matrices with an entry for each edge and each vertex.
+
+    The pattern is in compressed rows with sorted columns. On the diagonal `half` and `twin` are beyond the last
+    half-edge. `shared_edges` serves triangles that are not closed, or meet otherwise than in pairs.
 
     Attributes
     ----------
@@ -47,58 +67,41 @@ class HalfEdges:
     def __repr__(self) -> str:
         return f"HalfEdges({len(self.diagonal)} vertices, {len(self.faces)} faces)"
 
+    def twins(self) -> Indices:
+        """Of each half-edge the one that runs back, (3 m,)."""
+        twin = np.empty(len(self.half), dtype=np.int32)
+        twin[self.half] = self.twin
+        return twin[: self.faces.size]
 
-@dataclass(frozen=True, eq=False)
-class Patch:
-    """A part of a closed mesh with vertices of its own numbers.
-
-    Attributes
-    ----------
-    vertices : (k,) int array
-        Numbers of its vertices in the mesh, ascending.
-    f : (j, 3) int64 array
-        Its faces.
-    rim : (k,) bool array
-        Vertices of which the mesh has further faces.
-    """
-
-    vertices: IntArray
-    f: IntArray
-    rim: BoolArray
-
-
-def patch_around(edges: HalfEdges, vertices: IntArray, rings: int) -> Patch:
-    """The faces around all vertices within `rings` edges of given ones."""
-    faces = edges.faces[faces_at(edges, within(edges, vertices, rings))]
-    n = len(edges.diagonal)
-    names, number = np.flatnonzero(marked(faces, n)), np.empty(n, dtype=np.int64)
-    number[names] = np.arange(len(names))
-    f = number.take(faces)
-    valence = edges.indptr[names + 1] - edges.indptr[names] - 1
-    return Patch(names, f, np.bincount(f.ravel()) < valence)
-
-
-def within(edges: HalfEdges, vertices: IntArray, rings: int) -> IntArray:
-    """All vertices within `rings` edges of given ones, in ascending order."""
-    mask = marked(vertices, len(edges.diagonal))
-    found = np.flatnonzero(mask)
-    for _ in range(rings):
-        mask[edges.indices.take(_of_rows(edges, found))] = True
+    def within(self, vertices: IntArray, rings: int) -> IntArray:
+        """All vertices within `rings` edges of given ones, in ascending order."""
+        mask = marked(vertices, len(self.diagonal))
         found = np.flatnonzero(mask)
-    return found
+        for _ in range(rings):
+            mask[self.indices.take(self._of_rows(found))] = True
+            found = np.flatnonzero(mask)
+        return found
 
+    def faces_at(self, vertices: IntArray) -> IntArray:
+        """Faces that have one of several distinct vertices, in ascending order."""
+        half = self.half.take(self._of_rows(vertices))
+        return np.flatnonzero(marked(half[half < self.faces.size] // 3, len(self.faces)))
 
-def faces_at(edges: HalfEdges, vertices: IntArray) -> IntArray:
-    """Faces that have one of several distinct vertices, in ascending order."""
-    half = edges.half.take(_of_rows(edges, vertices))
-    return np.flatnonzero(marked(half[half < edges.faces.size] // 3, len(edges.faces)))
+    def patch_around(self, vertices: IntArray, rings: int) -> Patch:
+        """The faces around all vertices within `rings` edges of given ones."""
+        faces = self.faces[self.faces_at(self.within(vertices, rings))]
+        n = len(self.diagonal)
+        names, number = np.flatnonzero(marked(faces, n)), np.empty(n, dtype=np.int64)
+        number[names] = np.arange(len(names))
+        f = number.take(faces)
+        valence = self.indptr[names + 1] - self.indptr[names] - 1
+        return Patch(names, f, np.bincount(f.ravel()) < valence)
 
-
-def _of_rows(edges: HalfEdges, rows: IntArray) -> IntArray:
-    """Numbers of the entries in some rows."""
-    first = edges.indptr[rows]
-    count = edges.indptr[rows + 1] - first
-    return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
+    def _of_rows(self, rows: IntArray) -> IntArray:
+        """Numbers of the entries in some rows."""
+        first = self.indptr[rows]
+        count = self.indptr[rows + 1] - first
+        return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
 
 
 def marked(rows: NDArray[np.integer], n: int) -> BoolArray:
@@ -122,13 +125,6 @@ def next_corners(corner: NDArray[np.integer]) -> tuple[IntArray, IntArray]:
     k = corner - 3 * (corner // 3)  # faster than the remainder
     after, before = np.where(k == 2, -2, 1), np.where(k == 0, 2, -1)
     return np.asarray(corner + after, dtype=np.int64), np.asarray(corner + before, dtype=np.int64)
-
-
-def twins(edges: HalfEdges) -> Indices:
-    """Of each half-edge of a closed mesh the one that runs back, (3 m,)."""
-    twin = np.empty(len(edges.half), dtype=np.int32)
-    twin[edges.half] = edges.twin
-    return twin[: edges.faces.size]
 
 
 def sides(f: IntArray) -> tuple[IntArray, IntArray]:

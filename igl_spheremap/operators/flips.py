@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.edges import HalfEdges, twins
+from ..mesh.edges import HalfEdges, next_corners
 
 #: Bounds on the rounds of flips, of edges that share no face in a round, and on the flips: a number for each face, and
 #: one for the whole mesh, as small ones may take more for each: rounding can flip edges back and forth for ever.
@@ -24,7 +24,7 @@ def delaunay_triangulation(lengths: FloatArray, edges: HalfEdges) -> tuple[Float
     Fisher, Springborn, Schroeder, Bobenko 2007, *An Algorithm for the Construction of Intrinsic Delaunay
     Triangulations*. (libigl's function for it does not end where edge lengths span many orders of magnitude.)
     """
-    lengths, f, twin = lengths.copy(), edges.faces.astype(np.int64), twins(edges).astype(np.int64)
+    lengths, f, twin = lengths.copy(), edges.faces.astype(np.int64), edges.twins().astype(np.int64)
     changed = np.arange(len(f))
     flips_left = _FLIPS_PER_FACE * len(f) + _FLIPS_BESIDE
     for _ in range(_ROUNDS):
@@ -35,11 +35,6 @@ def delaunay_triangulation(lengths: FloatArray, edges: HalfEdges) -> tuple[Float
         _flip(lengths, f, twin, h)
         changed = np.concatenate((h // 3, twin[3 * (h // 3) + 1] // 3))
     return lengths, f
-
-
-def _next(h: IntArray, k: int = 1) -> IntArray:
-    """The half-edge k places further round the face."""
-    return h - h % 3 + (h + k) % 3
 
 
 def _flippable(lengths: FloatArray, twin: IntArray, faces: IntArray) -> IntArray:
@@ -67,8 +62,9 @@ def _angle(lengths: FloatArray, h: IntArray) -> tuple[FloatArray, FloatArray]:
 def _apex(lengths: FloatArray, h: IntArray) -> tuple[FloatArray, FloatArray]:
     """Where the opposite corner lies if a half-edge runs from the origin along the first axis and its face is above."""
     flat = lengths.ravel()
+    after, before = next_corners(h)
     # |edge|, from its end to the apex, from the apex to its start
-    b, c, a = flat[h], flat[_next(h)], flat[_next(h, 2)]
+    b, c, a = flat[h], flat[after], flat[before]
     x = (b + (a - c) * (a + c) / b) / 2
     sides = np.sort(np.stack((a, b, c)), axis=0)  # Kahan's stable area
     s, m, w = sides
@@ -79,13 +75,14 @@ def _apex(lengths: FloatArray, h: IntArray) -> tuple[FloatArray, FloatArray]:
 def _flip(lengths: FloatArray, f: IntArray, twin: IntArray, h: IntArray) -> None:
     """Flip edges of which no two share a face, in place."""
     g = twin[h]
+    (h1, h2), (g1, g2) = next_corners(h), next_corners(g)
     t, s = h // 3, g // 3
     (x, y), (u, w) = _apex(lengths, h), _apex(lengths, g)
     length = np.hypot(x - (lengths.ravel()[h] - u), y + w)
     corner, flat = f.ravel(), lengths.ravel()
-    i, a, j, b = corner[h], corner[_next(h)], corner[g], corner[_next(g)]
+    i, a, j, b = corner[h], corner[h1], corner[g], corner[g1]
     # Faces (i, a, b) and (j, b, a) become (i, a, j) and (j, b, i). The outer edges move:
-    old = np.concatenate((_next(g), _next(h, 2), _next(h), _next(g, 2)))
+    old = np.concatenate((g1, h2, h1, g2))
     new = np.concatenate((3 * t, 3 * t + 2, 3 * s, 3 * s + 2))
     outer, moved = flat[old], np.arange(len(twin))
     moved[old] = new

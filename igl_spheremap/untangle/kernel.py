@@ -37,7 +37,7 @@ _REACH = 0.7
 
 @dataclass(frozen=True)
 class Stars:
-    """Stars of several vertices, edge by edge.
+    """Stars of several vertices, edge by edge, also in open patches that change, which `HalfEdges` does not describe.
 
     Attributes
     ----------

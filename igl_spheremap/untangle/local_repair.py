@@ -10,7 +10,7 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh
-from ..mesh.edges import faces_at, marked, patch_around, touching, within
+from ..mesh.edges import marked, touching
 from ..mesh.measure import corner_angles
 from ..sphere.moebius import fix_gauge
 from ..sphere.rows import column_crosses, column_dots, sizes, unit_rows, weighted_sum
@@ -78,7 +78,7 @@ def repair_locally(
     if after is not None:
         y, signs = after, orientation_signs(after, mesh.f)
     rings = REMOVED_RINGS + _MOVED_RINGS  # around faces that small moves fold, too
-    patch = patch_around(mesh.edges, mesh.f[signs <= 0], rings)
+    patch = mesh.edges.patch_around(mesh.f[signs <= 0], rings)
     notify = None
     if listener is not None:
         whole = y
@@ -105,8 +105,8 @@ def repair_locally(
 
 def _relaxed(mesh: Mesh, x: FloatArray, moved: IntArray) -> FloatArray:
     """A map relaxed towards the mesh's angles around vertices that have moved."""
-    near = within(mesh.edges, moved, RELAXED_RINGS)
-    f = mesh.f[faces_at(mesh.edges, near)]
+    near = mesh.edges.within(moved, RELAXED_RINGS)
+    f = mesh.f[mesh.edges.faces_at(near)]
     loss = AngleLoss(corner_angles(mesh.unit, f).T)
     return relax_angles(x, f, loss, marked(near, len(x)), sweeps=_SWEEPS, tolerance=_SETTLED)
 

@@ -7,7 +7,7 @@ import pytest
 from triangulations import drawn_to_pole, icosphere, unit
 
 import igl_spheremap as ism
-from igl_spheremap.mesh.edges import marked, patch_around, touching
+from igl_spheremap.mesh.edges import marked, touching
 from igl_spheremap.untangle.embedding import dilate
 from igl_spheremap.untangle.local_repair import small_moves
 from igl_spheremap.verify.certificate import certify, orientation_signs
@@ -82,7 +82,7 @@ def test_the_listener_sees_every_round():
 def test_a_patch_has_all_faces_around_its_vertices_and_a_rim_where_the_mesh_goes_on(rings):
     v, f = ism.samples.make("bird", n_vertices=900)
     chosen = np.array([5, 700, 6])
-    patch = patch_around(ism.check_mesh(v, f).edges, chosen, rings)
+    patch = ism.check_mesh(v, f).edges.patch_around(chosen, rings)
     inside = touching(f, dilate(f, marked(chosen, len(v)), rings))
     assert np.array_equal(patch.vertices[patch.f], f[inside])
     assert np.array_equal(patch.vertices[patch.rim], np.intersect1d(f[inside], f[~inside]))

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
 from ...mesh.check import Mesh
-from ...mesh.edges import sides, twins
+from ...mesh.edges import sides
 from ...resampling.locate import Location, SphereLocator
 from ...sphere.rows import unit_rows
 from ...verify.signs import determinant_signs
@@ -40,7 +40,7 @@ class Triangulation:
         between = mesh.edges.half < 3 * len(mesh.f)  # the other entries are those of vertices
         self._out = mesh.edges.half[between].astype(np.int64)
         self._first = mesh.edges.indptr - np.arange(len(x) + 1)
-        self.twin = twins(mesh.edges).astype(np.int64)
+        self.twin = mesh.edges.twins().astype(np.int64)
         self.forward = np.flatnonzero(self.start < self.end)
         self.edge = np.empty_like(self.twin)
         self.edge[self.forward] = self.edge[self.twin[self.forward]] = np.arange(len(self.forward))
