@@ -8,10 +8,11 @@ from numpy.typing import ArrayLike
 
 from ..gate import takes_mesh
 from ..mesh.check import check_mesh
+from ..paper import algorithm_1 as paper
 from ..paper.settings import Lai2014
-from ..result.run import History, Listener
+from ..result.run import History, Listener, Run
 from ..timings import timed
-from .methods import lai2014
+from .methods import in_gauge, lai2014, paper_setup
 from .options import method_of
 from .sphere_map import SphereMap
 
@@ -69,7 +70,10 @@ def algorithm_1(
     """
     method_of(method, Lai2014)
     history = History(listener)
-    found = lai2014(check_mesh(v, f, caps=caps), replace(method, rounds=0), history, start)
+    setup, first = paper_setup(check_mesh(v, f, caps=caps), method, history, start)
+    last, record = paper.algorithm_1(setup, first)
+    run = Run(record.status, last.energy, rounds=(record,), notes=setup.notes)
+    found = in_gauge(setup.mesh, last.x, run, method.gauge)
     return replace(found, run=history.complete(found.run, method.name, method.settings()))
 
 

@@ -138,12 +138,7 @@ def lai2014(
     start: ArrayLike | None = None,
 ) -> SphereMap:
     """The paper: Algorithm 2 around Algorithm 1, from the Gauss map or another start."""
-    setup = Setup.of(mesh, options, listener)
-    if setup.problem.gauge or not options.may_fold:
-        setup = replace(setup, hooks=Safeguards(mesh, setup.problem, options.may_fold))
-    first = setup.gauss_map()
-    if start is not None:
-        first = setup.start(Stage.GIVEN_MAP, check_start(start, len(mesh.v)))
+    setup, first = paper_setup(mesh, options, listener, start)
     x, run = algorithm_2(setup, first)
     is_free, is_stopped = run.rounds[-1].foldings_after == 0, run.status is Status.STOPPED
     if is_free or is_stopped or options.may_fold or options.rounds == 0:
@@ -152,6 +147,18 @@ def lai2014(
     k, energy = found.run.rounds[-1].round, found.run.energy
     listener(Iterate(Stage.REPAIR, k, 0, found.sphere, energy))
     return found
+
+
+def paper_setup(
+    mesh: Mesh, options: Lai2014, listener: Listener, start: ArrayLike | None
+) -> tuple[Setup, Iterate]:
+    """The paper's problem on a mesh, with the safeguards that the options ask for, and the map that starts."""
+    setup = Setup.of(mesh, options, listener)
+    if setup.problem.gauge or not options.may_fold:
+        setup = replace(setup, hooks=Safeguards(mesh, setup.problem, options.may_fold))
+    if start is None:
+        return setup, setup.gauss_map()
+    return setup, setup.start(Stage.GIVEN_MAP, check_start(start, len(mesh.v)))
 
 
 def _repaired(setup: Setup, x: FloatArray, run: Run) -> SphereMap:
