@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from ..errors import MeshError, printable
 from ..mesh.arrays import FloatArray, IntArray
 from .freesurfer import only
-from .reading import check_complete
+from .reading import Bytes
 from .records import Label, Metadata
 
 SUFFIX = ".annot"
@@ -19,21 +18,9 @@ SUFFIX = ".annot"
 _VERSION = -2
 
 
-def _bytes_of(file: BytesIO, size: int) -> bytes:
-    """The next bytes; a MeshError where the file ends earlier."""
-    data = file.read(max(size, 0))
-    check_complete(len(data) == size, f"{len(data)} bytes", str(size))
-    return data
-
-
-def _number(file: BytesIO) -> int:
-    return int(struct.unpack(">i", _bytes_of(file, 4))[0])
-
-
-def _text_of(file: BytesIO) -> str:
-    return printable(
-        _bytes_of(file, _number(file)).split(b"\0")[0].decode("utf-8", errors="replace")
-    )
+def _text_of(file: Bytes) -> str:
+    text = file.take(file.number(">i4")).split(b"\0")[0]
+    return printable(text.decode("utf-8", errors="replace"))
 
 
 def read_scalars(path: Path) -> dict[str, IntArray]:
@@ -44,11 +31,10 @@ def read_scalars(path: Path) -> dict[str, IntArray]:
     order = np.argsort(codes, kind="stable")  # of labels of one colour the first is taken
     place = np.append(order, len(codes))[np.searchsorted(codes, colours, sorter=order)]
     found = np.append(codes, -1)[place] == colours
-    return {
-        path.name.removesuffix(SUFFIX).partition(".")[2] or path.name: np.where(
-            found, keys[place], -1
-        )
-    }
+    _, _, name = path.name.removesuffix(SUFFIX).partition(".")
+    if not name:
+        name = path.name
+    return {name: np.where(found, keys[place], -1)}
 
 
 def read_table(path: Path) -> tuple[Label, ...]:
@@ -57,24 +43,29 @@ def read_table(path: Path) -> tuple[Label, ...]:
 
 
 def _read(path: Path) -> tuple[IntArray, tuple[Label, ...]]:
-    file = BytesIO(path.read_bytes())
-    n = _number(file)
-    rows = np.frombuffer(_bytes_of(file, 8 * n), ">i4").reshape(-1, 2).astype(np.int64)
+    file = Bytes(path.read_bytes())
+    n = file.number(">i4")
+    rows = file.array(">i4", 2 * n).reshape(-1, 2).astype(np.int64)
     if not np.array_equal(np.sort(rows[:, 0]), np.arange(n)):
         raise MeshError("damaged: it does not name each vertex once; write the file anew")
-    if not any(file.read(4)):
+    if file.at == len(file.data) or not file.number(">i4"):
         raise MeshError(
             "the annotation has no table of labels; write the file anew with its colours"
         )
-    count = _number(file)
+    count = file.number(">i4")
     placed = count == _VERSION
     if placed:
-        _number(file)  # places, of which some may be empty
+        file.number(">i4")  # places, of which some may be empty
     _text_of(file)  # the name of the table's file
+    if placed:
+        count = file.number(">i4")
     table = []
-    for k in range(_number(file) if placed else count):
-        key, name = _number(file) if placed else k, _text_of(file)
-        red, green, blue, clear = struct.unpack(">4i", _bytes_of(file, 16))
+    for k in range(count):
+        key = k
+        if placed:
+            key = file.number(">i4")
+        name = _text_of(file)
+        red, green, blue, clear = file.array(">i4", 4).tolist()
         table.append(Label(key, name, (red / 255, green / 255, blue / 255, 1 - clear / 255)))
     return rows[np.argsort(rows[:, 0]), 1], tuple(table)
 

@@ -14,18 +14,18 @@ from ..errors import MeshError
 from ..mesh.arrays import FloatArray
 from .npz import array_of
 from .records import Metadata
-from .tables import MARKED
+from .tables import MARKED, SEPARATORS
 from .text import write_text
 
 _ARRAY = ".npy"
-_SEPARATED = (".csv", ".tsv")  # fields of other tables end at white space or commas
 _SEPARATORS = "\t;,"
-_QUOTED = re.compile('"[^"]*"')
 
 
 def _by_place(table: NDArray[Any]) -> dict[str, NDArray[Any]]:
     """Name the columns of an array by their places; take a single row for a column."""
-    columns = table.reshape(-1, 1) if table.ndim < 2 or len(table) == 1 else table
+    columns = table
+    if table.ndim < 2 or len(table) == 1:
+        columns = table.reshape(-1, 1)
     if table.ndim > 2 or columns.shape[1] > len(columns):
         raise MeshError(
             f"it holds an array of {' x '.join(map(str, table.shape))}; give one row a vertex"
@@ -35,25 +35,26 @@ def _by_place(table: NDArray[Any]) -> dict[str, NDArray[Any]]:
 
 def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
     """The columns of an array, or of a table."""
-    return (
-        _by_place(array_of(path.read_bytes()))
-        if path.suffix.lower() == _ARRAY
-        else _read_table(path)
-    )
+    if path.suffix.lower() == _ARRAY:
+        return _by_place(array_of(path.read_bytes()))
+    return _read_table(path)
 
 
 def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
     """Write maps as columns, labels as whole numbers; names go to .csv and .tsv, one map to an .npy file as (n,)."""
-    columns = np.stack(list(maps.values()), axis=1).astype(
-        np.int64 if "labels" in metadata else np.float64
-    )
+    columns = np.stack(list(maps.values()), axis=1).astype(np.float64)
+    if "labels" in metadata:
+        columns = columns.astype(np.int64)
     suffix = path.suffix.lower()
     if suffix == _ARRAY:
+        if len(maps) == 1:
+            columns = columns[:, 0]
         with path.open("wb") as file:
-            np.save(file, columns[:, 0] if len(maps) == 1 else columns)
+            np.save(file, columns)
         return
-    mark = "," if suffix == ".csv" else "\t"
-    head = mark.join(map(_cell_of, maps)) + "\n" if suffix in _SEPARATED else ""
+    mark, head = SEPARATORS.get(suffix, "\t"), ""
+    if suffix in SEPARATORS:
+        head = mark.join(map(_cell_of, maps)) + "\n"
     write_text(path, head, {}, (mark.join(["%r"] * len(maps)) + "\n", columns))
 
 
@@ -67,15 +68,11 @@ def _read_table(path: Path) -> dict[str, NDArray[Any]]:
     if not lines:
         raise MeshError("it holds no numbers; give one row a vertex")
     text = [line for _, line in lines]
-    if path.suffix.lower() in _SEPARATED:
-        unquoted = _QUOTED.sub("", text[0])
-        rows = list(
-            csv.reader(
-                text, delimiter=next((mark for mark in _SEPARATORS if mark in unquoted), ",")
-            )
-        )
-    else:
-        rows = [re.split(r"\s*,\s*|\s+", line.strip()) for line in text]
+    rows = [re.split(r"\s*,\s*|\s+", line.strip()) for line in text]
+    if path.suffix.lower() in SEPARATORS:
+        unquoted = re.sub('"[^"]*"', "", text[0])
+        mark = next((mark for mark in _SEPARATORS if mark in unquoted), ",")
+        rows = list(csv.reader(text, delimiter=mark))
     for (number, _), row in zip(lines, rows, strict=True):
         if len(row) != len(rows[0]):
             raise MeshError(
@@ -87,26 +84,28 @@ def _read_table(path: Path) -> dict[str, NDArray[Any]]:
             f"it holds {len(rows)} lines of {len(rows[0])} fields; give one line a vertex"
         )
     headed = not any(map(_is_number, rows[0]))
-    names = [(headed and _name_of(name.strip())) or str(k) for k, name in enumerate(rows[0])]
+    names, body = [str(k) for k in range(len(rows[0]))], rows
+    if headed:
+        body = rows[1:]
+        for k, cell in enumerate(rows[0]):
+            if name := _name_of(cell.strip()):
+                names[k] = name
     if len(set(names)) < len(names):
         raise MeshError(f"two columns are called {max(names, key=names.count)!a}; rename one")
-    body = rows[headed:]
     columns = {}
     for k, name in enumerate(names):
         fields = [row[k] for row in body]
         bad = next((i for i, field in enumerate(fields) if not _is_number(field)), -1)
         if bad > 0 or (bad == 0 and len(names) == 1):
             raise MeshError(
-                f"line {lines[headed + bad][0]} reads {fields[bad][:40]!a} in column {name[:40]!a} where a "
+                f"line {lines[bad - len(body)][0]} reads {fields[bad][:40]!a} in column {name[:40]!a} where a "
                 "number is expected; correct the table"
             )
         if bad < 0 and fields:
             columns[name] = np.fromiter(map(float, fields), dtype=np.float64, count=len(fields))
-    return (
-        columns
-        if headed or len(body) > 1
-        else _by_place(np.concatenate([np.empty(0), *columns.values()]))
-    )
+    if headed or len(body) > 1:
+        return columns
+    return _by_place(np.concatenate([np.empty(0), *columns.values()]))
 
 
 def _is_number(field: str) -> bool:
@@ -126,9 +125,14 @@ def _is_marked(name: str) -> bool:
 
 
 def _name_of(cell: str) -> str:
-    return cell[1:] if cell.startswith("'") and _is_marked(cell[1:]) else cell
+    if cell.startswith("'") and _is_marked(cell[1:]):
+        return cell[1:]
+    return cell
 
 
 def _cell_of(name: str) -> str:
-    marked = f"'{name}" if _is_marked(name) else name
-    return '"{}"'.format(marked.replace('"', '""')) if set(marked) & {*_SEPARATORS, '"'} else marked
+    if _is_marked(name):
+        name = f"'{name}"
+    if set(name) & {*_SEPARATORS, '"'}:
+        return '"{}"'.format(name.replace('"', '""'))
+    return name

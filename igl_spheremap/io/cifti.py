@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from ..errors import FileError, MeshError, import_optional, printable
 from ..mesh.arrays import FloatArray
 from .formats import CIFTI_SCALARS, CIFTI_SERIES
-from .nifti import array_behind
+from .nifti import array_behind, nibabel_for
 from .records import Label, Metadata
 
-_EXTENSION = 32  # the code of NIfTI's extension that holds CIFTI's XML
 _PREFIX = "CIFTI_STRUCTURE_"
 
 
@@ -27,21 +26,22 @@ def read_scalars(path: Path, structure: str | None = None) -> dict[str, NDArray[
     """The maps over a hemisphere, or over the only one that has any; NaN at vertices without data."""
     maps, rows, data = _load(path)
     models = {
-        name: (where, model)
+        _ours(name): (where, model, rows.nvertices[name])
         for name, where, model in rows.iter_structures()
         if name in rows.nvertices
     }
-    known = ", ".join(printable(_ours(name)) for name in models)
+    known = ", ".join(map(printable, models))
     if structure is None and len(models) != 1:
         raise MeshError(
             f"it holds data of {known or 'no surface'}, and the mesh does not say which it is; name it "
             "lh.NAME, rh.NAME or NAME_hemi-L"
         )
-    name = next(iter(models)) if structure is None else _theirs(structure)
-    if name not in models:
+    if structure is None:
+        structure = next(iter(models))
+    if structure not in models:
         raise MeshError(f"it holds no data of {structure}; it has {known or 'none of a surface'}")
-    where, model = models[name]
-    found = np.full((len(maps), rows.nvertices[name]), np.nan)
+    where, model, n = models[structure]
+    found = np.full((len(maps), n), np.nan)
     found[:, model.vertex] = data[:, where]
     names = [str(name) for name in getattr(maps, "name", range(len(maps)))]
     return dict(zip(names, found, strict=True))
@@ -105,18 +105,19 @@ def _load(path: Path) -> tuple[Any, Any, NDArray[Any]]:
 
     The header is read without nibabel's checks, which print what they mend.
     """
-    nibabel = import_optional("nibabel", "CIFTI", "io")
     content = path.read_bytes()
-    header = nibabel.Nifti2Header.from_fileobj(BytesIO(content), check=False)
-    known = [each.get_content() for each in header.extensions if each.get_code() == _EXTENSION]
-    if not known:
-        raise MeshError("it is an image, not data over surfaces; give a CIFTI file")
-    maps, rows = (known[0].get_axis(k) for k in range(2))
-    if not hasattr(rows, "iter_structures"):
-        raise MeshError(
-            "it holds data of parcels, not of vertices; give a dense file, such as .dscalar.nii"
-        )
-    return maps, rows, array_behind(header, content).reshape(len(maps), len(rows))
+    with nibabel_for("CIFTI") as nibabel:
+        header = nibabel.Nifti2Header.from_fileobj(BytesIO(content), check=False)
+        cifti = nibabel.nifti1.extension_codes["cifti"]
+        known = [each.get_content() for each in header.extensions if each.get_code() == cifti]
+        if not known:
+            raise MeshError("it is an image, not data over surfaces; give a CIFTI file")
+        maps, rows = (known[0].get_axis(k) for k in range(2))
+        if not hasattr(rows, "iter_structures"):
+            raise MeshError(
+                "it holds data of parcels, not of vertices; give a dense file, such as .dscalar.nii"
+            )
+        return maps, rows, array_behind(header, content).reshape(len(maps), len(rows))
 
 
 def _theirs(structure: str) -> str:

@@ -103,11 +103,14 @@ def _read(path: PathLike, sphere: bool = False, triangulate: bool = False) -> Lo
             raw = kind.functions.read(path, part)
         else:
             return _part(path, part, triangulate)
-        positions = raw.sphere if sphere and raw.sphere is not None else raw.v
-        v = check_rows(positions, name="vertices")
-        f, polygons, concave = raw.faces.cut(v) if triangulate else (raw.faces.triangles(), 0, 0)
-        metadata = structure_of(path) | dict(raw.metadata)
-        return LoadedMesh(v, f, metadata, polygons, concave)
+        positions = raw.v
+        if sphere and raw.sphere is not None:
+            positions = raw.sphere
+        v, metadata = check_rows(positions, name="vertices"), structure_of(path) | {**raw.metadata}
+        if triangulate:
+            f, polygons, concave = raw.faces.cut(v)
+            return LoadedMesh(v, f, metadata, polygons, concave)
+        return LoadedMesh(v, raw.faces.triangles(), metadata)
 
 
 def part_of(name: PathLike) -> tuple[Path, int | None]:
@@ -117,11 +120,9 @@ def part_of(name: PathLike) -> tuple[Path, int | None]:
     (12, None)
     """
     found = re.fullmatch(r"(.+):(\d+)", str(name))
-    return (
-        (Path(name), None)
-        if found is None or Path(name).exists()
-        else (Path(found[1]), int(found[2]))
-    )
+    if found is None or Path(name).exists():
+        return Path(name), None
+    return Path(found[1]), int(found[2])
 
 
 def own_name(name: PathLike) -> Path:

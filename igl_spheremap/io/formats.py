@@ -51,20 +51,9 @@ def _root(name: bytes) -> bytes:
 
 #: FreeSurfer's kinds of surfaces, and two of this package, so that its results take no name of FreeSurfer's files.
 _KINDS = (
-    "pial",
-    "white",
-    "sphere",
-    "inflated",
-    "smoothwm",
-    "orig",
-    "midthickness",
-    "graymid",
-    "qsphere",
-    "reg",
-    "surf",
-    "conformal",
-    "balanced",
-)
+    "pial", "white", "sphere", "inflated", "smoothwm", "orig", "midthickness", "graymid", "qsphere", "reg", "surf",
+    "conformal", "balanced",
+)  # fmt: skip
 #: Ends of names of images of voxels.
 IMAGES = (".nii", ".nii.gz", ".mgz", ".mgh")
 #: Ends of names of CIFTI-2 files of numbers; of those of labels another one.
@@ -138,59 +127,72 @@ READ_ONLY = {
     ".vtu": ".vtk",
     ".mz3": ".ply",
     ".asc": ".gii",
-} | {end: ".ply" for end in IMAGES}
+}
+READ_ONLY |= dict.fromkeys(IMAGES, ".ply")
 
 
-_ASSIMP = "convert it by `assimp export {path} {stem}.obj`"
-_GMSH = "mesh it by `gmsh {path} -2 -o {stem}.stl`"
-_MESHIO = "convert it by `meshio convert {path} {stem}.vtk`"
-_PYVISTA = (
-    "convert it by PyVista: read('{path}').extract_surface().triangulate().save('{stem}.ply')"
-)
-_SIMPLEITK = "convert it by SimpleITK: WriteImage(ReadImage('{path}'), '{stem}.nii.gz')"
-_SUMA = "convert it by `ConvertSurface -i_bv {path} -o_gii {stem}.surf.gii`"
-_PART = "take it out of its surface by igl_spheremap.io.patch: read_patch('{path}').part(v, f)"
-_PICTURE = "give a mesh, or a grid of positions in an .npz file"
-_CLOUD = "reconstruct its surface first"
 #: Formats that are known but not read, by the ends of names: each with the conversion that leads to one that is.
 FOREIGN = {
-    ".dae": ("COLLADA", _ASSIMP),
-    ".fbx": ("FBX", _ASSIMP),
-    ".3ds": ("3DS", _ASSIMP),
-    ".3mf": ("3MF", _ASSIMP),
-    ".x3d": ("X3D", _ASSIMP),
-    ".wrl": ("VRML", _ASSIMP),
-    ".blend": ("Blender's format", _ASSIMP),
-    ".dxf": ("DXF", _ASSIMP),
-    ".step": ("STEP", _GMSH),
-    ".stp": ("STEP", _GMSH),
-    ".iges": ("IGES", _GMSH),
-    ".igs": ("IGES", _GMSH),
-    ".msh": ("Gmsh's format", _MESHIO),
-    ".mesh": ("Medit's format", _MESHIO),
-    ".inp": ("Abaqus' format", _MESHIO),
-    ".bdf": ("Nastran's format", _MESHIO),
-    ".xdmf": ("XDMF", _MESHIO),
-    ".med": ("MED", _MESHIO),
-    ".vti": ("VTK's format of images", _PYVISTA),
-    ".vtr": ("VTK's format of grids", _PYVISTA),
-    ".vts": ("VTK's format of grids", _PYVISTA),
-    ".pvtp": ("VTK's format of files in parts", _PYVISTA),
-    ".pvtu": ("VTK's format of files in parts", _PYVISTA),
-    ".nrrd": ("NRRD", _SIMPLEITK),
-    ".mha": ("MetaImage", _SIMPLEITK),
-    ".mhd": ("MetaImage", _SIMPLEITK),
-    ".dcm": ("DICOM", _SIMPLEITK),
-    ".srf": ("BrainVoyager's format", _SUMA),
-    ".patch.3d": ("a patch of FreeSurfer, without faces", _PART),
-    ".patch.flat": ("a patch of FreeSurfer, without faces", _PART),
-    ".png": ("a picture", _PICTURE),
-    ".jpg": ("a picture", _PICTURE),
-    ".tif": ("a picture", _PICTURE),
-    ".xyz": ("a cloud of points", _CLOUD),
-    ".pcd": ("a cloud of points", _CLOUD),
-    ".las": ("a cloud of points", _CLOUD),
+    end: (name, remedy)
+    for remedy, names in {
+        "convert it by `assimp export {path} {stem}.obj`": {
+            ".dae": "COLLADA",
+            ".fbx": "FBX",
+            ".3ds": "3DS",
+            ".3mf": "3MF",
+            ".x3d": "X3D",
+            ".wrl": "VRML",
+            ".blend": "Blender's format",
+            ".dxf": "DXF",
+        },
+        "mesh it by `gmsh {path} -2 -o {stem}.stl`": {
+            ".step": "STEP",
+            ".stp": "STEP",
+            ".iges": "IGES",
+            ".igs": "IGES",
+        },
+        "convert it by `meshio convert {path} {stem}.vtk`": {
+            ".msh": "Gmsh's format",
+            ".mesh": "Medit's format",
+            ".inp": "Abaqus' format",
+            ".bdf": "Nastran's format",
+            ".xdmf": "XDMF",
+            ".med": "MED",
+        },
+        "convert it by PyVista: read('{path}').extract_surface().triangulate().save('{stem}.ply')": {
+            ".vti": "VTK's format of images",
+            ".vtr": "VTK's format of grids",
+            ".vts": "VTK's format of grids",
+            ".pvtp": "VTK's format of files in parts",
+            ".pvtu": "VTK's format of files in parts",
+        },
+        "convert it by SimpleITK: WriteImage(ReadImage('{path}'), '{stem}.nii.gz')": {
+            ".nrrd": "NRRD",
+            ".mha": "MetaImage",
+            ".mhd": "MetaImage",
+            ".dcm": "DICOM",
+        },
+        "convert it by `ConvertSurface -i_bv {path} -o_gii {stem}.surf.gii`": {
+            ".srf": "BrainVoyager's format"
+        },
+        "take it out of its surface by igl_spheremap.io.patch: read_patch('{path}').part(v, f)": {
+            ".patch.3d": "a patch of FreeSurfer, without faces",
+            ".patch.flat": "a patch of FreeSurfer, without faces",
+        },
+        "give a mesh, or a grid of positions in an .npz file": {
+            ".png": "a picture",
+            ".jpg": "a picture",
+            ".tif": "a picture",
+        },
+        "reconstruct its surface first": {
+            ".xyz": "a cloud of points",
+            ".pcd": "a cloud of points",
+            ".las": "a cloud of points",
+        },
+    }.items()
+    for end, name in names.items()
 }
+
 #: Regular expressions of how files of them begin, with the end of a name that stands for the format.
 FOREIGN_MARKS = {
     _root(b"COLLADA"): ".dae",
@@ -211,7 +213,6 @@ FOREIGN_MARKS = {
     rb"\xff\xff\xff\xff|#!ascii (version of )?patch": ".patch.3d",
 }
 GZIP = b"\x1f\x8b"
-_HEAD = 4096  # bytes within which a file says what it is
 
 
 def format_of(path: PathLike, *, data: bool = False) -> Format:
@@ -222,31 +223,43 @@ def format_of(path: PathLike, *, data: bool = False) -> Format:
     >>> format_of("bunny.OBJ").name, format_of("sub-01/surf/lh.sphere.v2").name, format_of("lh.pial.surf.gii").name
     ('OBJ', 'FreeSurfer', 'GIFTI')
     """
-    path, formats = Path(path), DATA_FORMATS if data else FORMATS
-    name = path.name.lower()
+    what, formats = _known(data)
+    name = Path(path).name
     for entry in formats:
-        if name.endswith(entry.suffixes):
+        if name.lower().endswith(entry.suffixes):
             return entry
-    if path.name.startswith(HEMISPHERES):
+    if name.startswith(HEMISPHERES):
         return next(entry for entry in formats if entry.name == "FreeSurfer")
     known = ", ".join(f"{entry.name} ({', '.join(entry.suffixes)})" for entry in formats)
-    what = "unknown format of data" if data else "unknown format"
-    raise FileError(f"{path}: {what}; the end of the name decides: {known}")
+    raise FileError(f"{path}: unknown {what}; the end of the name decides: {known}")
+
+
+def _known(data: bool) -> tuple[str, tuple[Format, ...]]:
+    """What formats are called, and all of them."""
+    if data:
+        return "format of data", DATA_FORMATS
+    return "format", FORMATS
+
+
+def head_of(path: Path, size: int = 4096) -> tuple[bytes, bool]:
+    """The bytes in which a file says what it is, and whether gzip packs them."""
+    with path.open("rb") as file:
+        head = file.read(size)
+    packed = head.startswith(GZIP)
+    if packed:
+        with contextlib.suppress(zlib.error):
+            head = zlib.decompressobj(wbits=31).decompress(head, size)
+    return head, packed
 
 
 def format_in(path: PathLike, *, data: bool = False) -> Format:
     """The format of a file that is there, by its first bytes, or else by its name."""
     path = Path(path)
-    with path.open("rb") as file:
-        head = file.read(_HEAD)
-    packed = head.startswith(GZIP)
-    if packed:
-        with contextlib.suppress(zlib.error):
-            head = zlib.decompressobj(wbits=31).decompress(head, _HEAD)
+    head, packed = head_of(path)
     for mark, end in FOREIGN_MARKS.items():
         if re.match(mark, head, re.DOTALL):
             raise _not_read(path, end)
-    for entry in DATA_FORMATS if data else FORMATS:
+    for entry in _known(data)[1]:
         if entry.magic and re.match(entry.magic, head, re.DOTALL):
             if packed and not entry.packed:
                 raise FileError(f"{path} is packed by gzip; unpack it: gunzip {path}")
@@ -280,6 +293,7 @@ def stem_of(path: PathLike) -> str:
     >>> stem_of("a/labels.nii.gz"), stem_of("lh.white.ply"), stem_of("a/lh.curv")
     ('labels', 'lh.white', 'lh')
     """
-    name = Path(path).name
-    end = len(suffix_of(path)) or len(Path(path).suffix)
-    return name[: len(name) - end]
+    path = Path(path)
+    if not suffix_of(path):
+        return path.stem
+    return path.name[: -len(suffix_of(path))]

@@ -5,20 +5,18 @@ from __future__ import annotations
 import binascii
 import gzip
 import zlib
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from ..errors import MeshError, import_optional, printable
 from ..mesh.arrays import FloatArray, IntArray
-from .reading import check_expansion, expansion_limit
+from .reading import check_expansion, expansion_limit, unpacked
 from .records import Label, Metadata, RawMesh, of_triangles
 
-_GZIP = b"\x1f\x8b"
 _STRUCTURE = "AnatomicalStructurePrimary"
 _MARK = "ProgramProvenance"  # the name that Connectome Workbench gives such an entry
 
@@ -44,13 +42,8 @@ def read(path: Path) -> RawMesh:
 
 def _load(path: Path) -> Any:
     gifti = import_optional("nibabel.gifti", "GIFTI", "io")
-    content = path.read_bytes()
-    stored = len(content)
-    if content.startswith(_GZIP):
-        with gzip.open(BytesIO(content)) as file:
-            content = file.read(expansion_limit(stored) + 1)
-        check_expansion(len(content), stored)
-    _check_blocks(content, stored)
+    content = unpacked(path)
+    _check_blocks(content, path.stat().st_size)
     return gifti.GiftiImage.from_bytes(content)
 
 
@@ -73,30 +66,24 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
 
     ``geometric_type`` is "Anatomical" if none is given.
     """
-    gifti = import_optional("nibabel.gifti", "GIFTI", "io")
-    meta = _meta(gifti, metadata, GeometricType=metadata.get("geometric_type", "Anatomical"))
-    points = gifti.GiftiDataArray(
-        v.astype(np.float32),
-        "NIFTI_INTENT_POINTSET",
-        "NIFTI_TYPE_FLOAT32",
-        meta=meta,
-        coordsys=metadata.get("coordinate_system"),
+    kind = {"GeometricType": metadata.get("geometric_type", "Anatomical")}
+    points = _array(
+        v,
+        "POINTSET",
+        np.float32,
+        _structure(metadata) | kind,
+        metadata.get("coordinate_system"),
     )
-    triangles = gifti.GiftiDataArray(
-        f.astype(np.int32),
-        "NIFTI_INTENT_TRIANGLE",
-        "NIFTI_TYPE_INT32",
-        meta=gifti.GiftiMetaData(TopologicalType="Closed"),
-    )
-    _save(gifti, path, [points, triangles], metadata)
+    triangles = _array(f, "TRIANGLE", np.int32, {"TopologicalType": "Closed"})
+    _save(path, [points, triangles], metadata)
 
 
 def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
     """The data arrays by their names, or else their places."""
-    return {
-        dict(array.meta).get("Name") or str(k): array.data
-        for k, array in enumerate(_load(path).darrays)
-    }
+    arrays = {}
+    for k, array in enumerate(_load(path).darrays):
+        arrays[dict(array.meta).get("Name") or str(k)] = array.data
+    return arrays
 
 
 def read_table(path: Path) -> tuple[Label, ...] | None:
@@ -104,41 +91,51 @@ def read_table(path: Path) -> tuple[Label, ...] | None:
     image = _load(path)
     if not image.get_arrays_from_intent("NIFTI_INTENT_LABEL"):
         return None
-    return tuple(
-        Label(int(row.key), printable(row.label or ""), row.rgba) for row in image.labeltable.labels
-    )
+    rows = [(int(row.key), row.label, row.rgba) for row in image.labeltable.labels]
+    return tuple(Label(key, printable(name or ""), rgba) for key, name, rgba in rows)
 
 
 def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
     """Write maps, one data array each, in float32, or in int32 with their table if ``labels`` are known."""
-    gifti = import_optional("nibabel.gifti", "GIFTI", "io")
-    labelled = "labels" in metadata
-    intent, code, kind = (
-        ("LABEL", "INT32", np.int32) if labelled else ("SHAPE", "FLOAT32", np.float32)
+    intent, kind = "SHAPE", "float32"
+    if "labels" in metadata:
+        intent, kind = "LABEL", "int32"
+    _save(
+        path,
+        [_array(values, intent, kind, {"Name": name}) for name, values in maps.items()],
+        metadata,
     )
-    arrays = [
-        gifti.GiftiDataArray(
-            values.astype(kind),
-            f"NIFTI_INTENT_{intent}",
-            f"NIFTI_TYPE_{code}",
-            meta=gifti.GiftiMetaData(Name=name),
-        )
-        for name, values in maps.items()
-    ]
-    _save(gifti, path, arrays, metadata)
 
 
-def _save(gifti: Any, path: Path, arrays: list[Any], metadata: Metadata) -> None:
-    mark = {_MARK: metadata["mark"]} if "mark" in metadata else {}
-    image = gifti.GiftiImage(meta=_meta(gifti, metadata, **mark), darrays=arrays)
+def _array(
+    values: NDArray[Any], intent: str, kind: DTypeLike, meta: dict[str, str], coordsys: Any = None
+) -> Any:
+    gifti, dtype = import_optional("nibabel.gifti", "GIFTI", "io"), np.dtype(kind)
+    return gifti.GiftiDataArray(
+        values.astype(dtype),
+        f"NIFTI_INTENT_{intent}",
+        f"NIFTI_TYPE_{dtype.name.upper()}",
+        meta=gifti.GiftiMetaData(meta),
+        coordsys=coordsys,
+    )
+
+
+def _structure(metadata: Metadata) -> dict[str, str]:
+    if "structure" not in metadata:
+        return {}
+    return {_STRUCTURE: metadata["structure"]}
+
+
+def _save(path: Path, arrays: list[Any], metadata: Metadata) -> None:
+    gifti, meta = import_optional("nibabel.gifti", "GIFTI", "io"), _structure(metadata)
+    if "mark" in metadata:
+        meta[_MARK] = metadata["mark"]
+    image = gifti.GiftiImage(meta=gifti.GiftiMetaData(meta), darrays=arrays)
     for label in metadata.get("labels", ()):
         row = gifti.GiftiLabel(label.key, *label.rgba)
         row.label = label.name
         image.labeltable.labels.append(row)
     content = image.to_xml()
-    path.write_bytes(gzip.compress(content, mtime=0) if path.suffix.lower() == ".gz" else content)
-
-
-def _meta(gifti: Any, metadata: Metadata, **entries: str) -> Any:
-    structure = {_STRUCTURE: metadata["structure"]} if "structure" in metadata else {}
-    return gifti.GiftiMetaData(structure | entries)
+    if path.suffix.lower() == ".gz":
+        content = gzip.compress(content, mtime=0)
+    path.write_bytes(content)

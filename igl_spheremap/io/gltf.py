@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..draw.plot import vertical
 from ..errors import MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
-from .reading import beside, check_complete, check_expansion
+from .reading import Bytes, beside, check_complete, check_expansion
 from .records import Metadata, RawMesh, of_triangles
 
 _MAGIC = b"glTF"
@@ -41,13 +41,11 @@ class Scene:
     """The tree of a scene, and its buffers, each read once from the file or from those beside it."""
 
     def __init__(self, path: Path) -> None:
-        data = path.read_bytes()
-        chunk = b""
-        if data.startswith(_MAGIC):
-            text = _chunk(data, 12)
-            chunk = _chunk(data, 20 + len(text))
-        else:
-            text = data
+        text, chunk = path.read_bytes(), b""
+        stored = len(text)
+        if text.startswith(_MAGIC):
+            file = Bytes(text, 12)
+            text, chunk = _chunk(file), _chunk(file)
         self.path, self.tree = path, json.loads(text)
         if str(self.tree.get("asset", {}).get("version", 2)).startswith("1."):
             raise MeshError("it is of version 1 of glTF; write it as glTF 2.0")
@@ -56,7 +54,7 @@ class Scene:
         if len(set(named)) < len(named):
             raise MeshError("it names a file twice, for two buffers; write it anew")
         self.buffers = [self._content(entry, chunk) for entry in entries]
-        _check_tree(self.tree, len(data) + sum(map(os.path.getsize, named)))
+        _check_tree(self.tree, stored + sum(map(os.path.getsize, named)))
 
     def _place(self, entry: dict[str, Any]) -> Path:
         return beside(self.path, unquote(entry["uri"]))
@@ -182,12 +180,12 @@ def _is_named(entry: dict[str, Any]) -> bool:
     return not entry.get("uri", "data:").startswith("data:")
 
 
-def _chunk(data: bytes, at: int) -> bytes:
-    """The content of the chunk of a .glb file that begins there; none at its end."""
-    size = int.from_bytes(data[at : at + 4], "little")
-    rest = max(len(data) - at - 8, 0)
-    check_complete(size <= rest, f"{rest} bytes", f"{size} bytes of a chunk")
-    return data[at + 8 : at + 8 + size]
+def _chunk(file: Bytes) -> bytes:
+    """The content of the next chunk of a .glb file; none at its end."""
+    if file.at >= len(file.data):
+        return b""
+    size, _ = file.array("<u4", 2).tolist()
+    return file.take(size)
 
 
 def _glb(tree: dict[str, Any], binary: bytes) -> bytes:

@@ -7,25 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import FileError, Remedy
-from .formats import CONVENTIONS, Convention, PathLike
+from .formats import Convention, PathLike
 
 LEFT, RIGHT = "CortexLeft", "CortexRight"
 #: The structures by the letters that stand for them.
 SIDES = {"L": LEFT, "R": RIGHT}
 #: Words of names for kinds of surfaces, by FreeSurfer, pycortex, BrainSuite and CIVET, HCP and CAT.
-_KINDS = {
-    "white": "white",
-    "smoothwm": "white",
-    "wm": "white",
-    "inner": "white",
-    "pial": "pial",
-    "pia": "pial",
-    "gray": "pial",
-    "midthickness": "midthickness",
-    "graymid": "midthickness",
-    "central": "midthickness",
-    "mid": "midthickness",
-}
+_KINDS = {word: kind for kind, words in (
+    ("white", ("white", "smoothwm", "wm", "inner")), ("pial", ("pial", "pia", "gray")),
+    ("midthickness", ("midthickness", "graymid", "central", "mid")),
+) for word in words}  # fmt: skip
 #: The word of the pial surface beside a white one, by the word of that one.
 _PARTNERS = {
     "white": ("pial", "gray"),
@@ -88,8 +79,11 @@ def structure_of(path: PathLike) -> dict[str, str]:
     ({'structure': 'CortexLeft'}, {'structure': 'CortexRight'})
     """
     found = _STRUCTURE.search(Path(path).name)
-    left = found and (found[1] or found[2] or found[3]) in ("lh", "hemi-L", "L", "left")
-    return {"structure": LEFT if left else RIGHT} if found else {}
+    if found is None:
+        return {}
+    if {"lh", "hemi-L", "L", "left"} & {*found.groups()}:
+        return {"structure": LEFT}
+    return {"structure": RIGHT}
 
 
 def other_side(structure: str) -> str:
@@ -102,7 +96,21 @@ def other_side(structure: str) -> str:
 
 
 def _letter(structure: str) -> str:
-    return "L" if structure == LEFT else "R"
+    if structure == LEFT:
+        return "L"
+    return "R"
+
+
+def _entity(name: str) -> str:
+    """A name as that of an entity of BIDS, which has no other letters than these.
+
+    >>> _entity("HCP_MMP1"), _entity("-")
+    ('HCPMMP1', 'x')
+    """
+    letters = re.sub(r"[^A-Za-z0-9]", "", name)
+    if not letters:
+        return "x"
+    return letters
 
 
 def hemisphere_of(path: PathLike, structure: str | None = None) -> Hemisphere:
@@ -124,16 +132,13 @@ def hemisphere_of(path: PathLike, structure: str | None = None) -> Hemisphere:
     if found := _BIDS.match(path.name):
         entities = found[1]
         return Hemisphere(entities.partition("_")[0], entities, structure, kind)
-    hcp = _HCP.match(path.name)
-    subject = (
-        path.resolve().parts[-3]
-        if path.resolve().parent.name == "surf"
-        else hcp[1]
-        if hcp
-        else _rest(path.name)
-    )
-    label = re.sub(r"[^A-Za-z0-9]", "", subject.removeprefix("sub-")) or "x"
-    return Hemisphere(subject, f"sub-{label}", structure, kind)
+    if path.resolve().parent.name == "surf":
+        subject = path.resolve().parts[-3]
+    elif hcp := _HCP.match(path.name):
+        subject = hcp[1]
+    else:
+        subject = _rest(path.name)
+    return Hemisphere(subject, f"sub-{_entity(subject.removeprefix('sub-'))}", structure, kind)
 
 
 def _rest(name: str) -> str:
@@ -142,23 +147,15 @@ def _rest(name: str) -> str:
     >>> _rest("lh.central.bert.gii"), _rest("white.surf.gii")
     ('bert', 'x')
     """
-    known = {
-        *_KINDS,
-        "lh",
-        "rh",
-        "left",
-        "right",
-        "surf",
-        "gii",
-        "gz",
-        "obj",
-        "ply",
-        "stl",
-        "vtk",
-        "off",
-        "",
-    }
-    return "_".join(word for word in re.split(r"[._]", name) if word not in known) or "x"
+    others = r"|lh|rh|left|right|surf|gii|gz|obj|ply|stl|vtk|off"
+    words = [
+        word
+        for word in re.split(r"[._]", name)
+        if word not in _KINDS and not re.fullmatch(others, word)
+    ]
+    if not words:
+        return "x"
+    return "_".join(words)
 
 
 def partner_of(path: PathLike) -> str | None:
@@ -181,8 +178,11 @@ def atlas_of(path: PathLike) -> str:
     'fsaverage.BA'
     """
     name = Path(path).name
-    found = _SEGMENTATION.search(name)
-    return found[1] if found else _SIDE.sub("", _ENDS.sub("", name)) or "labels"
+    if found := _SEGMENTATION.search(name):
+        return found[1]
+    if rest := _SIDE.sub("", _ENDS.sub("", name)):
+        return rest
+    return "labels"
 
 
 #: How names of files end by what they hold, by BIDS, FreeSurfer and HCP; words in braces are those of `Names.of`. The
@@ -241,15 +241,20 @@ class Names:
         Of a frame `name` ``registered`` is the sphere, ``distortion`` how areas changed, ``resampled`` the surface of a
         kind with the vertices of the template; of an atlas `name` ``labels``, and ``margin``, how sure they are.
         """
-        h, mirrored = self.hemisphere, "mirrored" * self.mirrored
-        side = _letter(h.other if self.mirrored else h.structure)
+        h, mirrored, dotted, desc = self.hemisphere, "", "", ""
+        side, density = h.side, str(vertices)
+        if self.mirrored:
+            mirrored, dotted, desc = "mirrored", ".mirrored", "_desc-mirrored"
+            side = _letter(h.other)
+        if vertices >= 1000:
+            density = f"{round(vertices / 1000)}k"
         words = {
             "name": name,
             "kind": kind,
             "mirrored": mirrored,
-            "label": re.sub(r"[^A-Za-z0-9]", "", name) or "x",  # of an entity of BIDS
-            "dotted": mirrored and f".{mirrored}",
-            "desc": mirrored and f"_desc-{mirrored}",
+            "label": _entity(name),
+            "dotted": dotted,
+            "desc": desc,
             # FreeSurfer's own frame is not named; others are, as `surfreg` names them: lh.fsLR.sphere.reg.
             "frame": "".join(
                 f"{word}." for word in (name, mirrored) if word not in ("fsaverage", "")
@@ -257,17 +262,16 @@ class Names:
             "registered": {"fsaverage": "sphere.reg", "fsLR": "sphere.reg.reg_LR"}.get(
                 name, f"sphere.reg.{name}"
             ),
-            "density": f"{round(vertices / 1000)}k" if vertices >= 1000 else str(vertices),
+            "density": density,
             "mesh": {"fsaverage": f"fsavg_{side}", "fsLR": "fs_LR"}.get(name, name),
         }
-        convention = "bids" if self.convention == "fmriprep" else self.convention
-        end = _ENDINGS[what][CONVENTIONS.index(convention)]
-        begin = {
-            "bids": f"{h.entities}_hemi-{h.side}_",
-            "freesurfer": f"{h.hemi}.",
-            "hcp": f"{h.subject}.{h.side}.",
-        }
-        return begin[convention] + end.format(**words)
+        begin, column = {
+            "bids": (f"{h.entities}_hemi-{h.side}_", 0),
+            "fmriprep": (f"{h.entities}_hemi-{h.side}_", 0),
+            "freesurfer": (f"{h.hemi}.", 1),
+            "hcp": (f"{h.subject}.{h.side}.", 2),
+        }[self.convention]
+        return begin + _ENDINGS[what][column].format(**words)
 
 
 def fill_sides(pattern: str, structure: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import math
 from io import BytesIO
 from pathlib import Path
@@ -12,19 +11,15 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import MeshError, import_optional
+from ..errors import MeshError
 from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray, plain_array
-from .formats import GZIP
-from .nifti import array_behind
+from .nifti import array_behind, nibabel_for
+from .reading import unpacked
 from .records import RawMesh, of_triangles
 
-#: Bytes that deflate makes of one at most: images of labels do expand that far.
-_DEFLATE = 1032
 #: How files begin that are not of NIfTI's first version.
 _MGH, _NIFTI2 = b"\0\0\0\1", (b"\x1c\2\0\0", b"\0\0\2\x1c")
-#: Labels that a message lists.
-_LISTED = 12
 
 
 @gate
@@ -70,20 +65,21 @@ def label_surface(
     """
     image = plain_array(labels, "labels")
     if image.ndim != 3:
-        shape = " x ".join(map(str, image.shape))
-        raise MeshError(f"it holds an array of {shape or 'one number'}; give a label at each voxel")
-    matrix = np.eye(4) if affine is None else plain_array(affine, "affine").astype(np.float64)
+        shape = "one number"
+        if image.ndim:
+            shape = " x ".join(map(str, image.shape))
+        raise MeshError(f"it holds an array of {shape}; give a label at each voxel")
+    matrix = np.eye(4)
+    if affine is not None:
+        matrix = plain_array(affine, "affine").astype(np.float64)
     if matrix.shape != (4, 4) or not abs(np.linalg.det(matrix[:3, :3])) > 0:
         raise MeshError("the affine matrix is not 4 x 4 and invertible; correct the image's header")
     inside = image == label
     if not inside.any():
         raise MeshError(f"no voxel has the label {label}; it has {_listed(_keys(image))}")
-    corner, box = [], inside
-    for axis in range(3):
-        at = np.flatnonzero(inside.any(axis=tuple({0, 1, 2} - {axis})))
-        corner.append(at[0] - 1)
-        box = box.take(range(at[0], at[-1] + 1), axis=axis)
-    padded = np.pad(box, 1)
+    spans = [np.flatnonzero(inside.any(axis=others)) for others in ((1, 2), (0, 2), (0, 1))]
+    corner = [at[0] - 1 for at in spans]
+    padded = np.pad(inside[tuple(slice(at[0], at[-1] + 1) for at in spans)], 1)
     places = np.stack(np.unravel_index(np.arange(padded.size), padded.shape, order="F"), axis=1)
     values = padded.ravel(order="F").astype(np.float64)
     points = np.ascontiguousarray((places + corner) @ matrix[:3, :3].T + matrix[:3, 3])
@@ -125,31 +121,28 @@ def _keys(image: NDArray[Any]) -> NDArray[Any]:
     return keys
 
 
-def _listed(keys: NDArray[Any]) -> str:
-    names = ", ".join(f"{key:.0f}" for key in keys[:_LISTED])
-    return f"{names} and {len(keys) - _LISTED} more" if len(keys) > _LISTED else names
+def _listed(keys: NDArray[Any], most: int = 12) -> str:
+    names = ", ".join(f"{key:.0f}" for key in keys[:most])
+    if len(keys) <= most:
+        return names
+    return f"{names} and {len(keys) - most} more"
 
 
 def _load(path: Path) -> tuple[NDArray[Any], FloatArray]:
     """An image's array and affine matrix."""
-    nibabel = import_optional("nibabel", "images of labels", "io")
-    data = path.read_bytes()
-    if data.startswith(GZIP):
-        stored = len(data)
-        with gzip.open(BytesIO(data)) as file:
-            data = file.read(_DEFLATE * stored + 1)
-    if data.startswith(_MGH):
-        kind = nibabel.freesurfer.mghformat.MGHHeader
-    elif data.startswith(_NIFTI2):
-        kind = nibabel.Nifti2Header
-    else:
+    with nibabel_for("images of labels") as nibabel:
+        data = unpacked(path, times=1032)  # as far as deflate goes: images of labels do expand so
         kind = nibabel.Nifti1Header
-    # without nibabel's checks, which print what they mend
-    header = kind.from_fileobj(BytesIO(data), check=False)
-    shape = header.get_data_shape()
-    if len(shape) > 4:
-        raise MeshError("it holds data over surfaces (CIFTI), no image; give a surface")
-    array = array_behind(header, data)
-    if math.prod(shape[3:]) == 1:
-        array = array.reshape(shape[:3])
-    return array, np.asarray(header.get_best_affine(), dtype=np.float64)
+        if data.startswith(_MGH):
+            kind = nibabel.freesurfer.mghformat.MGHHeader
+        elif data.startswith(_NIFTI2):
+            kind = nibabel.Nifti2Header
+        # without nibabel's checks, which print what they mend
+        header = kind.from_fileobj(BytesIO(data), check=False)
+        shape = header.get_data_shape()
+        if len(shape) > 4:
+            raise MeshError("it holds data over surfaces (CIFTI), no image; give a surface")
+        array = array_behind(header, data)
+        if math.prod(shape[3:]) == 1:
+            array = array.reshape(shape[:3])
+        return array, np.asarray(header.get_best_affine(), dtype=np.float64)

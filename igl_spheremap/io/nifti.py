@@ -1,8 +1,10 @@
-"""The array of a NIfTI or MGH file, by nibabel."""
+"""NIfTI and MGH files, by nibabel."""
 
 from __future__ import annotations
 
+import contextlib
 import math
+from collections.abc import Iterator
 from io import BytesIO
 from typing import Any
 
@@ -11,6 +13,20 @@ from numpy.typing import NDArray
 
 from ..errors import import_optional
 from .reading import check_complete
+
+
+@contextlib.contextmanager
+def nibabel_for(user: str) -> Iterator[Any]:
+    """The package, whose own errors on damaged headers become those that all parsers raise."""
+    nibabel = import_optional("nibabel", user, "io")
+    try:
+        yield nibabel
+    except (
+        nibabel.spatialimages.HeaderDataError,
+        nibabel.wrapstruct.WrapStructError,
+        nibabel.cifti2.Cifti2HeaderError,
+    ) as error:
+        raise ValueError(str(error)) from error
 
 
 def array_behind(header: Any, content: bytes) -> NDArray[Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import json
 import math
 import sys
@@ -35,8 +34,6 @@ _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
 }
-# those of NumPy, whose expansion can be bounded
-_COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 def read(path: Path) -> RawMesh:
@@ -49,8 +46,8 @@ def read(path: Path) -> RawMesh:
             f"the archive holds no arrays 'vertices' and 'faces' but: {', '.join(arrays) or 'nothing'}; "
             "save them under these names, or as 'v' and 'f'"
         )
-    metadata = {"caps": arrays["caps"]} if "caps" in arrays else {}
-    return RawMesh(v, of_triangles(f), metadata, arrays.get("sphere"))
+    caps = {name: array for name, array in arrays.items() if name == "caps"}
+    return RawMesh(v, of_triangles(f), caps, arrays.get("sphere"))
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
@@ -82,9 +79,10 @@ def map_of(arrays: dict[str, NDArray[Any]]) -> SphereMap:
         x = check_rows(arrays[name], len(mesh.v), name)
         return SphereMap(mesh, x, Certificate.of(x, mesh.f), _unpack(runs[name]))
 
-    return replace(
-        stored("sphere"), conformal=stored("conformal") if "conformal" in arrays else None
-    )
+    result = stored("sphere")
+    if "conformal" not in arrays:
+        return result
+    return replace(result, conformal=stored("conformal"))
 
 
 def write_map(path: Path, result: SphereMap, metadata: Metadata) -> None:
@@ -100,14 +98,17 @@ def write_map(path: Path, result: SphereMap, metadata: Metadata) -> None:
 
 def arrays_of(result: SphereMap) -> dict[str, Any]:
     """All that is known of a map; `map_of` makes it again."""
-    maps = {"sphere": result} | ({"conformal": result.conformal} if result.conformal else {})
+    maps = {"sphere": result}
+    if result.conformal is not None:
+        maps["conformal"] = result.conformal
     arrays: dict[str, Any] = {"vertices": result.vertices, "faces": result.faces}
     arrays |= {name: each.sphere for name, each in maps.items()}
     if result.mesh.caps is not None:
         arrays["caps"] = result.mesh.caps
-    return arrays | {
-        "json": json.dumps({name: _pack(each.run) for name, each in maps.items()}, default=_plain)
-    }
+    runs = {name: asdict(each.run) for name, each in maps.items()}
+    for run in runs.values():
+        del run["timings"]
+    return arrays | {"json": json.dumps(runs, default=_plain)}
 
 
 def read_arrays(path: PathLike) -> dict[str, NDArray[Any]]:
@@ -116,7 +117,9 @@ def read_arrays(path: PathLike) -> dict[str, NDArray[Any]]:
     with zipfile.ZipFile(BytesIO(data)) as archive:
         members = archive.infolist()
         check_expansion(sum(member.file_size for member in members), len(data))
-        if any(member.compress_type not in _COMPRESSIONS for member in members):
+        # whose expansion can be bounded
+        packed = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+        if any(member.compress_type not in packed for member in members):
             raise MeshError(
                 "the archive is packed by a method other than NumPy's; save it by numpy.savez"
             )
@@ -125,18 +128,15 @@ def read_arrays(path: PathLike) -> dict[str, NDArray[Any]]:
                 f"the archive holds {printable(alien[0])[:40]}, which is no array of NumPy's; check that "
                 "the file is what its name says"
             )
-        return {
-            member.filename.removesuffix(".npy"): array_of(_content(archive, member))
-            for member in members
-        }
+        arrays = {}
+        for member in members:
+            with archive.open(member) as file:
+                content = file.read(member.file_size)  # a member may hold more than it says
+            arrays[member.filename.removesuffix(".npy")] = array_of(content)
+        return arrays
 
 
 read_scalars = read_arrays
-
-
-def _content(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
-    with archive.open(member) as file:
-        return file.read(member.file_size)
 
 
 def array_of(data: bytes) -> NDArray[Any]:
@@ -173,9 +173,9 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
 
 def write_arrays(path: Path, arrays: dict[str, Any], metadata: Metadata | None = None) -> None:
     """Write an archive; the mark comes first, so that it is found without unpacking."""
-    mark: dict[str, Any] = (
-        {"mark": np.bytes_(metadata["mark"])} if metadata and "mark" in metadata else {}
-    )
+    mark: dict[str, Any] = {}
+    if metadata and "mark" in metadata:
+        mark["mark"] = np.bytes_(metadata["mark"])
     # arguments of numpy.savez could not be names of arrays
     with zipfile.ZipFile(path, "w") as archive:
         for name, array in (mark | arrays).items():
@@ -189,48 +189,38 @@ def save_arrays(path: PathLike, arrays: dict[str, Any], force: bool = True) -> N
         write_arrays(partial, arrays)
 
 
-def _pack(run: Run) -> dict[str, Any]:
-    """A record as JSON holds it, but for the times of its stages."""
-    return {name: value for name, value in asdict(run).items() if name != "timings"}
-
-
 def _plain(value: Any) -> Any:
     """Convert what JSON does not know: statuses and NumPy's numbers."""
-    return (
-        value.name
-        if isinstance(value, Status)
-        else value.item()
-        if isinstance(value, np.generic)
-        else str(value)
-    )
+    match value:
+        case Status():
+            return value.name
+        case np.generic():
+            return value.item()
+        case _:
+            return str(value)
 
 
 def _printable(value: Any) -> Any:
     """Escape control characters in all texts of a JSON value, which are printed and written into other files."""
-    if isinstance(value, str):
-        return printable(value)
-    if isinstance(value, list):
-        return [_printable(item) for item in value]
-    return (
-        {printable(key): _printable(item) for key, item in value.items()}
-        if isinstance(value, dict)
-        else value
-    )
+    match value:
+        case str():
+            return printable(value)
+        case list():
+            return [_printable(item) for item in value]
+        case dict():
+            return {printable(key): _printable(item) for key, item in value.items()}
+        case _:
+            return value
 
 
 def _unpack(known: dict[str, Any]) -> Run:
-    """The record that `_pack` took apart."""
+    """The record that `arrays_of` took apart."""
     known = _printable(known)
-    rounds = tuple(Round(**each | {"status": Status[each["status"]]}) for each in known["rounds"])
-    run = Run(
-        **known
-        | {
-            "status": Status[known["status"]],
-            "history": tuple(Step(Stage(stage), *rest) for stage, *rest in known["history"]),
-            "rounds": rounds,
-            "notes": tuple(known["notes"]),
-        }
-    )
+    for each in (known, *known["rounds"]):
+        each["status"] = Status[each["status"]]
+    known["history"] = tuple(Step(Stage(stage), *rest) for stage, *rest in known["history"])
+    known["rounds"] = tuple(Round(**each) for each in known["rounds"])
+    run = Run(**known | {"notes": tuple(known["notes"])})
     for record in (run, *run.history, *run.rounds):
         for name, kind in get_type_hints(type(record)).items():
             value = getattr(record, name)
@@ -241,22 +231,17 @@ def _unpack(known: dict[str, Any]) -> Run:
 
 def _is_of(kind: Any, value: Any) -> bool:
     """Whether a value of JSON is what an annotation says."""
-    inner = get_args(kind)
-    match get_origin(kind):
-        case None if kind is Any:
-            return True
-        case None if kind in (int, float):
-            whole = isinstance(value, int) and not isinstance(value, bool)
-            return (whole and abs(value) <= sys.maxsize) or (
-                kind is float and isinstance(value, float)
-            )
-        case None:
-            return isinstance(value, kind)
-        case types.UnionType:
-            return any(_is_of(each, value) for each in inner)
-        case builtins.tuple:
-            return isinstance(value, tuple) and all(_is_of(inner[0], each) for each in value)
-        case _:
-            return isinstance(value, dict) and all(
-                _is_of(inner[1], each) for each in value.values()
-            )
+    if kind is Any:
+        return True
+    outer, inner = get_origin(kind), get_args(kind)
+    if outer is types.UnionType:
+        return any(_is_of(each, value) for each in inner)
+    if outer is tuple:
+        return isinstance(value, tuple) and all(_is_of(inner[0], each) for each in value)
+    if outer is not None:
+        return isinstance(value, dict) and all(_is_of(inner[1], each) for each in value.values())
+    if type(value) is int:
+        return kind in (int, float) and abs(value) <= sys.maxsize
+    if type(value) is bool:
+        return bool(kind is bool)
+    return isinstance(value, kind)

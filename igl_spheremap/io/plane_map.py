@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import FileError, MeshError, shown
 from ..gate import MeshLike, gate
 from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, plain_array
-from ..mesh.disk import check_disk
+from ..mesh.disk import Disk, check_disk
 from ..plane.plane_map import PlaneMap, given_map, unit_square
 from ..resampling.texture import checker_image, plane_atlas
 from ..verify.certificate import Certificate
@@ -91,62 +92,64 @@ def write_plane_map(
     """
     mesh = result.mesh
     mark = {"mark": make_mark(mesh.v, mesh.f, result.run.method, result.run.settings)}
-    vertex = np.arange(len(mesh.v)) if rows is None else plain_array(rows, "rows")
+    vertex = np.arange(len(mesh.v))
+    if rows is not None:
+        vertex = plain_array(rows, "rows")
     if vertex.dtype.kind not in "iu" or vertex.shape != (len(mesh.v),):
         raise MeshError(
             f"rows is {shown(rows)}; give a whole number for each of the {len(mesh.v)} vertices"
         )
     uv, known = unit_square(result.plane)
     if is_patch(path):
-        if len(np.unique(vertex)) < len(vertex) or (vertex < 0).any():
-            raise FileError(
-                f"{path}: a patch holds vertices of the whole surface, each once; write a surface that was "
-                "cut or filled to .obj, .glb or .npz"
-            )
-        border = np.zeros(len(mesh.v), dtype=bool)
-        border[mesh.rim] = True
-        write_patch(path, Patch(vertex, result.image, border), force=force)
+        write_patch(path, _patch(path, result, vertex), force=force)
     elif format_of(path).name == "OBJ":
-        first, number = _numbered(vertex)
-        corners = np.stack((number[mesh.f], mesh.f), axis=-1).reshape(-1, 6) + 1
-        groups: list[tuple[str, NDArray[Any]]] = [("f %r/%r %r/%r %r/%r\n", corners[mesh.surface])]
-        if mesh.caps is not None:
-            groups += [("g caps\n", np.empty((1, 0))), (groups[0][0], corners[mesh.caps])]
         with replacing(path, force) as partial:
-            write_text(
-                partial,
-                f"# vt: {json.dumps(known)}\n",
-                mark,
-                ("v %r %r %r\n", mesh.v[first]),
-                ("vt %r %r\n", uv),
-                *groups,
-            )
+            write_text(partial, f"# vt: {json.dumps(known)}\n", mark, *_obj_lines(mesh, vertex, uv))
     elif str(path).lower().endswith(".glb"):
-        atlas = plane_atlas(uv, mesh.f, np.arange(len(mesh.v)), len(mesh.v))
         write_textured(
             path,
             mesh.v,
             mesh.f,
-            atlas,
+            plane_atlas(uv, mesh.f, np.arange(len(mesh.v)), len(mesh.v)),
             checker_image(),
             force=force,
             metadata={"up": up, "extras": known} | mark,
         )
     elif format_of(path).name == "NPZ":
-        arrays: dict[str, NDArray[Any]] = {
-            "vertices": mesh.v,
-            "faces": mesh.f,
-            "plane": result.plane,
-        }
-        arrays |= {} if rows is None else {"vertex_source": vertex}
-        arrays |= {} if mesh.caps is None else {"caps": mesh.caps}
+        arrays: dict[str, Any] = {"vertices": mesh.v, "faces": mesh.f, "plane": result.plane}
+        optional = {"vertex_source": rows, "caps": mesh.caps}
+        arrays |= {name: array for name, array in optional.items() if array is not None}
         with replacing(path, force) as partial:
             npz.write_arrays(partial, arrays, mark)
     else:
-        write_mesh(
-            path, result.image, mesh.f, force=force, metadata={"geometric_type": "Flat"} | mark
-        )
+        metadata = {"geometric_type": "Flat"} | mark
+        write_mesh(path, result.image, mesh.f, force=force, metadata=metadata)
     return Certificate.of_plane(read_images(path).plane, mesh.f, mesh.rim)
+
+
+def _patch(path: PathLike, result: PlaneMap, vertex: IntArray) -> Patch:
+    """The map as a patch of the surface whose vertices these are."""
+    if len(np.unique(vertex)) < len(vertex) or (vertex < 0).any():
+        raise FileError(
+            f"{path}: a patch holds vertices of the whole surface, each once; write a surface that was "
+            "cut or filled to .obj, .glb or .npz"
+        )
+    border = np.zeros(len(vertex), dtype=bool)
+    border[result.mesh.rim] = True
+    return Patch(vertex, result.image, border)
+
+
+def _obj_lines(mesh: Disk, vertex: IntArray, uv: FloatArray) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Templates of the lines of an OBJ file, each with its rows: vertices once, coordinates by corner, caps apart."""
+    first, number = _numbered(vertex)
+    yield "v %r %r %r\n", mesh.v[first]
+    yield "vt %r %r\n", uv
+    corners = np.stack((number[mesh.f], mesh.f), axis=-1).reshape(-1, 6) + 1
+    face = "f %r/%r %r/%r %r/%r\n"
+    yield face, corners[mesh.surface]
+    if mesh.caps is not None:
+        yield "g caps\n", np.empty((1, 0))
+        yield face, corners[mesh.caps]
 
 
 @gate
@@ -203,27 +206,29 @@ def read_plane_map(path: PathLike, *, surface: MeshLike | None = None) -> PlaneM
 
 @dataclass(frozen=True, eq=False)
 class PlaneImages:
-    """Images (k, 2) in a file that holds a map to the plane, in the file's order, and whether it holds the surface.
+    """Images (k, 2) in a file that holds a map to the plane, in the file's order.
+
+    With them come the number of vertices of the surface, and whether the file holds it.
 
     Texture coordinates with a seam, and images of a part of the surface, come with the vertex (k,) that each is one of,
-    with faces (m, 3) of their own, and with the number of vertices of the surface; patches find their faces in it.
+    and with faces (m, 3) of their own; patches find their faces in the surface.
     """
 
     plane: FloatArray
+    size: int
     has_surface: bool = False
     vertex: IntArray | None = None
     faces: IntArray | None = None
-    size: int = 0
     patch: Patch | None = None
 
     def cut(self, v: ArrayLike, f: ArrayLike, path: PathLike) -> tuple[FloatArray, IntArray]:
         """Cut the surface where coordinates have a seam, or to its part; refuse another number of vertices."""
         if self.patch is not None:
             return self.patch.part(v, f)
-        rows, n = check_rows(v, name="vertices"), self.size or len(self.plane)
-        if len(rows) != n:
+        rows = check_rows(v, name="vertices")
+        if len(rows) != self.size:
             raise MeshError(
-                f"{path} has {n} vertices but the surface has {len(rows)}; give the surface that was "
+                f"{path} has {self.size} vertices but the surface has {len(rows)}; give the surface that was "
                 "mapped"
             )
         if self.vertex is None or self.faces is None:
@@ -245,9 +250,10 @@ def read_images(path: PathLike) -> PlaneImages:
         if kind == "OBJ" and (known := texture(path.read_bytes())) is not None:
             return _unseamed(known, len(read_mesh(path).v))
         if kind == "glTF" and (uv := texture_of(path)) is not None:
-            return PlaneImages(uv, True)
+            return PlaneImages(uv, len(uv), True)
         if kind == "NPZ" and "plane" in (arrays := npz.read_arrays(path)):
-            return PlaneImages(check_rows(arrays["plane"], name="plane", columns=2), True)
+            plane = check_rows(arrays["plane"], name="plane", columns=2)
+            return PlaneImages(plane, len(plane), True)
     x, f = read_mesh(path)
     used, corners = np.unique(f, return_inverse=True)
     if len(used) == len(x) or used[0] < 0 or used[-1] >= len(x):
@@ -262,7 +268,7 @@ def _flat(x: FloatArray, path: Path) -> PlaneImages:
             f"{path} holds no map to the plane: its third coordinates differ, and it has no texture "
             "coordinates; give a flat mesh, or a surface with texture coordinates"
         )
-    return PlaneImages(np.ascontiguousarray(x[:, :2]))
+    return PlaneImages(np.ascontiguousarray(x[:, :2]), len(x))
 
 
 def _numbered(vertex: IntArray) -> tuple[IntArray, IntArray]:
@@ -283,6 +289,6 @@ def _unseamed(known: ObjTexture, n: int) -> PlaneImages:
     of = np.full(n, -1)
     of[vertex] = row
     if (of[vertex] == row).all() and (of >= 0).all():
-        return PlaneImages(known.uv[of], True)
+        return PlaneImages(known.uv[of], n, True)
     pairs, corner = np.unique(np.column_stack((row, vertex)), axis=0, return_inverse=True)
-    return PlaneImages(known.uv[pairs[:, 0]], True, pairs[:, 1], corner.reshape(-1, 3), n)
+    return PlaneImages(known.uv[pairs[:, 0]], n, True, pairs[:, 1], corner.reshape(-1, 3))

@@ -24,23 +24,13 @@ from .text import TextRows, counted_indices, numbers, read_rows
 _HEADER = re.compile(
     rb"ply[ \t]*(\r\n|\n|\r)(?:.*?[\r\n])??end_header[ \t]*(?:\1|\r?\n)", re.DOTALL
 )
-_LONGEST = 1 << 16  # bytes of a header
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
     "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
     "double": "f8", "float64": "f8",
 }  # fmt: skip
-_NAMES = {
-    "u1": "uchar",
-    "i1": "char",
-    "u2": "ushort",
-    "i2": "short",
-    "u4": "uint",
-    "i4": "int",
-    "f4": "float",
-    "f8": "double",
-}
+_NAMES = {kind: name for name, kind in _TYPES.items() if not name[-1].isdigit()}
 _CORNERS = ("vertex_indices", "vertex_index")
 #: Names of the properties that hold positions.
 POSITIONS, SPHERE = ("x", "y", "z"), ("px", "py", "pz")
@@ -53,6 +43,13 @@ class PlyProperty:
     name: str
     type: np.dtype[Any]
     count: np.dtype[Any] | None = None
+
+    @property
+    def least(self) -> int:
+        """Bytes that a row of it takes at least, in binary."""
+        if self.count is None:
+            return self.type.itemsize
+        return self.count.itemsize
 
 
 @dataclass
@@ -71,7 +68,9 @@ class PlyElement:
 def read(path: Path) -> RawMesh:
     """Positions, faces, and the sphere, of a PLY file, whatever else it holds."""
     names, x, faces = _read(path, (*POSITIONS, *SPHERE))
-    return RawMesh(x[:, :3], faces, sphere=x[:, 3:] if names[3:] == SPHERE else None)
+    if names[3:] != SPHERE:
+        return RawMesh(x[:, :3], faces)
+    return RawMesh(x[:, :3], faces, sphere=x[:, 3:])
 
 
 def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
@@ -85,47 +84,46 @@ def _read(
 ) -> tuple[tuple[str, ...], FloatArray, Polygons]:
     """Names and columns of the wanted properties of vertices, by default of all that are numbers, and faces."""
     data = path.read_bytes()
-    found = _HEADER.match(data[:_LONGEST])
+    found = _HEADER.match(data, 0, 1 << 16)
     if found is None:
         raise MeshError("damaged: no PLY header; check that the file is what its name says")
     order, layout = _layout(re.split("[\r\n]+", found[0].decode("ascii", "replace")))
     body = data[found.end() :]
     for element in layout:
-        least = sum(
-            each.type.itemsize if each.count is None else each.count.itemsize
-            for each in element.properties
-        )
-        if not order:
-            least = len(element.properties)
+        least = len(element.properties)
+        if order:
+            least = sum(each.least for each in element.properties)
         fit = 0 <= element.size * max(1, least) <= len(body)
         check_complete(fit, f"{len(body)} bytes", f"{element.size} rows of {element.name}")
     numbers, corners = _mesh_columns(layout)
-    names = tuple(numbers if wanted is None else (name for name in wanted if name in numbers))
-    x, faces = (_read_binary if order else _read_text)(
-        body, layout, [numbers[name] for name in names], corners
-    )
-    return names, x, faces
+    names = tuple(numbers)
+    if wanted is not None:
+        names = tuple(name for name in wanted if name in numbers)
+    read_rows_of = _read_text
+    if order:
+        read_rows_of = _read_binary
+    return names, *read_rows_of(body, layout, [numbers[name] for name in names], corners)
 
 
 def _layout(lines: list[str]) -> tuple[str, list[PlyElement]]:
     """The byte order, empty for text, and the elements that a header announces."""
-    order: str | None = None
+    order, announced = "<", False
     layout: list[PlyElement] = []
     for line in lines[1:]:
         try:
             match line.split():
                 case ["format", kind, _]:
-                    order = _ORDERS[kind]
+                    order, announced = _ORDERS[kind], True
                 case ["element", name, size]:
                     layout.append(PlyElement(name, int(size)))
                 case ["property", "list", count, kind, name]:
-                    if _type(count, order).kind == "f":
+                    counted = np.dtype(order + _TYPES[count])
+                    if counted.kind == "f":
                         raise ValueError
-                    layout[-1].properties.append(
-                        PlyProperty(name, _type(kind, order), _type(count, order))
-                    )
+                    column = PlyProperty(name, np.dtype(order + _TYPES[kind]), counted)
+                    layout[-1].properties.append(column)
                 case ["property", kind, name]:
-                    layout[-1].properties.append(PlyProperty(name, _type(kind, order)))
+                    layout[-1].properties.append(PlyProperty(name, np.dtype(order + _TYPES[kind])))
                 case [] | ["comment" | "obj_info" | "end_header", *_]:
                     continue
                 case _:
@@ -134,13 +132,9 @@ def _layout(lines: list[str]) -> tuple[str, list[PlyElement]]:
             raise MeshError(
                 f"damaged: the PLY header reads {line.strip()[:60]!a}; write the file anew"
             ) from None
-    if order is None:
+    if not announced:
         raise MeshError("damaged: the PLY header announces no format; write the file anew")
     return order, layout
-
-
-def _type(name: str, order: str | None) -> np.dtype[Any]:
-    return np.dtype(f"{order or '<'}{_TYPES[name]}")
 
 
 def _place(layout: list[PlyElement], name: str) -> int:
@@ -196,49 +190,42 @@ def _read_binary(
     at, wanted = 0, {_place(layout, "vertex"): columns, _place(layout, "face"): [corners]}
     found = {}
     for k, element in enumerate(layout):
-        values, counts, at = _rows(body, at, element, wanted.get(k, []))
-        found[k] = values, counts
-    (rows, _), ((faces,), sizes) = (found[k] for k in wanted)
-    return np.column_stack([column.astype(np.float64) for column in rows]), Polygons(
-        faces.astype(np.int64), sizes
-    )
+        found[k], at = _rows(body, at, element, wanted.get(k, []))
+    vertices, [(faces, sizes)] = (found[k] for k in wanted)
+    x = np.column_stack([values.astype(np.float64) for values, _ in vertices])
+    return x, Polygons(faces.astype(np.int64), sizes)
 
 
 def _rows(
     body: bytes, at: int, element: PlyElement, wanted: list[int]
-) -> tuple[list[NDArray[Any]], IntArray, int]:
-    """The wanted columns of the rows that begin at a byte, the lengths of the last one's lists, and the rows' end.
+) -> tuple[list[tuple[NDArray[Any], IntArray]], int]:
+    """The wanted columns of the rows that begin at a byte, each with the lengths of its lists, and the rows' end.
 
     All rows at once where lists are as long as in the first row, else row by row.
     """
-    columns = element.properties
-    first, _ = _walk(body, at, element, 1) if element.size else ([[b""]] * len(columns), at)
-    lengths = [
-        len(part[0]) // each.type.itemsize for part, each in zip(first, columns, strict=True)
-    ]
-    lists = [k for k, each in enumerate(columns) if each.count is not None]
-    row = np.dtype(
-        [
-            part
-            for k, (each, length) in enumerate(zip(columns, lengths, strict=True))
-            for part in ((f"count{k}", each.count), (f"{k}", each.type, (length,)))
-            if part[1] is not None
-        ]
-    )
+    first, _ = _walk(body, at, element, min(1, element.size))
+    fields: list[Any] = []
+    lengths: dict[int, int] = {}
+    for k, (part, column) in enumerate(zip(first, element.properties, strict=True)):
+        lengths[k] = len(b"".join(part)) // column.type.itemsize
+        if column.count is not None:
+            fields.append((f"count{k}", column.count))
+        fields.append((str(k), column.type, (lengths[k],)))
+    row = np.dtype(fields)
+    lists = [k for k, column in enumerate(element.properties) if column.count is not None]
     end = at + element.size * row.itemsize
     if end <= len(body):
         table = np.frombuffer(body, row, element.size, at)
         if all((table[f"count{k}"] == lengths[k]).all() for k in lists):
-            counts = np.full(element.size, lengths[wanted[-1]] if wanted else 0, dtype=np.int64)
-            return [table[str(k)].ravel() for k in wanted], counts, end
+            return [(table[str(k)].ravel(), np.full(element.size, lengths[k])) for k in wanted], end
     check_complete(bool(lists), f"{len(body) - at} bytes", f"{element.size} rows of {element.name}")
     parts, end = _walk(body, at, element, element.size)
-    counts = np.array(
-        [len(part) // columns[wanted[-1]].type.itemsize for part in parts[wanted[-1]]]
-        if wanted
-        else []
-    )
-    return [np.frombuffer(b"".join(parts[k]), columns[k].type) for k in wanted], counts, end
+    found = []
+    for k in wanted:
+        kind = element.properties[k].type
+        sizes = np.array([len(part) for part in parts[k]]) // kind.itemsize
+        found.append((np.frombuffer(b"".join(parts[k]), kind), sizes))
+    return found, end
 
 
 def _walk(body: bytes, at: int, element: PlyElement, rows: int) -> tuple[list[list[bytes]], int]:
@@ -271,29 +258,24 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     if "sphere" in metadata:
         columns |= dict(zip(SPHERE, metadata["sphere"].T, strict=True))
     for name, values in metadata.get("vertex_properties", {}).items():
-        word = re.sub("[^!-~]+", "_", name) or "_"
+        word = re.sub("^$|[^!-~]+", "_", name)
         if word in (*columns, *SPHERE):
             raise FileError(
                 f"a .ply file can't hold data called {word}, a name that is taken; write .vtk"
             )
         columns[word] = values
-    vertices = np.empty(
-        len(v), dtype=[(name, column.dtype.newbyteorder("<")) for name, column in columns.items()]
-    )
+    kinds = [(name, column.dtype.newbyteorder("<")) for name, column in columns.items()]
+    vertices = np.empty(len(v), kinds)
     for name, column in columns.items():
         vertices[name] = column
     faces = np.empty(len(f), dtype=[("size", "u1"), ("corners", "<i4", (3,))])
     faces["size"], faces["corners"] = 3, f
-    comments = [f"comment {metadata['mark']}"] if "mark" in metadata else []
-    properties = [
-        f"property {_NAMES[column.dtype.str[1:]]} {name}" for name, column in columns.items()
-    ]
-    head = [
-        "ply",
-        "format binary_little_endian 1.0",
-        *comments,
+    head = ["ply", "format binary_little_endian 1.0"]
+    if "mark" in metadata:
+        head.append(f"comment {metadata['mark']}")
+    head += [
         f"element vertex {len(v)}",
-        *properties,
+        *(f"property {_NAMES[kind.str[1:]]} {name}" for name, kind in kinds),
         f"element face {len(f)}",
         f"property list uchar int {_CORNERS[0]}",
         "end_header",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gzip
 import lzma
 import os
 import stat
@@ -11,22 +12,23 @@ import tokenize
 import zipfile
 import zlib
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path, PureWindowsPath
+from typing import Any
 from xml.parsers.expat import ExpatError
 
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 from ..errors import FileError, MeshError, shown, within
-from .formats import PathLike
+from .formats import GZIP, PathLike
 
-#: How many times its size a file may expand to: structured grids take 8 times, repeated bytes 1,000 times.
-_EXPANSION = 64
-#: Bytes that any file may expand to: the shortest ones are mostly header.
-_ALWAYS = 1 << 20
 #: Folders of files that the system makes up when they are read: some have no end, or hold secrets of the process.
 _OF_THE_SYSTEM = ("/proc/", "/sys/")
-#: What parsers raise on damaged files. All else, such as a caller's time limit, ends the call.
+#: What parsers raise on damaged files, OSErrors of their own among it. All else, such as a caller's time limit, ends
+#: the call. Errors of a library's own classes are named where it is called.
 _OF_PARSERS = (
+    OSError,
     ValueError,
     LookupError,
     TypeError,
@@ -44,8 +46,6 @@ _OF_PARSERS = (
     zipfile.BadZipFile,
     zlib.error,
 )
-#: Packages whose own exceptions are of that kind, too.
-_PARSERS = ("nibabel.", "trimesh.")
 
 
 @contextlib.contextmanager
@@ -62,12 +62,7 @@ def reading(path: Path) -> Iterator[None]:
         raise within(error, f"{path}: ") from None
     except MemoryError as error:
         raise FileError(f"can't read {path}: out of memory") from error
-    except Exception as error:
-        of_parsers = isinstance(
-            error, (*_OF_PARSERS, OSError)
-        )  # parsers have OSErrors of their own
-        if not of_parsers and not type(error).__module__.startswith(_PARSERS):
-            raise
+    except _OF_PARSERS as error:
         raise MeshError(
             f"{path}: damaged, or of another format than its name says; write it anew"
         ) from error
@@ -121,14 +116,28 @@ def read_lines(path: PathLike, *, pipes: bool = False) -> list[str]:
         return Path(path).read_text(encoding="utf-8", errors="surrogateescape").splitlines()
 
 
-def expansion_limit(stored: int) -> int:
-    """Bytes that a file of that size may expand to."""
-    return max(_EXPANSION * stored, _ALWAYS)
+def expansion_limit(stored: int, times: int = 64, least: int = 1 << 20) -> int:
+    """Bytes that a file of that size may expand to.
+
+    Structured grids take 8 times their size, repeated bytes 1,000 times; the shortest files are mostly header.
+    """
+    return max(times * stored, least)
 
 
-def check_expansion(expanded: int, stored: int) -> None:
+def unpacked(path: Path, times: int = 64) -> bytes:
+    """The bytes of a file, or those that it packs by gzip, up to so many times its size."""
+    data = path.read_bytes()
+    if not data.startswith(GZIP):
+        return data
+    with gzip.open(BytesIO(data)) as file:
+        content = file.read(expansion_limit(len(data), times) + 1)
+    check_expansion(len(content), len(data), times)
+    return content
+
+
+def check_expansion(expanded: int, stored: int, times: int = 64) -> None:
     """Refuse what would take far more memory than a mesh in a file of that size."""
-    if expanded > expansion_limit(stored):
+    if expanded > expansion_limit(stored, times):
         raise MeshError(
             f"its {stored} bytes expand to {expanded} or more, which no mesh does; write it anew"
         )
@@ -141,3 +150,26 @@ def check_complete(complete: bool, found: str, announced: str) -> None:
             f"damaged: {found} follow where {announced} are announced; the file seems cut off, "
             "write it anew"
         )
+
+
+class Bytes:
+    """Bytes of a file, taken from a place on; a MeshError where fewer follow than are announced."""
+
+    def __init__(self, data: bytes, at: int = 0) -> None:
+        self.data, self.at = data, at
+
+    def take(self, size: int) -> bytes:
+        """The next bytes."""
+        rest = max(len(self.data) - self.at, 0)
+        check_complete(self.at >= 0 and 0 <= size <= rest, f"{rest} bytes", str(size))
+        self.at += size
+        return self.data[self.at - size : self.at]
+
+    def array(self, kind: DTypeLike, count: int) -> NDArray[Any]:
+        """The next numbers of a type."""
+        dtype = np.dtype(kind)
+        return np.frombuffer(self.take(count * dtype.itemsize), dtype)
+
+    def number(self, kind: DTypeLike) -> int:
+        """The next number of a type, a whole one."""
+        return int(self.array(kind, 1)[0])

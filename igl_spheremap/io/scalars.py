@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -46,8 +47,12 @@ def read_scalars(path: PathLike, structure: str | None = None) -> dict[str, Floa
     source = Path(path)
     with reading(source):
         kind = format_in(source, data=True)
-        which = (structure,) * kind.sides
-        found = kind.functions.read_scalars(source, *which)
+        if kind.sides:
+            found = kind.functions.read_scalars(source, structure)
+        elif hasattr(kind.functions, "read_scalars"):
+            found = kind.functions.read_scalars(source)
+        else:
+            found = kind.functions.read(source).metadata.get("point_data", {})
         maps = {
             printable(name): values.astype(np.float64)
             for name, values in found.items()
@@ -65,7 +70,9 @@ def file_of(path: str) -> tuple[str, str]:
     (('thickness.csv', 'mean'), ('thickness.csv', ''))
     """
     file, colon, name = path.rpartition(":")
-    return (file, name) if colon and not Path(path).exists() else (path, "")
+    if not colon or Path(path).exists():
+        return path, ""
+    return file, name
 
 
 def read_named(path: str, structure: str | None = None) -> dict[str, FloatArray]:
@@ -112,9 +119,9 @@ def read_labels(path: PathLike) -> tuple[Label, ...] | None:
     source = Path(path)
     with reading(source):
         functions = format_in(source, data=True).functions
-        table: tuple[Label, ...] | None = (
-            functions.read_table(source) if hasattr(functions, "read_table") else None
-        )
+        if not hasattr(functions, "read_table"):
+            return None
+        table: tuple[Label, ...] | None = functions.read_table(source)
         return table
 
 
@@ -154,42 +161,33 @@ def write_scalars(
     FileError
         If the format is another one, the file exists and `force` is not set, or writing fails.
     """
-    known, kind = metadata or {}, format_of(path, data=True)
-    functions = kind.functions
-    for name in maps:
-        if (
-            not name
-            or printable(name).strip() != name
-            or ("labels" in known and name == LABEL_TABLE)
-        ):
+    kind, known, kept = format_of(path, data=True), dict(metadata or {}), dict(maps)
+    taken = [""]
+    if "labels" in known:
+        taken.append(LABEL_TABLE)
+    for name in kept:
+        if name in taken or printable(name).strip() != name:
             raise FileError(
                 f"{path}: no map can be called {name!r}; give it a name of one line that nothing else has"
             )
     if "labels" in known:
-        for name, values in maps.items():
+        for name, values in kept.items():
             if kind.sides:
                 values = values[~np.isnan(values)]
             if not (np.abs(values) < 2**31).all() or (values != np.floor(values)).any():
                 raise MeshError(f"{name} holds no labels; give whole numbers of at most 32 bits")
-    if not hasattr(functions, "write_scalars"):
-        if surface is None:
-            raise FileError(
-                f"{path}: such a file holds data with their surface; give it as `surface=(v, f)`"
-            )
-        kept = (
-            {name: values.astype(np.int32) for name, values in maps.items()}
-            if "labels" in known
-            else dict(maps)
-        )
-        write_mesh(
-            path,
-            *surface,
-            force=force,
-            metadata={**known, "vertex_properties": kept, "point_data": kept},
-        )
+    if hasattr(kind.functions, "write_scalars"):
+        with replacing(path, force) as partial:
+            kind.functions.write_scalars(partial, kept, known)
         return
-    with replacing(path, force) as partial:
-        functions.write_scalars(partial, dict(maps), known)
+    if surface is None:
+        raise FileError(
+            f"{path}: such a file holds data with their surface; give it as `surface=(v, f)`"
+        )
+    if "labels" in known:
+        kept = {name: values.astype(np.int32) for name, values in kept.items()}
+    known |= {"vertex_properties": kept, "point_data": kept}
+    write_mesh(path, *surface, force=force, metadata=known)
 
 
 def read_landmarks(path: PathLike) -> IntArray:
@@ -225,12 +223,11 @@ def read_landmarks(path: PathLike) -> IntArray:
     vertices = []
     for number, line in enumerate(read_lines(path), 1):
         words = line.partition("#")[0].split()
-        words = words[1:] if words[:1] == ["lk"] else words
+        if words[:1] == ["lk"]:
+            words.pop(0)
         if not words:
             continue
-        if len(words) not in (1, 4) or not (
-            words[0].isascii() and words[0].isdigit() and len(words[0]) < 19
-        ):
+        if len(words) not in (1, 4) or not re.fullmatch("[0-9]{1,18}", words[0]):
             raise FileError(
                 f"{path}, line {number}: give a vertex, from 0, and nothing or its position behind it"
             )

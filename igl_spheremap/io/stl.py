@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import struct
 from pathlib import Path
 
 import numpy as np
@@ -14,20 +13,16 @@ from .records import Metadata, RawMesh, of_triangles
 from .text import numbers, read_rows
 
 _TRIANGLE = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_HEADER = 84  # bytes: a text of 80, and the number of triangles
 
 
 def read(path: Path) -> RawMesh:
     """Read triangles, and weld corners at the same place; vertices have the order in which they first appear."""
     data = path.read_bytes()
-    count = struct.unpack_from("<I", data, _HEADER - 4)[0] if len(data) >= _HEADER else None
+    count = np.frombuffer(data[80:84].ljust(4, b"\0"), "<u4")[0]  # behind a text
     # binary ones may say "solid" too
-    if count is not None and len(data) == _HEADER + count * _TRIANGLE.itemsize:
-        soup = (
-            np.frombuffer(data, _TRIANGLE, count, _HEADER)["corners"]
-            .reshape(-1, 3)
-            .astype(np.float64)
-        )
+    if len(data) == 84 + int(count) * _TRIANGLE.itemsize:
+        corners = np.frombuffer(data, _TRIANGLE, offset=84)["corners"]
+        soup = corners.reshape(-1, 3).astype(np.float64)
     elif re.match(rb"\s*solid\b", text := data.lower()):  # some programs write capitals
         rows = read_rows(text).starting_with(b"vertex")
         if len(rows) % 3 or not re.search(rb"\bendsolid\b", text):
@@ -38,7 +33,7 @@ def read(path: Path) -> RawMesh:
         soup = numbers(rows, 3, "corner")
     else:
         raise MeshError(
-            f"damaged: neither text STL nor binary STL, whose size would be {_HEADER} bytes and "
+            "damaged: neither text STL nor binary STL, whose size would be 84 bytes and "
             f"{_TRIANGLE.itemsize} for each triangle; the file seems cut off, write it anew"
         )
     v, index = weld(soup)
@@ -55,5 +50,5 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     triangles["normal"] = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
     header = metadata.get("mark", "binary STL").encode()
     with path.open("wb") as file:
-        file.write(header.ljust(_HEADER - 4)[: _HEADER - 4] + struct.pack("<I", len(f)))
+        file.write(header.ljust(80)[:80] + np.uint32(len(f)).astype("<u4").tobytes())
         file.write(triangles.tobytes())

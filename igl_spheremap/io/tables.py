@@ -46,10 +46,14 @@ def read_cells(path: Path) -> list[list[str]]:
 
 
 def _cells(row: Sequence[object]) -> Iterator[object]:
-    return (
-        f"'{cell}" if isinstance(cell, str) and cell.startswith(MARKED) else cell for cell in row
-    )
+    for cell in row:
+        if isinstance(cell, str) and cell.startswith(MARKED):
+            yield f"'{cell}"
+        else:
+            yield cell
 
 
 def _unquoted(text: str) -> str:
-    return text[1:] if text.startswith("'") and text[1:].startswith(MARKED) else text
+    if text.startswith("'") and text[1:].startswith(MARKED):
+        return text[1:]
+    return text

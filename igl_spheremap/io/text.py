@@ -7,7 +7,6 @@ by numpy, and only the tokens that are wanted become numbers.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,9 +17,6 @@ from numpy.typing import NDArray
 from ..errors import MeshError
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from .records import Metadata, Polygons
-
-_BLOCK = 1 << 16  # rows formatted at once
-_SPACE, _NEWLINE = 32, 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +39,7 @@ class TextRows:
         found = self.counts > 0
         for k, letter in enumerate(word):
             found &= self.text[np.minimum(self.begin + k, self.end)] == letter
-        found &= self.text[np.minimum(self.begin + len(word), self.end)] <= _SPACE
+        found &= self.text[np.minimum(self.begin + len(word), self.end)] <= ord(" ")
         rows = self[found]
         return TextRows(self.text, rows.begin + len(word), rows.end, rows.counts - 1)
 
@@ -79,11 +75,9 @@ def read_rows(data: bytes) -> TextRows:
     if b"#" in data:
         data = re.sub(rb"#[^\r\n]*", b"", data)
     text = np.frombuffer(data.replace(b"\r", b"\n") + b"\n", dtype=np.uint8)
-    blank = text <= _SPACE
-    tokens = np.flatnonzero(~blank[1:] & blank[:-1]) + 1
-    if not blank[0]:
-        tokens = np.concatenate([[0], tokens])
-    end = np.flatnonzero(text == _NEWLINE)
+    blank = text <= ord(" ")
+    tokens = np.flatnonzero(~blank & np.append(True, blank[:-1]))
+    end = np.flatnonzero(text == ord("\n"))
     upto = np.searchsorted(tokens, end)
     counts = np.diff(upto, prepend=0)
     full = counts > 0
@@ -119,8 +113,14 @@ def _first(counts: IntArray) -> IntArray:
     return np.cumsum(counts) - counts
 
 
-def write_text(path: Path, head: str, metadata: Metadata, *parts: tuple[str, NDArray[Any]]) -> None:
-    """Write a head, the mark as a comment, and for each template and array one line a row.
+def write_text(
+    path: Path,
+    head: str,
+    metadata: Metadata,
+    *parts: tuple[str, NDArray[Any]],
+    at_once: int = 1 << 16,
+) -> None:
+    """Write a head, the mark as a comment, and for each template and array one line a row, so many at once.
 
     A template has a ``%r`` for each column: the shortest digits that read back.
     """
@@ -129,13 +129,13 @@ def write_text(path: Path, head: str, metadata: Metadata, *parts: tuple[str, NDA
         if "mark" in metadata:
             file.write(f"# {metadata['mark']}\n".encode())
         for template, rows in parts:
-            for start in range(0, len(rows), _BLOCK):
-                block = rows[start : start + _BLOCK]
+            for start in range(0, len(rows), at_once):
+                block = rows[start : start + at_once]
                 file.write(((template * len(block)) % tuple(block.ravel().tolist())).encode())
 
 
 def _convert(
-    rows: TextRows, places: IntArray, kind: Callable[[bytes], Any], message: str
+    rows: TextRows, places: IntArray, kind: type[int | float], message: str
 ) -> NDArray[Any]:
     """Convert the tokens at some places among those of all lines to numbers, in an array of the shape of `places`."""
     text = rows.bytes()
@@ -147,9 +147,7 @@ def _convert(
     try:
         if b"_" in text:  # Python takes it for a mark between digits
             raise ValueError
-        found = np.fromiter(
-            map(kind, tokens), dtype=np.int64 if kind is int else np.float64, count=len(tokens)
-        )
+        found = np.fromiter(map(kind, tokens), {int: "i8", float: "f8"}[kind], len(tokens))
         return found.reshape(places.shape)
     except (ValueError, OverflowError):
         bad = next(k for k, token in enumerate(tokens) if not _is(kind, token))
@@ -157,7 +155,7 @@ def _convert(
         raise
 
 
-def _is(kind: Callable[[bytes], Any], token: bytes) -> bool:
+def _is(kind: type[int | float], token: bytes) -> bool:
     """Whether a token is a number of that kind, and a whole one within 64 bits."""
     try:
         return b"_" not in token and (abs(kind(token)) < 2**63 or kind is float)

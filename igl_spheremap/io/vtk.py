@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
-from .reading import check_complete
+from .reading import Bytes, check_complete
 from .records import Metadata, Polygons, RawMesh, ending
 
 _HEADER = re.compile(
@@ -25,16 +25,13 @@ _HEADER = re.compile(
 )
 _LINE = re.compile(rb"\s*([^\r\n]*)(?:\r?\n|\r|\Z)")
 _EMPTY_LINE = re.compile(rb"\n[ \t\r]*\n|\Z")
-#: The first name of a type is the one that is written; identifiers have 8 bytes as text, and 4 in binary.
+#: The first name of a type is the one that is written; identifiers have 4 bytes in binary.
 _TYPES = {
     "unsigned_char": "u1", "signed_char": "i1", "char": "i1", "unsigned_short": "u2", "short": "i2",
     "unsigned_int": "u4", "int": "i4", "vtktypeuint64": "u8", "unsigned_long": "u8", "vtktypeint64": "i8",
-    "long": "i8", "float": "f4", "double": "f8",
+    "long": "i8", "vtkidtype": "i8", "float": "f4", "double": "f8",
 }  # fmt: skip
-_IDENTIFIERS = "vtkidtype"
 _TEXTS = ("string", "utf8_string", "vtkstring")
-#: Cells of grids by VTK's number: what is passed over, and polygons, of which that with 8 has its corners row by row.
-_NO_SURFACE, _PIXEL, _SURFACE = (0, 1, 2, 3, 4), 8, (5, 7, 8, 9)
 _NAMES = {kind: name for name, kind in reversed(_TYPES.items())}
 EXTRACT = (
     "extract its surface by PyVista: read(FILE).extract_surface().triangulate().save('surface.vtk')"
@@ -44,7 +41,7 @@ SAVE = "write it anew by PyVista: read(FILE).save('surface.vtk')"
 _WIDTHS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1}
 
 
-class LegacyFile:
+class LegacyFile(Bytes):
     """A place in a legacy file, which words and arrays are read from."""
 
     def __init__(self, data: bytes) -> None:
@@ -54,10 +51,11 @@ class LegacyFile:
                 "damaged: no header of a VTK file, which ends with ASCII or BINARY; check that the file is "
                 "what its name says"
             )
-        self.data, self.at = data, header.end()
+        super().__init__(data, header.end())
         self.version, self.binary = int(header[1]), header[2].upper() == b"BINARY"
-        # the type of the parts of colours
-        self.colour = "unsigned_char" if self.binary else "float"
+        self.colour = "float"  # the type of the parts of colours
+        if self.binary:
+            self.colour = "unsigned_char"
 
     def line(self) -> list[str]:
         """The words of the next line that is not empty; none at the end."""
@@ -72,34 +70,32 @@ class LegacyFile:
         assert end is not None
         self.at = end.end()
 
-    def array(self, count: int, name: str) -> NDArray[Any]:
+    def numbers(self, count: int, name: str) -> NDArray[Any]:
         """The next `count` numbers of a type; none of texts, which are passed over."""
-        if name.lower() in _TEXTS:
+        kind = name.lower()
+        if kind in _TEXTS:
             self._skip_texts(count)
             return np.empty(0)
-        if name.lower() == "bit" and self.binary:
-            return np.unpackbits(self.array(-(-count // 8), "unsigned_char"))[:count]
-        if name.lower() == "bit":
-            return self.array(count, "unsigned_char")
-        kind = _TYPES.get(name.lower(), "i4" if self.binary else "i8")
-        if name.lower() not in (*_TYPES, _IDENTIFIERS):
+        if kind == "bit" and self.binary:
+            return np.unpackbits(self.numbers(-(-count // 8), "unsigned_char"))[:count]
+        if kind == "bit":
+            kind = "unsigned_char"
+        if kind not in _TYPES:
             raise MeshError(f"its data of type {name[:20]!a} are not read; write numbers")
-        # bytes of a number, or of a word and the space behind it
-        least = int(kind[1]) if self.binary else 2
+        if self.binary:
+            stored = _TYPES[kind]
+            if kind == "vtkidtype":
+                stored = "i4"
+            return self.array(f">{stored}", count).astype(_TYPES[kind])
         rest = len(self.data) - self.at
-        check_complete(0 <= least * count <= rest + 1, f"{rest} bytes", f"{count} numbers")
-        if not self.binary:
-            try:
-                return _numbers(self._words(count), kind)
-            except (ValueError, OverflowError):
-                raise MeshError(
-                    f"damaged: what follows {name!a} is not {count} numbers of that type; write the file anew"
-                ) from None
-        block = self.data[self.at : self.at + least * count]
-        self.at += len(block)
-        return np.frombuffer(block, f">{kind}", count).astype(
-            "i8" if name.lower() == _IDENTIFIERS else kind
-        )
+        # a digit and the space behind it
+        check_complete(0 <= 2 * count <= rest + 1, f"{rest} bytes", f"{count} numbers")
+        try:
+            return _numbers(self._words(count), _TYPES[kind])
+        except (ValueError, OverflowError):
+            raise MeshError(
+                f"damaged: what follows {name!a} is not {count} numbers of that type; write the file anew"
+            ) from None
 
     def _words(self, count: int) -> list[bytes]:
         """The next words, fewer at the end; a part of the text is split that is about as long as they are."""
@@ -110,30 +106,27 @@ class LegacyFile:
             if len(words) > count or end >= len(self.data):
                 break
             size *= 2
-        rest = len(words.pop()) if len(words) > count else 0
-        self.at = min(end, len(self.data)) - rest
+        self.at = min(end, len(self.data))
+        if len(words) > count:
+            self.at -= len(words.pop())
         return words
 
     def _skip_texts(self, count: int) -> None:
         """Go behind texts: a line each, or behind their lengths, whose first two bits say how long these are."""
         for _ in range(count):
+            size = self.data.find(b"\n", self.at) + 1 - self.at
             if self.binary:
-                head = self.data[self.at : self.at + 8]
-                size = 8 >> (head[0] >> 6)
-                length = int.from_bytes(head[:size], "big") & ((1 << (8 * size - 2)) - 1)
-                end = self.at + size + length
-            else:
-                end = self.data.find(b"\n", self.at) + 1
-            fit = self.at < end <= len(self.data)
-            check_complete(fit, f"{len(self.data) - self.at} bytes", f"{count} texts")
-            self.at = end
+                first = self.number("u1")
+                more = self.take((8 >> (first >> 6)) - 1)
+                size = int.from_bytes(bytes([first & 63]) + more, "big")
+            self.take(size)
 
     def cells(self, count: int, size: int) -> Polygons:
         """Read cells; of the two numbers in their line, the meaning changed with version 5."""
         if self.version < 5:
-            return _counted(self.array(size, "int"), count)
+            return _counted(self.numbers(size, "int"), count)
         ends, corners = (
-            self.array(length, self._typed(word)).astype(np.int64)
+            self.numbers(length, self._typed(word)).astype(np.int64)
             for length, word in ((count, "OFFSETS"), (size, "CONNECTIVITY"))
         )
         if ends[0] != 0:
@@ -153,15 +146,18 @@ class LegacyFile:
 
 
 def surface_cells(cells: Polygons, types: IntArray) -> Polygons:
-    """The polygons among the cells of a grid; grids with volumes are refused."""
-    volumes = ~np.isin(types, (*_NO_SURFACE, *_SURFACE))
+    """The polygons among the cells of a grid; grids with volumes are refused.
+
+    By VTK's numbers vertices, lines and strips come before 5, polygons are 5, 7, 9, and 8 with its corners row by row.
+    """
+    kept = np.isin(types, (5, 7, 8, 9))
+    volumes = ~kept & ~np.isin(types, (0, 1, 2, 3, 4))
     if len(types) != len(cells.sizes) or volumes.any():
         found = ", ".join(map(str, np.unique(types[volumes]).tolist())) or "fewer than its cells"
         raise MeshError(f"it holds cells that are no polygons (VTK's types {found}); {EXTRACT}")
     corners, ends = cells.corners.copy(), np.cumsum(cells.sizes)
-    pixels = ends[types == _PIXEL]
+    pixels = ends[types == 8]
     corners[pixels - 1], corners[pixels - 2] = cells.corners[pixels - 2], cells.corners[pixels - 1]
-    kept = np.isin(types, _SURFACE)
     return Polygons(corners[np.repeat(kept, cells.sizes)], cells.sizes[kept])
 
 
@@ -192,6 +188,21 @@ def _counted(numbers: IntArray, count: int) -> Polygons:
     return Polygons(np.delete(numbers, heads), numbers[heads])
 
 
+def surface(
+    v: NDArray[Any] | None, faces: Polygons | None, point_data: dict[str, NDArray[Any]]
+) -> RawMesh:
+    """A mesh with those arrays that have a row a vertex; what has no polygons is refused."""
+    if v is None or faces is None or len(faces.sizes) == 0:
+        raise MeshError(
+            "it holds no polygons: a point cloud, lines or another kind of data; give a closed triangle "
+            "mesh"
+        )
+    metadata = {}
+    if fit := {name: values for name, values in point_data.items() if len(values) == len(v)}:
+        metadata["point_data"] = fit
+    return RawMesh(v, faces, metadata)
+
+
 def read(path: Path) -> RawMesh:
     """Points, polygons and point data of a legacy file."""
     file = LegacyFile(path.read_bytes())
@@ -204,13 +215,13 @@ def read(path: Path) -> RawMesh:
                 if kind.upper() not in ("POLYDATA", "UNSTRUCTURED_GRID"):
                     raise MeshError(f"it holds {kind[:30]!a}, no polygons; {EXTRACT}")
             case ["POINTS", n, kind]:
-                v = file.array(3 * int(n), kind).reshape(-1, 3)
+                v = file.numbers(3 * int(n), kind).reshape(-1, 3)
             case ["POLYGONS", n, size]:
                 faces = file.cells(int(n), int(size))
             case ["CELLS", n, size]:
                 cells = file.cells(int(n), int(size))
             case ["CELL_TYPES", n] if cells is not None:
-                faces = surface_cells(cells, file.array(int(n), "int"))
+                faces = surface_cells(cells, file.numbers(int(n), "int"))
             case ["TRIANGLE_STRIPS", _, _]:
                 raise MeshError(
                     "its triangle strips are not read; write triangles, as vtkTriangleFilter does"
@@ -224,46 +235,37 @@ def read(path: Path) -> RawMesh:
             case ["FIELD", _, n]:
                 found = _field(file, int(n))
             case ["LOOKUP_TABLE", _, n]:
-                file.array(4 * int(n), file.colour)
+                file.numbers(4 * int(n), file.colour)
             case ["COLOR_SCALARS", name, width]:
-                parts = _rows(file, count, width, file.colour)
-                found = {
-                    name: parts if file.binary else np.floor(255 * parts + 0.5).astype(np.uint8)
-                }
+                parts = _rows(file, count, file.colour, width)
+                if not file.binary:
+                    parts = np.floor(255 * parts + 0.5).astype(np.uint8)
+                found = {name: parts}
             case ["SCALARS", name, kind, *width]:
                 if file.line()[:1] != ["LOOKUP_TABLE"]:
                     raise MeshError(
                         "damaged: scalars without the name of their LOOKUP_TABLE; write the file anew"
                     )
-                found = {name: _rows(file, count, width[0] if width else 1, kind)}
+                found = {name: _rows(file, count, kind, *width[:1])}
             case ["TEXTURE_COORDINATES", name, width, kind]:
-                found = {name: _rows(file, count, width, kind)}
+                found = {name: _rows(file, count, kind, width)}
             case [attribute, name, kind] if attribute in _WIDTHS:
-                found = {name: _rows(file, count, _WIDTHS[attribute], kind)}
+                found = {name: _rows(file, count, kind, _WIDTHS[attribute])}
             case _:
                 raise MeshError(
                     f"damaged: {' '.join(words)[:40]!a} where a keyword is expected; write the file anew"
                 )
         if point_data:
             kept |= {unquote(name): values for name, values in found.items()}
-    if v is None or faces is None or len(faces.sizes) == 0:
-        raise MeshError(
-            "it holds no polygons: a point cloud, lines or another kind of data; give a closed triangle "
-            "mesh"
-        )
-    fit = {name: values for name, values in kept.items() if len(values) == len(v)}
-    return RawMesh(v, faces, {"point_data": fit} if fit else {})
+    return surface(v, faces, kept)
 
 
-def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
-    """The point data."""
-    return dict(read(path).metadata.get("point_data", {}))
-
-
-def _rows(file: LegacyFile, count: int, width: str | int, kind: str) -> NDArray[Any]:
+def _rows(file: LegacyFile, count: int, kind: str, width: str | int = 1) -> NDArray[Any]:
     """The next `count` rows of numbers; one number a row needs no second dimension."""
-    values = file.array(int(width) * count, kind)
-    return values if int(width) == 1 else values.reshape(count, int(width))
+    values = file.numbers(int(width) * count, kind)
+    if int(width) == 1:
+        return values
+    return values.reshape(count, int(width))
 
 
 def _field(file: LegacyFile, count: int) -> dict[str, NDArray[Any]]:
@@ -275,7 +277,7 @@ def _field(file: LegacyFile, count: int) -> dict[str, NDArray[Any]]:
             file.skip_metadata()
             words = file.line()
         name, width, length, kind = words
-        arrays[name] = _rows(file, int(length), width, kind)
+        arrays[name] = _rows(file, int(length), kind, width)
     return arrays
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 from numpy.typing import ArrayLike
 
@@ -59,9 +59,14 @@ def write_mesh(
     ...     os.listdir(folder)
     ['ball.ply']
     """
-    rows, triangles = vertices_and_faces(v) if f is None else (cast(ArrayLike, v), f)
-    x, faces = check_rows(rows, name="vertices"), check_triangles(triangles)
+    if f is None:
+        v, f = vertices_and_faces(v)
+    x, faces = check_rows(cast(ArrayLike, v), name="vertices"), check_triangles(f)
     kind = format_of(path)
     with replacing(path, force) as partial:
-        known = {"name": Path(path).stem} | structure_of(path) | dict(metadata or {})
-        kind.functions.write(partial, x, faces, known)
+        kind.functions.write(partial, x, faces, kept_of(path, metadata))
+
+
+def kept_of(path: PathLike, metadata: Metadata | None, **more: str) -> dict[str, Any]:
+    """What a writer can keep: the metadata, and what the name of the file says unless they do."""
+    return {"name": Path(path).stem} | more | structure_of(path) | dict(metadata or {})

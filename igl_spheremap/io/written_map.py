@@ -5,7 +5,6 @@ The mark is one line of ASCII with the source, the method and the options, which
 
 from __future__ import annotations
 
-import gzip
 import hashlib
 import re
 from collections.abc import Mapping
@@ -26,14 +25,12 @@ from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from . import npz
 from .files import read_sphere
 from .float32 import certified_float32
-from .formats import PathLike, format_of
-from .hemispheres import structure_of
+from .formats import PathLike, format_of, head_of
 from .reading import reading
 from .records import Metadata
 from .replacing import replacing
+from .write_mesh import kept_of
 
-_LONGEST = 80  # bytes of an STL header; FreeSurfer's programs take 199 of a comment
-_HEAD = 4096  # every writer puts the mark within this many bytes
 _MARK = re.compile(rb"igl_spheremap( [!-~]+){3} [0-9a-f]{24}")
 
 
@@ -43,10 +40,12 @@ def make_mark(
     method: str,
     options: Mapping[str, Any],
     caps: BoolArray | None = None,
+    longest: int = 80,
 ) -> str:
     """The mark of the map of this mesh: program, version, method, options, and a digest of the mesh.
 
-    The number of faces that are caps stands with the options. Options that do not fit are replaced by their digest.
+    The number of faces that are caps stands with the options. Options that do not fit are replaced by their digest: the
+    header of an STL file has 80 bytes, a comment of FreeSurfer's 199.
 
     Examples
     --------
@@ -57,10 +56,12 @@ def make_mark(
         options = {**options, "caps": int(caps.sum())}
     positions, faces = np.asarray(v, dtype="<f8"), np.asarray(f, dtype="<i8")
     digest = _digest(b"%d " % len(positions) + positions.tobytes() + faces.tobytes())
-    asked = ",".join(f"{key}={_text(value)}" for key, value in sorted(options.items())) or "-"
+    asked = "-"
+    if options:
+        asked = ",".join(f"{key}={_text(value)}" for key, value in sorted(options.items()))
     method = re.sub(r"[^!-~]", "?", method)  # it may come from a file
     line = f"igl_spheremap {__version__} {method} {asked} {digest}"
-    if len(line) <= _LONGEST and re.fullmatch(r"[\w.,=+-]+", asked, re.ASCII):
+    if len(line) <= longest and re.fullmatch(r"[\w.,=+-]+", asked, re.ASCII):
         return line
     return f"igl_spheremap {__version__} {method} {_digest(asked.encode())[:16]} {digest}"
 
@@ -104,20 +105,20 @@ def read_mark(path: PathLike) -> str | None:
     """
     path = Path(path)
     try:
-        with reading(path), path.open("rb") as file:
-            head = file.read(_HEAD)
-            if head.startswith(b"\x1f\x8b"):
-                file.seek(0)
-                head = gzip.GzipFile(fileobj=file).read(_HEAD)
+        with reading(path):  # every writer puts the mark into the first bytes
+            found = _MARK.search(head_of(path)[0])
     except MeshError:  # damaged
         return None
-    found = _MARK.search(head)
-    return found[0].decode() if found else None
+    if found is None:
+        return None
+    return found[0].decode()
 
 
 def _text(value: object) -> str:
     """A value of an option; of an array its digest."""
-    return _digest(value.tobytes()) if isinstance(value, np.ndarray) else str(value)
+    if isinstance(value, np.ndarray):
+        return _digest(value.tobytes())
+    return str(value)
 
 
 def _digest(data: bytes) -> str:
@@ -154,8 +155,9 @@ def certify_radius(x: FloatArray, f: IntArray) -> SphereCheck:
     x = check_rows(x)
     certificate = Certificate.of(x, check_faces(f, len(x)))
     distance = row_lengths(x)
-    finite = distance[np.isfinite(distance)]
-    radius = float(np.median(finite)) if len(finite) else np.nan
+    finite, radius = distance[np.isfinite(distance)], np.nan
+    if len(finite):
+        radius = float(np.median(finite))
     if abs(radius - 1) < UNIT_TOLERANCE:  # rounding: a unit sphere is written back digit for digit
         radius = 1.0
     off = np.flatnonzero(~(np.abs(distance - radius) <= UNIT_TOLERANCE * radius))
@@ -216,19 +218,22 @@ def write_map(
     True
     """
     known = dict(metadata or {}) | {"mark": mark_of(result)}
-    if format_of(path).name != "NPZ":
-        return write_sphere(
-            path,
-            result.sphere,
-            result.faces,
-            force=force,
-            radius=radius,
-            surface=result.vertices if surface else None,
-            metadata=known,
-        )
-    with replacing(path, force) as partial:
-        npz.write_map(partial, result, known)
-        return _check_written(partial, path)
+    if format_of(path).name == "NPZ":
+        with replacing(path, force) as partial:
+            npz.write_map(partial, result, known)
+            return _check_written(partial, path)
+    beside = None
+    if surface:
+        beside = result.vertices
+    return write_sphere(
+        path,
+        result.sphere,
+        result.faces,
+        force=force,
+        radius=radius,
+        surface=beside,
+        metadata=known,
+    )
 
 
 def write_sphere(
@@ -247,21 +252,17 @@ def write_sphere(
         raise FileError(
             f"{path}: {kind.name} files hold no sphere beside a surface; write .ply or .npz"
         )
-    known = (
-        {"geometric_type": "Spherical", "name": Path(path).stem}
-        | structure_of(path)
-        | dict(metadata or {})
-    )
-    size = kind.radius if radius is None else radius
-    positions, moved = size * x, 0
+    known = kept_of(path, metadata, geometric_type="Spherical")
+    if radius is None:
+        radius = kind.radius
+    positions, moved = radius * x, 0
     if kind.single:
-        rounded = certified_float32(x, f, size)
+        rounded = certified_float32(x, f, radius)
         positions, moved = rounded.positions.astype(np.float64), len(rounded.moved)
+    if surface is not None:
+        known["sphere"], positions = positions, surface
     with replacing(path, force) as partial:
-        if surface is None:
-            kind.functions.write(partial, positions, f, known)
-        else:
-            kind.functions.write(partial, surface, f, known | {"sphere": positions})
+        kind.functions.write(partial, positions, f, known)
         return replace(_check_written(partial, path), moved=moved)
 
 
