@@ -91,7 +91,7 @@ def minimize_round(
         status = Status.COLLAPSED
     return last, Round(
         round=round,
-        start=start,
+        start=str(start),
         foldings_before=before.foldings,
         foldings_after=after.foldings,
         iterations=last.iteration,
