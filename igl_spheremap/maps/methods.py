@@ -26,7 +26,7 @@ from ..operators.laplacian import Operators, build_operators, laplacian
 from ..paper.algorithm_2 import algorithm_2
 from ..paper.settings import Lai2014, PaperGauge
 from ..paper.setup import Setup
-from ..result.run import Iterate, Listener, Round, Run, Stage, Status
+from ..result.run import Iterate, Listener, Round, Run, Stage, Status, iterations_in
 from ..sphere.moebius import center, fix_gauge
 from ..sphere.rows import unit_rows
 from ..start.punctured import candidate_faces, dipole_map, to_sphere
@@ -140,6 +140,7 @@ def lai2014(
     """The paper: Algorithm 2 around Algorithm 1, from the Gauss map or another start."""
     setup, first = paper_setup(mesh, options, listener, start)
     x, run = algorithm_2(setup, first)
+    run = replace(run, notes=(*run.notes, *_blocked(run.rounds[-1])))
     is_free, is_stopped = run.rounds[-1].foldings_after == 0, run.status is Status.STOPPED
     if is_free or is_stopped or options.may_fold or options.rounds == 0:
         return in_gauge(mesh, x, run, options.gauge)
@@ -159,6 +160,15 @@ def paper_setup(
     if start is None:
         return setup, setup.gauss_map()
     return setup, setup.start(Stage.GIVEN_MAP, check_start(start, len(mesh.v)))
+
+
+def _blocked(last: Round) -> Iterator[str]:
+    """A note on a correction that found no further step."""
+    if last.start == Stage.STAR_MAP and last.status is Status.STALLED:
+        yield (
+            f"the map is the star map after {iterations_in(last.iterations)}: no further step lowers the energy "
+            "without folding faces"
+        )
 
 
 def _repaired(setup: Setup, x: FloatArray, run: Run) -> SphereMap:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..descent.line_search import NonmonotoneSearch
 from ..descent.problem import Problem
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
@@ -18,6 +19,8 @@ from ..verify.signs import folded_faces
 _OFF_CENTRE, _OFF_CENTRE_CONFINED = 1e-2, 1e-9
 #: Iterations after which it is looked whether the map has shrunk.
 _LOOK = 20
+#: Number of steps that a search tries where folds are refused, that of the paper's program.
+_TRIALS = 5
 
 
 class Confined(Hooks):
@@ -36,7 +39,8 @@ class Confined(Hooks):
 
     def start(self, x: FloatArray) -> FloatArray:
         """The map in the Moebius gauge."""
-        x = self._centred(x, 0.0)
+        # by columns, so that inner loops are long
+        x = np.asfortranarray(self._centred(x, 0.0))
         self._most = np.inf if self._may_fold else self._bound(x)
         return x
 
@@ -76,6 +80,12 @@ class Safeguards(Confined):
     def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
         super().__init__(mesh, problem, may_fold)
         self._is_first, self._has_restarted, self._left = True, False, np.inf
+
+    def search(self, energy: float, rho: float, delta: float, xi: float) -> NonmonotoneSearch:
+        """A search that soon gives up where folds are refused: a face in the way of a step is in that of the next."""
+        if self._most == np.inf:
+            return super().search(energy, rho, delta, xi)
+        return NonmonotoneSearch(energy, rho, delta, xi, _TRIALS)
 
     def settled(self, last: Iterate) -> bool:
         """Whether the map has shrunk to nothing."""
