@@ -94,7 +94,10 @@ class Certificate:
             )
         signs = orientation_signs(x, f)
         off_sphere = np.flatnonzero(np.abs(row_lengths(x) - 1) > UNIT_TOLERANCE)
-        degree = _degree(x, scale_rows(x) if len(off_sphere) else x, f, signs)
+        scaled = x
+        if len(off_sphere):
+            scaled = scale_rows(x)
+        degree = _degree(x, scaled, f, signs)
         return cls(
             np.flatnonzero(signs < 0),
             np.flatnonzero(signs == 0),
@@ -133,7 +136,9 @@ class Certificate:
                 faces=len(f),
             )
         signs, crossings = plane_signs(p, f), rim[rim_crossings(p, rim)]
-        degree = 0 if len(crossings) else rim_direction(p, rim)
+        degree = 0
+        if not len(crossings):
+            degree = rim_direction(p, rim)
         return cls(
             np.flatnonzero(signs < 0),
             np.flatnonzero(signs == 0),
@@ -172,22 +177,17 @@ class Certificate:
         return f"Certificate(folding_free={self.folding_free}, {self.foldings} foldings, degree {self.degree})"
 
     def __str__(self) -> str:
-        once = (
-            "the boundary crosses itself nowhere"
-            if self.boundary_loops
-            else "the sphere is covered once"
-        )
+        if self.boundary_loops:
+            image, once, mended = "image", "the boundary crosses itself nowhere", ""
+        else:
+            repair = Remedy("repair_foldings", given="v, f, x")
+            image, once, mended = "sphere", "the sphere is covered once", f" ({repair} does)"
         if self.orientation == 1:
             return f"folding-free: every face is positively oriented and {once} (exact)"
         if self.orientation == -1:
-            repair = (
-                ""
-                if self.boundary_loops
-                else f" ({Remedy('repair_foldings', given='v, f, x')} does)"
-            )
             return (
                 f"a mirror image, not folded: every face is negatively oriented and {once} (exact); negate a "
-                f"coordinate{repair}, or reverse the faces if the surface is inside out"
+                f"coordinate{mended}, or reverse the faces if the surface is inside out"
             )
         faults = [
             f"{len(bad)} {what}, e.g. {', '.join(map(str, bad[:3].tolist()))}"
@@ -201,11 +201,11 @@ class Certificate:
             if len(bad)
         ]
         if self.degree != 1 and not len(self.not_finite) and not len(self.crossings):
-            faults.append(
-                f"the {'image' if self.boundary_loops else 'sphere'} is covered {self.degree} times"
-            )
-        folds = self.foldings or self.degree != 1 or len(self.not_finite)
-        return ("not folding-free: " if folds else "no face folds, but: ") + "; ".join(faults)
+            faults.append(f"the {image} is covered {self.degree} times")
+        verdict = "no face folds, but"
+        if self.foldings or self.degree != 1 or len(self.not_finite):
+            verdict = "not folding-free"
+        return f"{verdict}: {'; '.join(faults)}"
 
 
 @gate
@@ -298,12 +298,9 @@ def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> Iterator[FloatAr
     Those of faces whose corners cancel may lie outside of them, and are of any size: they are directions all the same.
     """
     proper = np.flatnonzero(signs)
-    chosen = (
-        proper[np.linspace(0, len(proper) - 1, num=min(8, len(proper))).astype(int)]
-        if len(proper)
-        else proper
-    )
-    middles = np.einsum("k,ikj->ij", [0.5, 0.3, 0.2], x[f[chosen]])
+    if len(proper):
+        proper = proper[np.linspace(0, len(proper) - 1, num=min(8, len(proper))).astype(int)]
+    middles = np.einsum("k,ikj->ij", [0.5, 0.3, 0.2], x[f[proper]])
     yield from middles[middles.any(axis=1)]
     # Points spaced by the golden angle: they lie on an edge of a mesh only if the mesh was made from them.
     height = (np.arange(24) + 0.5) / 12 - 1

@@ -203,7 +203,9 @@ def log_figures(ratios: FloatArray) -> dict[str, float]:
     1.0
     """
     finite = ratios[np.isfinite(ratios)]
-    size = np.abs(finite) if len(finite) else np.full(1, np.nan)
+    size = np.full(1, np.nan)
+    if len(finite):
+        size = np.abs(finite)
     return {
         "mean": float(size.mean()),
         "p99": float(np.percentile(size, 99)),

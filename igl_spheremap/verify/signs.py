@@ -92,7 +92,8 @@ def _exact_signs(x: FloatArray) -> IntArray:
         igl.predicates.orient3d(*(y[k::3] for k in range(3)), _ORIGIN), dtype=np.int64
     )
     rest = np.flatnonzero(~plain.reshape(-1, 9).all(axis=1))
-    for block in np.array_split(rest, -(-len(rest) // _BLOCK)) if len(rest) else ():
+    for first in range(0, len(rest), _BLOCK):
+        block = rest[first : first + _BLOCK]
         signs[block] = _integer_signs(x.reshape(-1, 3, 3)[block])
     return signs
 
