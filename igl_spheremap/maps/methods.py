@@ -285,28 +285,22 @@ SOLVERS: dict[type[Method], Callable[..., SphereMap]] = {
 
 
 def in_gauge(mesh: Mesh, x: FloatArray, run: Run, gauge: PaperGauge = "centred") -> SphereMap:
-    """The map in the gauge of the result, certified; foldings that only the last rotation makes are repaired.
-
-    In a free gauge it is the map as the minimisation left it.
-    """
-    y = x if gauge == "free" else fix_gauge(mesh, x)
-    certificate, notes = Certificate.of(y, mesh.f), run.notes
-    if (
-        gauge == "centred"
-        and not certificate.folding_free
-        and Certificate.of(x, mesh.f).folding_free
-    ):
-        y, certificate = repair_locally(mesh, y)
-        notes = (*notes, "the rounding of the last rotation folded faces, which were repaired")
+    """The map in the gauge of the result, certified; as the minimisation left it if the gauge is free or folds it."""
+    y, notes = x, run.notes
+    if gauge == "centred":
+        y = fix_gauge(mesh, x)
+    certificate = Certificate.of(y, mesh.f)
+    if y is not x and not certificate.folding_free:
+        before = Certificate.of(x, mesh.f)
+        if before.folding_free:
+            y, certificate, gauge = x, before, "free"
+            notes = (*notes, "not in the gauge: the rounding of the last rotation would fold faces")
     if not certificate.folding_free:
         mended = Remedy("repair_foldings", given="v, f, sphere")
         notes = (*notes, f"foldings are left; {mended} removes them, as the default method does")
-    return SphereMap(
-        mesh,
-        y,
-        certificate,
-        replace(run, gauge="free" if gauge == "free" else run.gauge, notes=notes),
-    )
+    if gauge == "free":
+        run = replace(run, gauge="free")
+    return SphereMap(mesh, y, certificate, replace(run, notes=notes))
 
 
 def check_start(x: ArrayLike, n: int, name: str = "start positions") -> FloatArray:

@@ -5,7 +5,10 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
-from igl_spheremap.sphere.moebius import best_rotation
+from igl_spheremap.maps.methods import in_gauge
+from igl_spheremap.result.run import Run
+from igl_spheremap.sphere.moebius import best_rotation, fix_gauge
+from igl_spheremap.sphere.rows import unit_rows
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]
@@ -38,6 +41,20 @@ def test_errors_name_the_option():
     for face, error in ((-1, ValueError), (2.5, TypeError)):
         with pytest.raises(error, match=f"puncture is {face}; give "):
             through(V, F, puncture=face)
+
+
+def test_a_map_that_the_gauge_would_fold_stays_where_it_is_and_certified():
+    """A vertex within 4e-16 of the opposite edge lies on either side of it after a rotation, and a note says so."""
+    x, k = X.copy(), F[0, 0]
+    middle = X[F[0, 1:]].mean(axis=0)
+    x[k] = middle + 4e-16 * (X[k] - middle)
+    x = unit_rows(x)
+    assert ism.certify(x, F).folding_free
+    assert not ism.certify(fix_gauge(MESH, x), F).folding_free
+    found = in_gauge(MESH, x, Run(ism.Status.DONE, 0.0))
+    assert found.sphere is x
+    assert found.certificate.folding_free
+    assert (found.gauge, len(found.notes)) == ("free", 1)
 
 
 def test_it_finds_the_map_that_the_fast_method_finds():
