@@ -5,47 +5,53 @@
     python demos/align_landmarks.py sample:bunny picture.png  # a picture; needs no display
 
 Points have no capacity in the plane: the harmonic energy is lowest where landmarks are pulled out like tents, which
-fold (red). Descent along smooth fields that refuses foldings finds a bijection instead.
+fold (red). Descent along smooth fields that refuses foldings finds a bijection instead. A line leads from each landmark
+(blue) to its target (yellow).
 """
 
 import numpy as np
+import polyscope as ps
+from arguments import run
+from scene import begin_scene, end_scene
 
 import igl_spheremap as ism
-from igl_spheremap.apps.demo import run_demo
-from igl_spheremap.apps.viewer.compare import landmark_part, show_parts
-from igl_spheremap.draw.plot import fit, pose
+
+MAPS = ("Moebius map", 0, False), ("may fold", 300, True), ("may not fold", 300, False)
+GREY, RED = (0.8, 0.8, 0.8), (0.7, 0.02, 0.0)
+BLUE, YELLOW, INK = (0.0, 0.45, 0.7), (0.94, 0.89, 0.26), (0.1, 0.1, 0.1)
 
 
-def align_landmarks(v, f, up, target, progress):
-    mesh, turn = ism.check_mesh(v, f), pose(v, up)
+def align_landmarks(surface, picture):
+    v, f = ism.read_mesh(surface)
+    x = ism.spherical_conformal_map(v, f).sphere
     landmarks = np.linspace(0, len(v) - 1, 40).astype(int)
-    places = ism.spherical_conformal_map(v, f).sphere[landmarks]
-    goals = places + 0.2 * np.random.default_rng(1).normal(size=places.shape)
+    goals = x[landmarks] + 0.2 * np.random.default_rng(1).normal(size=(40, 3))
     goals /= np.linalg.norm(goals, axis=1, keepdims=True)
-    caption = f"{len(landmarks)} landmarks\n(blue; targets yellow, folded faces red)"
-    row = [landmark_part(caption, mesh, fit(v, turn), landmarks)]
-    for name, weight, may_fold in (
-        ("Moebius map", 0, False),
-        ("may fold", 100, True),
-        ("may not fold", 100, False),
-    ):
-        steps = 300 if weight else 0
-        result = ism.landmark_map(
-            v,
-            f,
-            landmarks,
-            goals,
-            landmark_weights=weight,
-            may_fold=may_fold,
-            max_iterations=steps,
-            listener=progress.listener(f),
+    begin_scene(picture)
+    for k, (name, steps, may_fold) in enumerate(MAPS):
+        result = ism.landmark_map(v, f, landmarks, goals, may_fold=may_fold, max_iterations=steps)
+        at = result.sphere[landmarks]
+        miss = np.degrees(np.linalg.norm(at - goals, axis=1)).mean()
+        print(f"{name}: {miss:.1f} degrees off, {result.certificate.foldings} folded faces")
+        colours = np.tile(GREY, (len(f), 1))
+        colours[list(result.certificate.flipped)] = RED
+        sphere = ps.register_surface_mesh(name, result.sphere, f)
+        sphere.add_color_quantity("folded", colours, "faces", enabled=True)
+        dots = (
+            ps.register_point_cloud(f"{name}: targets", goals, color=YELLOW),
+            ps.register_point_cloud(f"{name}: landmarks", at, color=BLUE),
         )
-        miss = np.degrees(np.linalg.norm(result.sphere[landmarks] - goals, axis=1)).mean()
-        caption = f"{name}:\n{miss:.1f} degrees off, {result.certificate.foldings} folded faces"
-        row.append(landmark_part(caption, mesh, result.sphere, landmarks, goals, turn))
-    progress.close()
-    show_parts([row], target, size=(1280, 430))
+        lines = np.column_stack((np.arange(40), np.arange(40, 80)))
+        ways = ps.register_curve_network(
+            f"{name}: ways", 1.01 * np.vstack((at, goals)), lines, color=INK
+        )
+        ways.set_radius(0.01, relative=False)
+        for part in dots:
+            part.set_radius(0.03, relative=False)
+        for part in (sphere, ways, *dots):
+            part.set_position((2.2 * k, 0, 0))
+    end_scene(picture)
 
 
 if __name__ == "__main__":
-    run_demo(align_landmarks, "sample:brain:n_vertices=4000")
+    run(align_landmarks, "sample:brain:n_vertices=4000")

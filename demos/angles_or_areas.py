@@ -9,34 +9,26 @@ area as of the sphere's, and is sheared.
 """
 
 import numpy as np
+from arguments import run
 
 import igl_spheremap as ism
-from igl_spheremap.apps.demo import run_demo
-from igl_spheremap.apps.viewer.compare import show_parts
-from igl_spheremap.apps.viewer.grid import Part
-from igl_spheremap.apps.viewer.widgets import Colours
-from igl_spheremap.draw.plot import fit, pose
 
 
-def angles_or_areas(v, f, up, target, progress):
-    mesh, turn = ism.check_mesh(v, f), pose(v, up)
-    colours = Colours("checkerboard")  # whose poles stay at the tips of the same limbs
-    bodies, spheres = [], []
+def angles_or_areas(surface, picture):
+    result = ism.spherical_conformal_map(surface)
+    maps = {}
     for balance in (0, 0.5, 1):
-        result = ism.balanced_spherical_map(v, f, balance=balance, listener=progress.listener(f))
-        board = colours.of(mesh, result.sphere)
-        angle, area = (
-            np.abs(result.angle_differences()).mean(),
-            np.exp(np.abs(result.log_area_ratios()).mean()),
-        )
-        bodies.append(Part(f"balance {balance}", fit(v, turn), f, board))
-        caption = f"angles differ by {angle:.1f} degrees,\nareas by a factor of {area:.3g}"
-        spheres.append(
-            Part(caption, result.sphere @ turn.T, f, board, image=True, legends=board.legends)
-        )
-    progress.close()
-    show_parts([bodies, spheres], target, size=(1000, 720))
+        result = result.rebalance(balance)
+        maps[f"balance {balance}"] = result.sphere
+        angle = np.abs(result.angle_differences()).mean()
+        area = np.exp(np.abs(result.log_area_ratios()).mean())
+        print(f"balance {balance}: angles differ by {angle:.1f} degrees on average,", end=" ")
+        print(f"areas change {area:.3g}-fold (geometric mean over the faces)")
+    if picture:
+        ism.screenshot(result, picture, subject="checkerboard", maps=maps, size=(1000, 720))
+    else:
+        ism.show(result, subject="checkerboard", maps=maps)
 
 
 if __name__ == "__main__":
-    run_demo(angles_or_areas, "sample:octopus:n_vertices=8000")
+    run(angles_or_areas, "sample:octopus:n_vertices=8000")

@@ -8,18 +8,18 @@ In the window, click a vertex to see its image, and drag "lens": a Moebius map m
 stays a square. "balance" gives up squares for equal areas.
 """
 
+from arguments import run
+
 import igl_spheremap as ism
-from igl_spheremap.apps.demo import run_demo
 
 
-def checkerboard(v, f, up, target, progress):
-    result = ism.spherical_conformal_map(v, f, listener=progress.listener(f))
-    progress.close()
-    if target:
-        ism.screenshot(result, target, up=up, subject="checkerboard")
+def checkerboard(surface, picture):
+    result = ism.spherical_conformal_map(surface)
+    if picture:
+        ism.screenshot(result, picture, subject="checkerboard")
     else:
-        ism.show(result, up=up, subject="checkerboard")
+        ism.show(result, subject="checkerboard")
 
 
 if __name__ == "__main__":  # "balance" computes in a process of its own, which imports this file
-    run_demo(checkerboard, "sample:dino")
+    run(checkerboard, "sample:dino")

@@ -7,25 +7,26 @@
 Gradient descent with fixed steps ("gu-yau") takes minutes on large meshes, and is left out there.
 """
 
+from arguments import run
+
 import igl_spheremap as ism
-from igl_spheremap.apps.demo import run_demo
-from igl_spheremap.apps.viewer.compare import compare
 
 
-def compare_methods(v, f, up, target, progress):
+def compare_methods(surface, picture):
+    v, f = ism.read_mesh(surface)
     methods = ["gu-yau", "stereographic", "lai2014", "auto"]
     if len(v) > 20_000:
-        progress.write(f"gu-yau is left out: on {len(v):,} vertices it takes minutes")
         methods.remove("gu-yau")
     maps = {"Gauss map": ism.gauss_map(v, f)}
     for method in methods:
-        progress.begin(method)
-        maps[method] = ism.spherical_conformal_map(
-            v, f, method=method, listener=progress.listener(f)
-        ).sphere
-    progress.close()
-    compare(ism.check_mesh(v, f), maps, target, up=up)
+        result = ism.spherical_conformal_map(v, f, method=method)
+        maps[method] = result.sphere
+        print(f"{method}: {result.certificate}")
+    if picture:
+        ism.screenshot(result, picture, subject="angle differences", maps=maps)
+    else:
+        ism.show(result, subject="angle differences", maps=maps)
 
 
 if __name__ == "__main__":
-    run_demo(compare_methods, "sample:dino")
+    run(compare_methods, "sample:dino")

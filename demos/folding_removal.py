@@ -9,15 +9,14 @@ Algorithm 2 then removes them, and Algorithm 1 goes on from there. Folded faces 
 Moebius map, magnifies the largest cluster of them; the small sphere shows where that is.
 """
 
+from arguments import run
+
 import igl_spheremap as ism
-from igl_spheremap.apps.demo import run_demo
 
 
-def folding_removal(v, f, up, target, progress):
-    if target is None:
-        progress.close()
-    ism.play(v, f, method="lai2014", out=target, up=up)
+def folding_removal(surface, picture):
+    ism.play(surface, method="lai2014", out=picture)
 
 
 if __name__ == "__main__":  # the map is computed in a process of its own, which imports this file
-    run_demo(folding_removal, "sample:dino:n_vertices=2000")
+    run(folding_removal, "sample:dino:n_vertices=2000")

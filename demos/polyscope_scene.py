@@ -8,29 +8,21 @@ Choose another quantity in polyscope's panel: foldings, angle differences, area 
 the scene adds itself.
 """
 
-import polyscope as ps
+from arguments import run
+from scene import begin_scene, end_scene
 
 import igl_spheremap as ism
-from igl_spheremap.apps.demo import run_demo
 
 
-def polyscope_scene(v, f, up, target, progress):
-    result = ism.spherical_conformal_map(v, f, listener=progress.listener(f))
-    progress.close()
-    ps.set_verbosity(0)
-    ps.set_allow_headless_backends(target is not None)
-    ps.init()
-    ps.set_up_dir("z_up")
+def polyscope_scene(surface, picture):
+    result = ism.spherical_conformal_map(surface)
+    begin_scene(picture)
     surface, sphere = ism.add_to_polyscope(result, "dino", shown="checkerboard")
+    factor = result.conformal_factor()
     for structure in (surface, sphere):
-        factor = ism.conformal_factor(v, f, result.sphere)
         structure.add_scalar_quantity("conformal factor", factor, enabled=False)
-    ps.reset_camera_to_home_view()
-    if target:
-        ps.screenshot(target)
-    else:
-        ps.show()
+    end_scene(picture)
 
 
 if __name__ == "__main__":
-    run_demo(polyscope_scene, "sample:dino")
+    run(polyscope_scene, "sample:dino")

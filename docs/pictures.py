@@ -19,8 +19,10 @@ import subprocess
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout
 from dataclasses import replace
 from importlib.metadata import version
+from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -332,16 +334,25 @@ def _demo(name: str, *arguments: str) -> Callable[[Path], list[str]]:
             apps.append(app)
             return run_app(app, args)
 
-        script = str(ROOT / "demos" / f"{name}.py")
+        command = [f"{name}.py", *arguments, str(path)]
         with (
             patch.object(viewer, "run_app", noting),
-            patch.object(sys, "argv", [script, *arguments, str(path)]),
+            patch.object(sys, "argv", command),
+            patch.object(sys, "path", [str(ROOT / "demos"), *sys.path]),
+            redirect_stdout(StringIO()) as said,
         ):
-            runpy.run_path(script, run_name="__main__")
-        return _captions(apps[0])
+            runpy.run_path(str(ROOT / "demos" / command[0]), run_name="__main__")
+        return [*said.getvalue().splitlines(), *(line for app in apps for line in _captions(app))]
 
     make.__doc__ = f"The demo {name}."
     return make
+
+
+def align_landmarks(path: Path) -> list[str]:
+    """The demo align_landmarks, which starts polyscope itself."""
+    command = [sys.executable, str(ROOT / "demos" / "align_landmarks.py"), str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()
 
 
 PICTURES: dict[str, Callable[[Path], list[str]]] = {
@@ -358,7 +369,7 @@ PICTURES: dict[str, Callable[[Path], list[str]]] = {
     "checkerboard.png": _demo("checkerboard"),
     "compare_methods.png": _demo("compare_methods"),
     "angles_or_areas.png": _demo("angles_or_areas"),
-    "align_landmarks.png": _demo("align_landmarks"),
+    "align_landmarks.png": align_landmarks,
     "caps.png": caps,
     "foldings.gif": foldings,
 }

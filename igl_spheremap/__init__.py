@@ -56,6 +56,7 @@ _MODULES = {
     "read_map": "io.written_map",
     "read_mesh": "io.files",
     "read_plane_map": "io.plane_map",
+    "read_scalars": "io.scalars",
     "recentre": "sphere.riemann",
     "repair_disk": "mesh_repair.repair_disk",
     "repair_foldings": "maps.given_sphere",
@@ -75,6 +76,7 @@ _MODULES = {
     "write_map": "io.written_map",
     "write_mesh": "io.write_mesh",
     "write_plane_map": "io.plane_map",
+    "write_scalars": "io.scalars",
 }
 __getattr__, __dir__, __all__ = attach(__name__, _MODULES)
 del attach

@@ -125,6 +125,9 @@ def run(command, cwd=None, **environment):
 
 
 def _places():
-    """The environment of a process that finds the package and these tests."""
-    places = str(ROOT), str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")
+    """The environment of a process that finds the package, these tests, and what demos share."""
+    places = (
+        *(str(ROOT / folder) for folder in ("", "tests", "demos")),
+        os.environ.get("PYTHONPATH", ""),
+    )
     return os.environ | {"PYTHONPATH": os.pathsep.join(places)}

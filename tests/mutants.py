@@ -81,7 +81,7 @@ def read_label(path):
 
 def read_left(path):
     """The data of one side."""
-    return read_scalars(path, "CortexLeft")
+    return read_scalars(path, structure="CortexLeft")
 
 
 #: The readers, and the names of files that each is tried on.

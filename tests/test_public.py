@@ -1,10 +1,13 @@
 """What public functions return: public records that print in one line."""
 
+import ast
 import inspect
+import json
 import re
 from dataclasses import is_dataclass
 from enum import Enum
 from importlib import import_module
+from pathlib import Path
 from typing import get_args, get_type_hints
 
 import numpy as np
@@ -115,3 +118,71 @@ def test_records_print_in_one_line(tmp_path):
         assert line.startswith(f"{type(record).__name__}(")
         assert "\n" not in line
         assert len(line) < 250
+
+
+@pytest.mark.parametrize(("door", "page"), [(ism, "api"), (ism.shapes, "api_shapes")])
+def test_the_stub_has_the_order_of_the_reference(door, page):
+    listed = re.findall(
+        r"^   (\w+)$", (ROOT / "docs" / "reference" / f"{page}.md").read_text("utf-8"), re.MULTILINE
+    )
+    stub = re.findall(
+        r"import (\w+) as", Path(door.__file__).with_suffix(".pyi").read_text("utf-8")
+    )
+    assert [name for name in stub if name in listed] == [name for name in listed if name in stub]
+    assert {*stub} - {*listed} <= {"samples", "shapes"}
+
+
+#: What a reader copies: demos, examples but for what draws their pictures, and the code of guides.
+COPIED = [
+    *(ROOT / "demos").glob("*.py"),
+    *(ROOT / "docs" / "examples").glob("plot_*.py"),
+    *(ROOT / "docs" / "guide").glob("*.md"),
+    *(ROOT / "docs" / "use").glob("*.md"),
+    *(ROOT / "docs" / "notebooks").glob("*.ipynb"),
+    ROOT / "docs" / "index.md",
+    ROOT / "README.md",
+]
+
+
+def code_of(path):
+    """The Python code of a script, a page or a notebook."""
+    text = path.read_text("utf-8")
+    if path.suffix == ".md":
+        return "\n".join(
+            re.findall(r"^```python[^\n]*\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+        )
+    if path.suffix == ".ipynb":
+        cells = json.loads(text)["cells"]
+        return "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+    return text
+
+
+def is_public(name):
+    """Whether `igl_spheremap.NAME`, with dots in it, is promised: what it leads to beyond a public name is its own."""
+    first, _, rest = name.partition(".")
+    if rest and first in ("shapes", "samples"):
+        return rest.partition(".")[0] in getattr(ism, first).__all__
+    return first in ism.__all__ or first in ("__version__", "pyvista")
+
+
+@pytest.mark.parametrize("path", COPIED, ids=lambda path: path.stem)
+def test_what_a_reader_copies_has_public_names_only(path):
+    used = set()
+    for node in ast.walk(ast.parse(code_of(path))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            used |= {f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Import):
+            used |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.Attribute):
+            used.add(re.sub(r"^ism\.", "igl_spheremap.", ast.unparse(node)))
+    names = [
+        name.partition(".")[2] for name in used if re.fullmatch(r"igl_spheremap(\.\w+)+", name)
+    ]
+    assert [name for name in names if not is_public(name)] == []
+
+
+def test_a_private_name_would_be_noticed():
+    assert is_public("shapes.match")
+    assert is_public("Lai2014.as_printed")
+    for name in ("apps.viewer.player", "shapes.groups", "samples.revolution", "draw"):
+        assert not is_public(name)

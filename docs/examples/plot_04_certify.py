@@ -10,14 +10,13 @@ import numpy as np
 from side_by_side import draw_surfaces
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import pose
 
 v, f = ism.samples.make("pear", n_vertices=600)
 x = ism.spherical_conformal_map(v, f).sphere.copy()
 assert ism.certify(x, f).folding_free
 
-moved = int(np.argmax(x @ pose(v)[2]))  # in the middle of the picture
-x[moved] += 0.3 * pose(v)[1]
+moved = int(np.argmin(x[:, 1]))  # in the middle of the picture
+x[moved] += [0, 0, 0.3]
 x[moved] /= np.linalg.norm(x[moved])
 found = ism.certify(x, f)
 print(found)
@@ -26,6 +25,8 @@ assert set(found.flipped) <= set(np.flatnonzero((f == moved).any(axis=1)))
 
 folded = np.array(found.flipped)
 figure = draw_surfaces(
-    ("the surface", v, f, None, folded), (f"{found.foldings} folded faces", x, f, None, folded)
+    ("the surface", v, f, None, folded),
+    (f"{found.foldings} folded faces", x, f, None, folded),
+    up="z",
 )
 figure

@@ -6,19 +6,20 @@ Angle differences of every corner, in degrees, and the conformal factor of every
 place was shrunk.
 """
 
+import matplotlib.pyplot as plt
 import numpy as np
 from side_by_side import draw_surfaces
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import new_figure, plot_angles
 
 v, f = ism.samples.make("bunny", n_vertices=5000)
 result = ism.spherical_conformal_map(v, f)
 differences = result.angle_differences()
 print(f"{np.abs(differences).mean():.2f} degrees on average")
 
-figure, ((ax,),) = new_figure(1, 1, "", (4.5, 3))
-plot_angles(ax, differences)
+figure, ax = plt.subplots(figsize=(4.5, 3), layout="constrained")
+ax.hist(differences.ravel(), bins=100, range=(-20, 20))
+ax.set(xlabel="angle difference, degrees", ylabel="corners")
 figure
 
 # %%

@@ -10,7 +10,6 @@ import numpy as np
 from side_by_side import draw_surfaces
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import fit
 
 a, b = (ism.samples.make(name, n_vertices=1200) for name in ("dino", "bunny"))
 onto = ism.shapes.match(a, b)
@@ -21,7 +20,10 @@ assert onto.map.certificate.folding_free
 # from the tip of its tail to its head.
 
 common = onto.overlay()
-on_source, on_target = (fit(one, np.eye(3)) for one in (common.on_source, common.on_target))
+on_source, on_target = (
+    (one - one.mean(axis=0)) / np.ptp(one, axis=0).max()
+    for one in (common.on_source, common.on_target)
+)
 along = on_source[:, 0]
 figure = draw_surfaces(
     ("a dinosaur", on_source, common.faces, along),

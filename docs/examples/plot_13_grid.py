@@ -5,10 +5,10 @@ A surface as an image
 Positions, or any data, on a grid of latitudes and longitudes: an image that networks and transforms on the sphere take.
 """
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 import igl_spheremap as ism
-from igl_spheremap.draw.plot import new_figure
 
 v, f = ism.samples.make("bunny", n_vertices=5000)
 result = ism.balanced_spherical_map(v, f, balance=0.75)  # room for the ears
@@ -19,7 +19,7 @@ print(
     f"read back at the vertices, off by {np.linalg.norm(back - v, axis=1).mean() / size:.2%} of the body's length"
 )
 
-figure, ((ax,),) = new_figure(1, 1, "", (6.5, 3.4))
+figure, ax = plt.subplots(figsize=(6.5, 3.4), layout="constrained")
 ax.imshow((image - v.min(axis=0)) / np.ptp(v, axis=0))
 ax.set(
     title="x, y, z as red, green, blue",

@@ -241,9 +241,7 @@ def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> 
         shots.insert(0, ("Gauss map", vertex_normals(mesh.unit, mesh.f), SUBJECTS[0]))
 
     def draw(x: FloatArray, title: str, subject: str) -> Callable[[Path], object]:
-        return lambda path: picture_of(
-            mesh, x, path, caption=title, subject=subject, up=up, size=_SIZE
-        )
+        return lambda path: picture_of(mesh, {title: x}, path, subject=subject, up=up, size=_SIZE)
 
     return _drawn(
         [draw(x, title, subject) for title, x, subject in shots],

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import FileError, MeshError, printable
+from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray
 from .formats import PathLike, format_in, format_of
 from .npz import LABEL_TABLE
@@ -18,7 +19,8 @@ from .replacing import replacing
 from .write_mesh import write_mesh
 
 
-def read_scalars(path: PathLike, structure: str | None = None) -> dict[str, FloatArray]:
+@gate
+def read_scalars(path: PathLike, *, structure: str | None = None) -> dict[str, FloatArray]:
     """Read scalar maps over the vertices of a mesh.
 
     Parameters
@@ -43,6 +45,20 @@ def read_scalars(path: PathLike, structure: str | None = None) -> dict[str, Floa
         If the file can't be opened, its format is unknown, or the package that reads it is not installed.
     MeshError
         If it is damaged or holds no scalar map.
+
+    See Also
+    --------
+    write_scalars : the other way.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> import igl_spheremap as ism
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = os.path.join(folder, "heights.csv")
+    ...     ism.write_scalars(path, {"height": np.array([0.5, 1.0])})
+    ...     ism.read_scalars(path)
+    {'height': array([0.5, 1. ])}
     """
     source = Path(path)
     with reading(source):
@@ -78,7 +94,7 @@ def file_of(path: str) -> tuple[str, str]:
 def read_named(path: str, structure: str | None = None) -> dict[str, FloatArray]:
     """The maps of a file as `read_scalars` gives them, or the one of FILE:NAME."""
     file, name = file_of(path)
-    maps = read_scalars(file, structure)
+    maps = read_scalars(file, structure=structure)
     if not name:
         return maps
     if name not in maps:
@@ -125,6 +141,7 @@ def read_labels(path: PathLike) -> tuple[Label, ...] | None:
         return table
 
 
+@gate
 def write_scalars(
     path: PathLike,
     maps: Mapping[str, FloatArray],
@@ -160,6 +177,10 @@ def write_scalars(
         If labels are not whole numbers, or of an .annot file have no table or not each a colour of its own.
     FileError
         If the format is another one, the file exists and `force` is not set, or writing fails.
+
+    See Also
+    --------
+    read_scalars : the other way, with an example.
     """
     kind, known, kept = format_of(path, data=True), dict(metadata or {}), dict(maps)
     taken = [""]

@@ -25,7 +25,7 @@ def test_each_side_has_its_maps_and_none_on_the_wall(kind, names, tmp_path):
     path = tmp_path / f"a.d{kind.replace('series', 'tseries')}.nii"
     cifti(N, WALL, kind).to_filename(path)
     for structure, offset in (("CortexLeft", 0), ("CortexRight", 1000)):
-        maps = read_scalars(path, structure)
+        maps = read_scalars(path, structure=structure)
         assert list(maps) == names
         for factor, values in zip((1, 2), maps.values(), strict=True):
             assert np.flatnonzero(np.isnan(values)).tolist() == WALL
@@ -50,7 +50,7 @@ def test_the_only_side_needs_no_name_and_of_two_one_is_asked_for(tmp_path):
     ):
         read_scalars(tmp_path / "two.dscalar.nii")
     with pytest.raises(MeshError, match="no data of Cerebellum; it has CortexLeft, CortexRight"):
-        read_scalars(tmp_path / "two.dscalar.nii", "Cerebellum")
+        read_scalars(tmp_path / "two.dscalar.nii", structure="Cerebellum")
     with pytest.raises(MeshError, match="data over surfaces"):
         ism.read_mesh(tmp_path / "two.dscalar.nii")
 
@@ -60,7 +60,7 @@ def test_what_is_written_is_read(tmp_path):
     values[WALL] = np.nan
     for name in ("a.dscalar.nii", "a.dtseries.nii"):
         write_scalars(tmp_path / name, {"0": values}, metadata={"structure": "CortexRight"})
-        (found,) = read_scalars(tmp_path / name, "CortexRight").values()
+        (found,) = read_scalars(tmp_path / name, structure="CortexRight").values()
         assert np.array_equal(found, values, equal_nan=True)
     table = (Label(0, "none", (0.0, 0.0, 0.0, 0.0)), Label(70000, "V1", (1.0, 0.0, 0.0, 1.0)))
     known = {"structure": "CortexLeft", "labels": table}
@@ -97,7 +97,9 @@ def test_data_of_both_sides_come_to_their_own_sphere_as_they_were(kind, desk):
     words = ["transfer", "{hemi}.white.gii", "{hemi}.sphere.gii", f"out.d{kind}.nii"]
     assert main([*words, "--data", f"both.d{kind}.nii", "--to", "{hemi}.sphere.gii", "-q"]) == 0
     for structure in ("CortexLeft", "CortexRight"):
-        before, after = (read_scalars(f"{name}.d{kind}.nii", structure) for name in ("both", "out"))
+        before, after = (
+            read_scalars(f"{name}.d{kind}.nii", structure=structure) for name in ("both", "out")
+        )
         for key, values in before.items():
             assert np.array_equal(values, after[key], equal_nan=True)
     assert read_labels(f"out.d{kind}.nii") == read_labels(f"both.d{kind}.nii")

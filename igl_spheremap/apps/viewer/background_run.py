@@ -80,7 +80,7 @@ class ShownRun:
             "result": self._take_result,
             "error": self._take_error,
         }
-        #: The process that computes it, unless it was recorded.
+        #: The process that computes it, once it was begun.
         self.process: SpawnProcess | None = None
 
     def begin(
@@ -134,16 +134,6 @@ class ShownRun:
                 break
             self._take[kind](content)
         self._update()
-
-    @classmethod
-    def of(cls, recording: Recording, result: SphereMap) -> ShownRun:
-        """A run that has ended, and was recorded."""
-        run = cls()
-        run._take_mesh((result.vertices, result.faces))
-        run._take_iterates((result.seconds, [frame.iterate for frame in recording.frames]))
-        run._take_result(result)
-        run._update()
-        return run
 
     @property
     def running(self) -> bool:

@@ -110,7 +110,7 @@ class MapView(ColouredApp):
         self.subject = self.colours.subject = subject
         self.lenses = self._lenses()
         like, several = list(self.maps.values())[int(np.argmin(self._angles))], len(self.maps) > 1
-        sources, images = [], []
+        sources, images, explained = [], [], set()
         for k, (caption, x) in enumerate(self.maps.items()):
             colours = self.colours.of(self.mesh, x, self._folded[k], like)
             own = (
@@ -125,9 +125,10 @@ class MapView(ColouredApp):
                     self._source,
                     self.mesh.f,
                     colours,
-                    legends=colours.legends if several or not k else (),
+                    legends=[one for one in colours.legends if one not in explained],
                 )
             )
+            explained.update(colours.legends)
             images.append(
                 Part(
                     figures if several else f"{caption}\n{figures.splitlines()[0]}",

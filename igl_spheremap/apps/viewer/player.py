@@ -21,11 +21,10 @@ from ...errors import check_number
 from ...gate import takes_mesh
 from ...io.files import read_mesh
 from ...maps.options import METHODS, Method, method_of
-from ...maps.sphere_map import SphereMap
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
-from ...result.recording import Frame, Recording
+from ...result.recording import Frame
 from ...result.run import Listener, Stage
 from .app import App, SaveWidgets, file_stem, present
 from .background_run import ShownRun, Source
@@ -75,7 +74,7 @@ class Player(App):
     """A run, and the step of it that is shown: an iterate and the next one; below them, curves of the whole run.
 
     A step is called by the iterate that it starts from, counted from the Gauss map on, as in the curves. The last frame
-    is a strip: what each stage of the run began and ended with. What runs in the background has a panel to run others.
+    is a strip: what each stage of the run began and ended with. A panel runs others.
     """
 
     mesh: Mesh | None
@@ -387,15 +386,14 @@ class Player(App):
         if not self.grid.panel:
             return
         with panel("Player", self.grid.panel):
-            if self.run.process is not None:
-                self._run_widgets()
-                imgui.Separator()
+            self._run_widgets()
+            imgui.Separator()
             if self.before is not None:
                 for widgets in (self._play_widgets, self._view_widgets, self._save):
                     widgets()
                     imgui.Separator()
             # What changes its height is below what is clicked.
-            if self.run.process is not None and imgui.TreeNode("parameters"):
+            if imgui.TreeNode("parameters"):
                 self._parameter_widgets()
                 imgui.TreePop()
             if self._refused:
@@ -618,19 +616,6 @@ def play(
         in_background, partial(_load, mesh.v, mesh.f), round(1e6 * check_number(keep, "keep"))
     )
     return present(lambda: Player(start, _GIVEN, chosen, up=up), out, size=size)
-
-
-def play_recording(
-    result: SphereMap, recording: Recording, out: str | None, *, up: str = "auto"
-) -> None:
-    """Open a window with a run that was recorded, or write its picture: the last step that changed the foldings."""
-    run = ShownRun.of(recording, result)
-    last = run.change(int(run.iterations[-1]), -1) or 0
-    present(
-        lambda: Player(lambda name, method, repair: run, "", METHODS[result.method](), up=up),
-        out,
-        frame=last,
-    )
 
 
 def in_background(

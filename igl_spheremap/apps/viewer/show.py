@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
+
+from numpy.typing import ArrayLike
 
 from ...gate import gate
+from ...maps.methods import check_start
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...mesh.check import Mesh
@@ -15,7 +19,13 @@ from .map_view import MapView, caption_of
 
 
 @gate
-def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> None:
+def show(
+    result: SphereMap,
+    *,
+    up: str = "auto",
+    subject: str = SUBJECTS[0],
+    maps: Mapping[str, ArrayLike] | None = None,
+) -> None:
     """Open a window with the source beside its sphere; returns when it is closed.
 
     Parameters
@@ -28,11 +38,16 @@ def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> 
     subject : str
         What the colours show when the window opens: "foldings", the default, "angle differences", "area distortion"
         or "checkerboard".
+    maps : mapping of (n, 3) array_like, optional
+        Maps of the surface by their names, folded or not, to be compared: they stand side by side, in the place of the
+        result's own. Rows are scaled to unit length.
 
     Raises
     ------
     DisplayError
         If there is no display or no OpenGL.
+    MeshError
+        If one of `maps` has not one finite, nonzero row for each vertex.
     ValueError
         If `up` or `subject` is another word.
 
@@ -41,8 +56,12 @@ def show(result: SphereMap, *, up: str = "auto", subject: str = SUBJECTS[0]) -> 
     >>> import igl_spheremap as ism
     >>> ism.show(ism.spherical_conformal_map(*ism.samples.make("dino")))  # doctest: +SKIP
     """
-    maps = {caption_of(result): result.sphere}
-    present(lambda: MapView(result.mesh, maps, up=up, subject=subject, result=result))
+    if maps is None:
+        shown = {caption_of(result): result.sphere}
+        present(lambda: MapView(result.mesh, shown, up=up, subject=subject, result=result))
+    else:
+        compared = _checked(result, maps)
+        present(lambda: MapView(result.mesh, compared, up=up, subject=subject, name="maps"))
 
 
 @gate
@@ -52,6 +71,7 @@ def screenshot(
     *,
     up: str = "auto",
     subject: str = SUBJECTS[0],
+    maps: Mapping[str, ArrayLike] | None = None,
     size: tuple[int, int] = SIZE,
 ) -> None:
     """Write a picture of the source beside its sphere; needs no display.
@@ -67,6 +87,8 @@ def screenshot(
         stands safely; "left" and "right" show it from that side, with z up.
     subject : str
         What the colours show: "foldings", the default, "angle differences", "area distortion" or "checkerboard".
+    maps : mapping of (n, 3) array_like, optional
+        As of `show`.
     size : (int, int)
         Width and height in pixels; 1280 by 760 by default.
 
@@ -76,6 +98,8 @@ def screenshot(
         If there is no OpenGL.
     FileError
         If the picture can't be written.
+    MeshError
+        If one of `maps` has not one finite, nonzero row for each vertex.
     ValueError
         If `up` or `subject` is another word.
 
@@ -84,27 +108,26 @@ def screenshot(
     >>> import igl_spheremap as ism
     >>> ism.screenshot(ism.spherical_conformal_map(*ism.samples.make("dino")), "dino.png")  # doctest: +SKIP
     """
-    picture_of(
-        result.mesh,
-        result.sphere,
-        path,
-        caption=caption_of(result),
-        up=up,
-        subject=subject,
-        size=size,
-    )
+    shown = {caption_of(result): result.sphere}
+    if maps is not None:
+        shown = _checked(result, maps)
+    picture_of(result.mesh, shown, path, up=up, subject=subject, size=size)
+
+
+def _checked(result: SphereMap, maps: Mapping[str, ArrayLike]) -> dict[str, FloatArray]:
+    """Maps of the result's surface by their names."""
+    return {name: check_start(x, len(result.mesh.v), name) for name, x in maps.items()}
 
 
 def picture_of(
     mesh: Mesh,
-    x: FloatArray,
+    maps: Mapping[str, FloatArray],
     path: str | os.PathLike[str],
     *,
-    caption: str,
     up: str = "auto",
     subject: str = SUBJECTS[0],
     size: tuple[int, int] = SIZE,
 ) -> None:
-    """`screenshot` of any map."""
+    """`screenshot` of any maps by their captions."""
     window.check_picture(path)
-    present(lambda: MapView(mesh, {caption: x}, up=up, subject=subject), path, size=size)
+    present(lambda: MapView(mesh, maps, up=up, subject=subject), path, size=size)

@@ -64,30 +64,3 @@ figures = dict(words=sorted(set(words)))
     assert any("beyond" in line for *_, line in figures["words"])
     for (y, _, right, line), (below, left, _, other) in pairwise(figures["words"]):
         assert right <= left if y == below else below - y > 12, (line, other)
-
-
-def test_a_map_with_landmarks_shows_its_foldings_and_how_far_it_is_off():
-    figures = drive("""
-from igl_spheremap.apps.viewer.compare import PartsView, landmark_part
-from igl_spheremap.draw.palette import LINES
-v, f = ism.samples.make('spheroid', n_vertices=1500)
-mesh, x = ism.check_mesh(v, f), ism.spherical_conformal_map(v, f).sphere
-landmarks = np.argsort(-x[:, 2])[:8]  # in front
-targets = x[landmarks] * [-1, -1, 1]
-planted = x.copy()
-planted[landmarks[0]] = np.array([0.3, 0.0, 1.0]) / np.hypot(0.3, 1.0)
-app.open_for(Pictures('unused.png', size=(1200, 400)))
-parts = [landmark_part('surface', mesh, x, landmarks), landmark_part('map', mesh, x, landmarks, targets),
-         landmark_part('folded', mesh, planted, landmarks, targets)]
-view = PartsView([parts])
-ps.set_user_callback(lambda: app.draw_app(view))
-image = window.grab()
-columns = [image[:, 400 * k : 400 * k + 400].astype(int) for k in range(3)]
-def share(image, colour):
-    return float((abs(image - 255 * np.array(colour)).sum(axis=2) < 60).mean())
-figures = dict(yellow=[share(column, LINES[5]) for column in columns],
-               blue=[share(column, LINES[0]) for column in columns], red=[vermilion(column) for column in columns])
-""")
-    assert [share > 1e-4 for share in figures["yellow"]] == [False, True, True]
-    assert min(figures["blue"]) > 1e-4
-    assert [share > 1e-4 for share in figures["red"]] == [False, False, True]

@@ -1,5 +1,7 @@
 """Every window under a hand: each widget is used, and nothing raises, prints, or goes wrong in the window."""
 
+from functools import partial
+
 import pytest
 from drawing import needs_drawing, use
 
@@ -76,11 +78,12 @@ Hand().run(lambda: ism.play(v, f, method=method, size=(640, 400)), script)
 figures['methods_there'] = list(METHODS)
 figures['files'] = sorted(os.listdir())
 """)
-    v, f = ism.samples.make("bird", n_vertices=1000)
-    recording = ism.Recording(f)
     method = ism.Lai2014(edge_weights="cotangent", metric="areas")
-    result = ism.spherical_conformal_map(v, f, method=method, listener=recording)
-    run = ShownRun.of(recording, result)
+    run = ShownRun().begin(
+        partial(ism.samples.make, "bird", n_vertices=1000),
+        partial(ism.spherical_conformal_map, method=method),
+    )
+    run.wait()
     start = figures["dragged"]
     assert figures["pressed"] < start
     # the numbers of the axis lie to the left of the curve
