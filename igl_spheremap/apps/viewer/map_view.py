@@ -22,6 +22,7 @@ from .app import ColouredApp, SaveWidgets
 from .background_run import ShownRun, Source
 from .body import EDGE_WIDTH
 from .choices import SUBJECTS
+from .colouring import Legend
 from .grid import Grid, Part
 from .widgets import Colours, lens_widgets, panel, paragraph
 from .window import imgui
@@ -110,7 +111,8 @@ class MapView(ColouredApp):
         self.subject = self.colours.subject = subject
         self.lenses = self._lenses()
         like, several = list(self.maps.values())[int(np.argmin(self._angles))], len(self.maps) > 1
-        sources, images, explained = [], [], set()
+        sources, images = [], []
+        explained: set[Legend] = set()
         for k, (caption, x) in enumerate(self.maps.items()):
             colours = self.colours.of(self.mesh, x, self._folded[k], like)
             own = (
