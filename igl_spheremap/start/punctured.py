@@ -104,7 +104,7 @@ def candidate_faces(mesh: Mesh) -> Iterator[int]:
     middling = np.sort(area)[len(area) // 2]
     ratio = np.minimum(area, middling) / np.maximum(np.maximum(area, middling), _TINY)
     order = np.arange(len(mesh.f))[sample][np.argsort(-quality * np.sqrt(ratio), kind="stable")]
-    yield from order[:: max(1, min(len(order) // _TRIES, _STRIDE))][:_TRIES].tolist()
+    yield from order[:: min(len(order) // _TRIES, _STRIDE)][:_TRIES].tolist()
 
 
 def dipole_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:

@@ -1,14 +1,22 @@
 """Maps of a punctured mesh: the dipole against inversion, the start against the conformal map."""
 
+import igl
 import numpy as np
 import pytest
-from triangulations import icosphere
+from triangulations import icosphere, random_points
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import face_areas
 from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.sphere.rows import unit_rows
-from igl_spheremap.start.punctured import dipole_map, is_coarse, punctured_start
+from igl_spheremap.start.punctured import (
+    candidate_faces,
+    dipole_map,
+    is_coarse,
+    punctured_start,
+    to_sphere,
+)
+from igl_spheremap.verify.distortion import mean_angle_difference
 
 
 def test_a_dipole_in_the_plane_is_inversion():
@@ -57,3 +65,98 @@ def test_a_fine_map_is_not_coarse_and_a_point_is():
     assert not is_coarse(face_areas(unit_rows(x), f).sum())
     assert is_coarse(face_areas(np.tile([0.0, 0.0, 1.0], (len(x), 1)), f).sum())
     assert is_coarse(face_areas(*icosphere(0)).sum())
+
+
+def tried(mesh, faces):
+    """The start from some faces, and how many of them were tried."""
+    rest = iter(faces)
+    start = punctured_start(mesh, build_operators(mesh), rest)
+    return start, len(faces) - len(list(rest))
+
+
+def with_flat_faces(x, f, share, seed=0):
+    """The mesh with a vertex more on one edge of some faces, each of which has two faces without area then; these."""
+    chosen = np.random.default_rng(seed).permutation(len(f))[: int(share * len(f))]
+    a, b, c = f[chosen].T
+    new = len(x) + np.arange(len(chosen))
+    flat = np.column_stack((a, b, new))
+    rest = np.vstack((np.column_stack((b, c, new)), np.column_stack((c, a, new))))
+    faces = np.vstack((np.delete(f, chosen, axis=0), rest, flat))
+    return np.vstack((x, (x[a] + x[b]) / 2)), faces, np.arange(len(faces) - len(flat), len(faces))
+
+
+def test_a_good_start_ends_the_trials_and_a_face_without_area_is_never_a_good_place():
+    x, f = icosphere(3)
+    w, g, flat = with_flat_faces(x * [1, 1.3, 2], f, 0.02)
+    mesh = ism.check_mesh(w, g)
+    good = list(candidate_faces(mesh))
+    assert set(good).isdisjoint(flat)
+    assert tried(mesh, good)[1] == 1
+    for face in flat.tolist():
+        start, count = tried(mesh, [face, *good])
+        assert count == 2
+        assert start.energy <= tried(mesh, [face])[0].energy
+    assert start.energy < 1.1 * 4 * np.pi
+
+
+def test_if_all_starts_are_poor_that_of_least_energy_is_taken_and_on_a_coarse_mesh_that_of_best_angles():
+    """Every face is then tried."""
+    x, f = icosphere(3)
+    w, g, flat = with_flat_faces(x * [1, 1.3, 2], f, 0.02)
+    mesh = ism.check_mesh(w, g)
+    each = [tried(mesh, [face])[0].energy for face in flat.tolist()]
+    best, count = tried(mesh, flat.tolist())
+    assert count == len(flat)
+    assert best.energy == min(each) < max(each) / 10
+    x, f = icosphere(1)
+    noise = 0.2 * np.random.default_rng(0).normal(size=(len(x), 1))
+    coarse, faces = ism.check_mesh(x * np.exp(noise), f), list(range(0, len(f), 7))
+    angles = [mean_angle_difference(coarse, tried(coarse, [face])[0].x) for face in faces]
+    best, count = tried(coarse, faces)
+    assert count == len(faces)
+    assert mean_angle_difference(coarse, best.x) == min(angles) < max(angles)
+
+
+def test_candidates_are_well_shaped_faces_of_middling_size():
+    """Of a mesh of all shapes and sizes; four different ones, of the smallest mesh, too."""
+    x, f = icosphere(4)
+    x = unit_rows(x + 0.1 * np.random.default_rng(0).normal(size=x.shape))
+    mesh = ism.check_mesh(x * np.exp(x[:, :1]), f)
+    areas, sides = face_areas(mesh.v, f), igl.edge_lengths(mesh.v, f)
+    shape, size = areas / (sides**2).sum(axis=1), areas / np.median(areas)
+    score = shape * np.sqrt(np.minimum(size, 1 / size))
+    faces = list(candidate_faces(mesh))
+    assert len(set(faces)) == 4
+    assert (score[faces] > np.quantile(score, 0.94)).all()
+    assert score[faces[0]] > np.quantile(score, 0.999)
+    tetrahedron = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    small = ism.check_mesh(tetrahedron, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+    assert sorted(candidate_faces(small)) == [0, 1, 2, 3]
+
+
+def test_a_plane_map_is_lifted_by_inverse_stereographic_projection():
+    """The middle goes to the north, infinity to the south pole, half the weight to each side; similarities go out."""
+    x = random_points(300, seed=1)
+    z = (x[:, 0] + 1j * x[:, 1]) / (1 + x[:, 2])
+    weights = np.random.default_rng(0).random(300)
+    y = to_sphere(z.copy(), weights)
+    assert np.allclose((y**2).sum(axis=1), 1)
+    back = (y[:, 0] + 1j * y[:, 1]) / (1 + y[:, 2])
+    basis = np.column_stack((z, np.ones(300)))
+    fit, *_ = np.linalg.lstsq(basis, back, rcond=None)
+    assert np.abs(basis @ fit - back).max() < 1e-12 * np.abs(back).max()
+    assert abs(weights[y[:, 2] > 0].sum() / weights.sum() - 0.5) < 0.02
+    moved = to_sphere(3 * z + 10 - 4j, weights)
+    assert np.abs(moved - y).max() < 1e-12
+    far = to_sphere(np.append(z, 1e200), np.append(weights, 0.0))
+    assert np.abs(far[-1] - [0, 0, -1]).max() < 1e-9
+
+
+def test_without_a_face_to_puncture_the_gauss_map_is_the_start():
+    mesh = ism.check_mesh(*ism.samples.make("pear", n_vertices=500))
+    x = punctured_start(mesh, build_operators(mesh), []).x
+    assert np.linalg.norm(mesh.A @ x) < 1e-4
+    gauss = ism.gauss_map(mesh.v, mesh.f)
+    assert mean_angle_difference(mesh, x) == pytest.approx(
+        mean_angle_difference(mesh, gauss), rel=0.3
+    )
