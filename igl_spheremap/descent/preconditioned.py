@@ -110,7 +110,8 @@ def _correct_quadrupoles(D: FloatArray, x: FloatArray, g: FloatArray) -> float:
         np.einsum("ji,ki->jk", x_columns, y)
         for y in (g_columns, column_crosses(g_columns, x_columns))
     )
-    Q, turned = (5 / (16 * np.pi) * ((M + M.T) / 2 - np.trace(M) / 3 * np.eye(3)) for M in moments)
+    # g is tangent, so that neither moment has a trace
+    Q, turned = (5 / (32 * np.pi) * (M + M.T) for M in moments)
     y = np.einsum("jk,ki->ji", turned, x_columns)
     y += column_crosses(x_columns, np.einsum("jk,ki->ji", Q, x_columns))
     D += column_crosses(x_columns, y).T / 3  # algorithm (14)

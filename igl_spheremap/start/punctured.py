@@ -136,9 +136,6 @@ def _placed_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
     loads[a] = -1
     green = operators.factor.solve(loads)  # algorithm (3)
     target = np.conj(np.ravel(_in_their_planes(mesh, mesh.f[[face]])))
-    # without area it is placed as an equilateral one: the affine correction finds its shape
-    if target[1].imag == 0:
-        target = np.array([1, 0.5 - 0.75**0.5 * 1j])
     with np.errstate(all="ignore"):
         try:
             coefficients = np.linalg.solve(green[[b, c]] - green[a], target)  # algorithm (4)
@@ -153,8 +150,7 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
     With z about the middle of the body the map is made conformal by z + nu conj(z) + kappa conj(z)^2 / 2, up to terms
     that matter only at the puncture. The first part removes a stretch of the whole plane, which a badly placed face
     causes. The second has the threefold symmetry of a triangle, and is the larger one for a good face: its Beltrami
-    coefficient is about conj(z) over the distance of the corners. It is left out on meshes of some 200 vertices, whose
-    body reaches to an eighth of that distance.
+    coefficient is about conj(z) over the distance of the corners.
     """
     z = _about_middle(z, mesh.A)
     body = mesh.f[spread(len(mesh.f), _SAMPLE)]
@@ -168,8 +164,6 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
         distance[mesh.f[face]].min(),
         weighted_quantile(distance[sample], mesh.A[sample]),
     )
-    if _INNER * corner < middle:
-        return z, nu
     # algorithm (7)
     within = (distance > min(_INNER * corner, np.sqrt(middle * corner))) & (
         distance < _OUTER * corner

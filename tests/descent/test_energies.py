@@ -9,6 +9,7 @@ import igl_spheremap as ism
 from igl_spheremap.descent.energies import (
     HarmonicEnergy,
     LandmarkEnergy,
+    OwnEnergy,
     SumEnergy,
     p_harmonic_energy,
 )
@@ -175,3 +176,34 @@ def test_energies_add_up():
     parts = [term.evaluate(x) for term in terms]
     assert np.isclose(total[0], parts[0][0] + parts[1][0])
     assert np.allclose(total[1], parts[0][1] + parts[1][1])
+
+
+def test_a_users_energy_is_evaluated_as_it_is_and_its_mistakes_are_named():
+    x = wild(SMALL)
+    for returned in (tuple, list):
+        own = OwnEnergy(lambda y, kind=returned: kind((np.float32(y[0, 0]), 2 * y)))
+        value, derivatives = own.evaluate(x)
+        assert value == np.float32(x[0, 0])
+        assert np.array_equal(derivatives, 2 * x)
+
+    def answer(found):
+        return OwnEnergy(lambda y: found).evaluate(x)
+
+    for found in (None, 1.0, (1.0,), (1.0, x, x), (x, x), ("1", x), (True, x)):
+        with pytest.raises(TypeError, match="did not return a number and an array"):
+            answer(found)
+    with pytest.raises(ism.MeshError, match="derivatives of the fidelity term"):
+        answer((1.0, x[:-1]))
+    holed = x.copy()
+    holed[[3, 5], 1] = np.nan, np.inf
+    with pytest.raises(ValueError, match=r"not finite at 2 vertices, e\.g\. 3, 5"):
+        answer((1.0, holed))
+    assert answer((np.inf, holed))[0] == np.inf
+    with pytest.raises(ValueError, match="read-only"):
+        OwnEnergy(lambda y: (0.0, y.__iadd__(1))).evaluate(x)
+
+
+@pytest.mark.parametrize("p", [1, 0.5, np.inf, np.nan])
+def test_a_power_that_gives_no_energy_is_refused(p):
+    with pytest.raises(ValueError, match="out of range"):
+        p_harmonic_energy(V, F, X, p)

@@ -1,6 +1,7 @@
 """Gu and Yau's descent: what it keeps, where it rests, and how it compares with Algorithm 1."""
 
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 from triangulations import icosphere, wild
@@ -61,11 +62,25 @@ def test_a_harmonic_map_is_at_rest():
 
 def test_it_needs_more_iterations_than_algorithm_1():
     """The paper's Table 2, in kind."""
-    counts = [
-        minimize(states, Stage.ALGORITHM_1, tolerance=1e-2, max_iterations=5000)[0].iteration
+    ends = [
+        minimize(states, Stage.ALGORITHM_1, tolerance=1e-2, max_iterations=5000)
         for states in (
             projected_descent(safe(PROBLEM), L2, START),
             cayley_bb(PROBLEM, START, Hooks()),
         )
     ]
-    assert counts[0] > 3 * counts[1]
+    assert all(status is ism.Status.CONVERGED for _, status in ends)
+    assert ends[0][0].iteration > 3 * ends[1][0].iteration
+
+
+def test_steps_up_to_2_are_stable_the_longer_the_faster_and_from_there_on_not():
+    """Each iterate's step is recorded, none for the start."""
+
+    def energy(step):
+        taken = list(islice(projected_descent(safe(PROBLEM), L2, START, step), 60))
+        assert [iterate.tau for iterate in taken] == [0.0] + 59 * [step]
+        assert [iterate.iteration for iterate in taken] == list(range(60))
+        return taken[-1].energy
+
+    own = next(islice(projected_descent(safe(PROBLEM), L2, START), 59, None)).energy
+    assert own < energy(1.0) < energy(0.5) < energy(2.5)

@@ -1,13 +1,16 @@
 """The one loop of minimisation: each way to end, and what listeners may do."""
 
+import time
 from dataclasses import replace
+from itertools import islice
 
+import numpy as np
 import pytest
-from triangulations import icosphere
+from triangulations import icosphere, wild
 
 import igl_spheremap as ism
 from igl_spheremap.descent.energies import HarmonicEnergy
-from igl_spheremap.descent.minimize import State, minimize
+from igl_spheremap.descent.minimize import State, minimize, minimize_round
 from igl_spheremap.descent.problem import Problem, l2_metric
 from igl_spheremap.mesh.measure import vertex_normals
 from igl_spheremap.paper.algorithm_1 import cayley_bb
@@ -73,3 +76,63 @@ def test_a_plateau_is_a_share_of_the_energy_in_a_hundred_steps(plateau):
     assert end(1.1)[1] is ism.Status.MAX_ITERATIONS
     still = minimize(falling(0.0), Stage.ALGORITHM_1, tolerance=0, max_iterations=300)
     assert still[1] is ism.Status.MAX_ITERATIONS
+
+
+def test_a_plateau_after_a_long_fall_is_one():
+    """Only the last steps count; the run goes on while they fall, however far."""
+
+    def fall_and_stay():
+        for state in falling(0.5, 1000):
+            yield state
+        for k in range(1000, 3000):
+            yield state._replace(iteration=k)
+
+    rules = {"tolerance": 0, "max_iterations": 5000, "plateau": 1e-3}
+    last, status = minimize(fall_and_stay(), Stage.ALGORITHM_1, **rules)
+    assert status is ism.Status.PLATEAU
+    assert 1000 < last.iteration < 1300
+
+
+def test_a_run_ends_at_its_tolerance_or_where_its_own_rule_says():
+    def residuals(**rules):
+        states = (
+            state._replace(residual=1 / (k + 1)) for k, state in enumerate(islice(falling(0.1), 10))
+        )
+        last, status = minimize(states, Stage.ALGORITHM_1, max_iterations=100, round=7, **rules)
+        assert last.round == 7
+        return last.iteration, status
+
+    assert residuals(tolerance=0.25) == (3, ism.Status.CONVERGED)
+    assert residuals(tolerance=0, settled=lambda it: it.iteration == 5) == (
+        5,
+        ism.Status.CONVERGED,
+    )
+    assert residuals(tolerance=0) == (9, ism.Status.STALLED)
+
+
+def test_the_record_of_a_run_tells_its_foldings_angles_and_time():
+    began, states = time.perf_counter(), cayley_bb(PROBLEM, wild(X), Hooks())
+    rules = {"tolerance": 1e-2, "max_iterations": 3000}
+    last, record = minimize_round(
+        MESH, "wild", wild(X), states, Stage.ALGORITHM_1, round=2, **rules
+    )
+    assert 0 < record.seconds <= time.perf_counter() - began
+    assert record.foldings_before == ism.certify(wild(X), F).foldings > 0
+    assert record.foldings_after == ism.certify(last.x, F).foldings
+    assert record.status is ism.Status.CONVERGED
+    assert (record.round, record.start, record.iterations) == (2, "wild", last.iteration)
+    angles = ism.angle_differences(MESH.v, F, last.x)
+    assert record.mean_angle_difference == pytest.approx(np.abs(angles).mean())
+
+
+@pytest.mark.parametrize("stops", [False, True])
+def test_a_map_of_degree_0_has_collapsed_unless_it_was_stopped(stops):
+    def listener(iterate):
+        if stops:
+            raise StopIteration
+
+    flat = X * [1, 1, 0] + [0, 0, 1e-9]
+    rules = {"tolerance": 1.0, "max_iterations": 3, "listener": listener}
+    states = iter([State(0, flat, 1.0, 0.5)])
+    _, record = minimize_round(MESH, "flat", flat, states, Stage.ALGORITHM_1, **rules)
+    assert record.status is (ism.Status.STOPPED if stops else ism.Status.COLLAPSED)

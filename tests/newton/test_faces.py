@@ -36,6 +36,62 @@ def test_one_vertex_that_would_fold_is_held_and_all_others_stay():
     assert np.abs(np.delete(y - x, 300, axis=0)).max() < 1e-15
 
 
+class Bumps:
+    """One a face, and the sum of its corners' distances from where they were, each times a number."""
+
+    def __init__(self, f, x, rise):
+        self.f, self.area, self.origin, self.rise = f, np.ones(len(f)), x, rise
+
+    def by_face(self, x, faces=slice(None)):
+        off = np.linalg.norm(x - self.origin, axis=1) * self.rise
+        return 1 + off[self.f[faces]].sum(axis=1)
+
+
+def test_a_face_whose_energy_grows_a_little_moves_as_asked_and_one_whose_grows_much_by_less():
+    """Whatever moves besides: each face is judged by itself."""
+    x, f = ism.samples.sphere(642)
+    everywhere = 1e-3 * np.random.default_rng(0).normal(size=x.shape)
+    there = (f == 300).any(axis=1)
+    for rise, most in ((1e3, 40.0), (1e4, 40.0), (1.0, np.inf)):
+        rises = np.ones(len(x))
+        rises[300] = rise
+        energy, move = Bumps(f, x, rises), everywhere.copy()
+        move[300] = 0.05 * tangent_axes(x[[300]])[0][0]
+        y, value, folded = FaceProblem(energy).accept(x, move)
+        whole = unit_rows(x + move)
+        far = np.setdiff1d(np.arange(len(x)), f[there])
+        assert np.array_equal(y[far], whole[far])
+        assert not folded.any()
+        assert value == energy.by_face(y).sum()
+        assert np.array_equal(y[300], whole[300]) == (rise == 1.0)
+        assert 1 < energy.by_face(y)[there].max() <= most
+        slack = np.where(there, 1e5, 0.0)
+        assert np.array_equal(FaceProblem(energy, slack=slack).accept(x, move).x, whole)
+
+
+def test_a_step_that_most_faces_refuse_is_given_up_at_its_length():
+    """A map of no face that could move has an infinite value, and says which faces the step itself would fold."""
+    x, f = ism.samples.sphere(642)
+    energy = Bumps(f, x, np.full(len(x), 1e9))
+    move = 0.01 * np.random.default_rng(0).normal(size=x.shape)
+    y, value, folded = FaceProblem(energy).accept(x, move)
+    assert y is x
+    assert value == np.inf
+    assert not folded.any()
+    wild = FaceProblem(energy).accept(x, 100 * move)
+    assert np.array_equal(wild.folded, orientation_signs(unit_rows(x + 100 * move), f) <= 0)
+
+
+def test_vertices_that_are_held_stay_bit_for_bit():
+    energy, x = sphere_energy(spread=1.5)
+    held = x[:, 2] > 0.3
+    search = LineSearch(VertexSystem(energy.f, len(x)))
+    trials = list(islice(newton(FaceProblem(energy, held=held), search, x), 3))
+    assert all(np.array_equal(trial.x[held], x[held]) for trial in trials)
+    assert np.abs(trials[-1].x - x)[~held].max() > 1e-3
+    assert trials[-1].value < energy.by_face(x).sum()
+
+
 def test_no_random_step_folds_a_face():
     energy, x = sphere_energy(spread=0.5)
     found = [

@@ -50,14 +50,14 @@ def test_any_puncture_is_within_a_tenth_of_the_harmonic_energys_minimum_and_the_
         assert ism.harmonic_energy(mesh.v, mesh.f, x) < (1 + share) * lowest
 
 
+@pytest.mark.parametrize("n", [600, 1200, 4000])
 @pytest.mark.parametrize("name", ["pear", "spheroid"])
-def test_the_error_of_a_puncture_is_that_of_a_few_faces(name):
-    """Without its quadratic part, of threefold symmetry, it is that of some five; with it, of 25."""
-    mesh = ism.check_mesh(*ism.samples.make(name, n_vertices=4000))
+def test_the_error_of_a_puncture_is_that_of_a_few_faces(name, n):
+    """Without its quadratic part, of threefold symmetry, it is that of some five; with it, of some 20."""
+    mesh = ism.check_mesh(*ism.samples.make(name, n_vertices=n))
     lowest = ism.spherical_conformal_map(mesh.v, mesh.f, tolerance=1e-6).energy
-    assert punctured_start(mesh, build_operators(mesh)).energy - lowest < 10 * 4 * np.pi / len(
-        mesh.f
-    )
+    start = punctured_start(mesh, build_operators(mesh))
+    assert start.energy - lowest < 6 * 4 * np.pi / len(mesh.f)
 
 
 def test_a_fine_map_is_not_coarse_and_a_point_is():
@@ -107,7 +107,7 @@ def test_if_all_starts_are_poor_that_of_least_energy_is_taken_and_on_a_coarse_me
     each = [tried(mesh, [face])[0].energy for face in flat.tolist()]
     best, count = tried(mesh, flat.tolist())
     assert count == len(flat)
-    assert best.energy == min(each) < max(each) / 10
+    assert best.energy == min(each) < max(each)
     x, f = icosphere(1)
     noise = 0.2 * np.random.default_rng(0).normal(size=(len(x), 1))
     coarse, faces = ism.check_mesh(x * np.exp(noise), f), list(range(0, len(f), 7))
