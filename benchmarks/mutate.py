@@ -1,8 +1,9 @@
 """Whether a room's tests notice that its code is wrong: seeded changes of one operator, constant or condition each.
 
-`python -m benchmarks.mutate verify 20 --seed 1` makes 20 changes in `igl_spheremap/verify`, one at a time, runs
-`tests/verify` on each in a process of its own until a test fails, and prints those that no test notices. Whether these
-alter a result is for a person to say: many change only the time that is taken, or the slack of a bound.
+`python -m benchmarks.mutate verify 20 --seed 1` makes 20 changes in `igl_spheremap/verify`, one at a time, runs the
+files of `tests/verify` that call the changed function, the fastest first, in a process of its own and until a test
+fails, and prints the changes that no test notices. Whether these alter a result is for a person to say: many
+change only the time that is taken, or the slack of a bound.
 """
 
 from __future__ import annotations
@@ -10,14 +11,17 @@ from __future__ import annotations
 import argparse
 import ast
 import os
+import pickle
 import random
 import resource
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from types import FrameType
+from typing import Any, NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 #: What stands for an operator.
@@ -93,11 +97,66 @@ def _twice(node: ast.UnaryOp) -> ast.unaryop:
     return node.op
 
 
-def likely_first(room: str, change: Change) -> list[str]:
-    """The room's files of tests, that of the changed module first."""
-    files = sorted((ROOT / "tests" / room).rglob("test_*.py"))
-    files.sort(key=lambda file: file.stem != f"test_{change.path.stem}")
-    return [str(file.relative_to(ROOT)) for file in files]
+class Calls:
+    """A plugin of pytest that notes which functions of the package each file of tests calls, and the file's time."""
+
+    def __init__(self, package: Path) -> None:
+        self.package, self.file = str(package), ""
+        self.called: dict[str, set[tuple[str, int]]] = defaultdict(set)
+        self.seconds: dict[str, float] = defaultdict(float)
+
+    def note(self, frame: FrameType, event: str, _: object) -> None:
+        """A profiler's callback."""
+        code = frame.f_code
+        if event == "call" and code.co_filename.startswith(self.package):
+            self.called[self.file].add((code.co_filename, code.co_firstlineno))
+
+    def pytest_collectstart(self, collector: Any) -> None:
+        self.file = collector.nodeid.partition("::")[0]
+
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        self.file = nodeid.partition("::")[0]
+
+    def pytest_runtest_logreport(self, report: Any) -> None:
+        self.seconds[self.file] += report.duration
+
+
+def files_of_tests(room: str, shadow: Path) -> list[tuple[str, set[tuple[str, int]]]]:
+    """The room's files of tests, the fastest first, and the functions that each calls."""
+    reader, writer = os.pipe()
+    if os.fork() == 0:
+        calls = Calls(shadow / "igl_spheremap")
+        sys.setprofile(calls.note)
+        status = _run(shadow, [f"tests/{room}"], [calls])
+        sys.setprofile(None)
+        files = sorted(calls.seconds, key=calls.seconds.__getitem__)
+        with os.fdopen(writer, "wb") as pipe:
+            pickle.dump([(file, calls.called[file]) for file in files], pipe)
+        os._exit(status)
+    os.close(writer)
+    with os.fdopen(reader, "rb") as pipe:
+        found = pickle.load(pipe)
+    if os.wait()[1]:
+        raise SystemExit(f"tests/{room} fail on the package as it is")
+    return found
+
+
+def that_call(
+    change: Change, shadow: Path, files: list[tuple[str, set[tuple[str, int]]]]
+) -> list[str]:
+    """The files of tests that call the changed function; all of them for what runs as the module is imported."""
+    tree = ast.parse(change.path.read_text(encoding="utf-8"))
+    starts = {
+        min([node.lineno, *(each.lineno for each in node.decorator_list)])
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef)
+        and node.body[0].lineno <= change.line <= (node.end_lineno or 0)
+    }
+    places = {(str(shadow / change.path.relative_to(ROOT)), start) for start in starts}
+    found = [file for file, called in files if called & places]
+    if not starts or not found:
+        return [file for file, _ in files]
+    return found
 
 
 def noticed(change: Change, shadow: Path, tests: list[str]) -> bool:
@@ -108,7 +167,8 @@ def noticed(change: Change, shadow: Path, tests: list[str]) -> bool:
     try:
         child = os.fork()
         if child == 0:
-            _run(shadow, tests)
+            resource.setrlimit(resource.RLIMIT_CPU, (_LONGEST, _LONGEST))
+            os._exit(_run(shadow, tests))
         return os.waitpid(child, 0)[1] != 0
     finally:
         target.write_text(before, encoding="utf-8")
@@ -117,11 +177,10 @@ def noticed(change: Change, shadow: Path, tests: list[str]) -> bool:
 _LONGEST = 60  # CPU seconds: a loop without an end is noticed, too
 
 
-def _run(shadow: Path, tests: list[str]) -> None:
-    """Run tests on the copy, and end the process with their status."""
+def _run(shadow: Path, tests: list[str], plugins: Sequence[object] = ()) -> int:
+    """The status of tests on the copy, without a word."""
     import pytest
 
-    resource.setrlimit(resource.RLIMIT_CPU, (_LONGEST, _LONGEST))
     nothing = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nothing, 1)
     os.dup2(nothing, 2)
@@ -129,7 +188,7 @@ def _run(shadow: Path, tests: list[str]) -> None:
     sys.path.insert(0, str(shadow))
     os.environ["PYTHONPATH"] = str(shadow)
     sys.dont_write_bytecode = True
-    os._exit(int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests])) % 256)
+    return int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests], plugins)) % 256
 
 
 def main() -> None:
@@ -139,7 +198,6 @@ def main() -> None:
     parser.add_argument("room")
     parser.add_argument("count", type=int)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--tests", nargs="*", help="instead of tests/ROOM")
     args = parser.parse_args()
     found = [
         change
@@ -164,8 +222,9 @@ def main() -> None:
                 ROOT / name, shadow / name, ignore=shutil.ignore_patterns("__pycache__")
             )
         shutil.copy(ROOT / "pyproject.toml", shadow)
+        files = files_of_tests(args.room, shadow)
         for number, change in enumerate(chosen, 1):
-            seen = noticed(change, shadow, args.tests or likely_first(args.room, change))
+            seen = noticed(change, shadow, that_call(change, shadow, files))
             left += [] if seen else [change]
             word = "noticed" if seen else "LIVES"
             place = f"{change.path.name}:{change.line}"

@@ -18,6 +18,7 @@ from .._version import __version__
 from ..draw.markup import (
     MOST_FACES,
     View,
+    check_own_page,
     made_by,
     page,
     page_file,
@@ -160,7 +161,8 @@ def _write_page(
     path = page_file(place, "report.html")
     make_folder(path.parent)
     html = page(title, "\n".join(filter(None, body)))
-    with replacing(path, force=True, follow=path == Path(place)) as partial:
+    check_own_page(path)
+    with replacing(path, force=True) as partial:
         partial.write_text(html, encoding="utf-8", errors="backslashreplace")
     return path
 

@@ -47,9 +47,7 @@ def picture(content: bytes, name: str) -> NDArray[np.uint8]:
         raise FileError(f"can't read {name} as a picture: {error}") from None
 
 
-def write_picture(
-    path: PathLike, image: NDArray[np.uint8], *, force: bool = False, follow: bool = True
-) -> None:
-    """Write an image (height, width, 3), rows from above; `force` and `follow` as of `replacing`."""
-    with replacing(path, force, follow) as partial:
+def write_picture(path: PathLike, image: NDArray[np.uint8], *, force: bool = False) -> None:
+    """Write an image (height, width, 3), rows from above; `force` as of `replacing`."""
+    with replacing(path, force) as partial:
         partial.write_bytes(png(image))

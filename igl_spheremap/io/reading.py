@@ -99,7 +99,9 @@ def check_regular(path: Path) -> None:
 def beside(path: Path, name: str) -> Path:
     """The regular file that another file names; a FileError unless it is in the folder of that one, or below."""
     place = PureWindowsPath(name)  # which knows both kinds of separators
-    if place.anchor or ".." in place.parts:
+    folder = os.path.realpath(path.parent)
+    leaves = not os.path.realpath(path.parent / name).startswith(os.path.join(folder, ""))
+    if place.anchor or ".." in place.parts or leaves:
         raise FileError(
             f"can't read {path}: it names {shown(name)}, which is not in its folder; put that file beside it"
         )

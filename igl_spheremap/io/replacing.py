@@ -21,18 +21,14 @@ _TAIL = 32
 
 
 @contextlib.contextmanager
-def replacing(path: PathLike, force: bool = False, follow: bool = True) -> Iterator[Path]:
+def replacing(path: PathLike, force: bool = False) -> Iterator[Path]:
     """A temporary path in the same folder, with the same suffixes, renamed to `path` when the block ends.
 
-    It is removed where the block fails. A symbolic link at `path` is followed if the user named it, and else replaced:
-    somebody may have planted it at a name that they knew.
+    It is removed where the block fails. A symbolic link at `path` is replaced, not followed: somebody may have planted
+    it at a name that they knew.
     """
-    if not follow and os.path.islink(path):
-        Path(path).unlink()
     check_writable(path, force)
-    final = Path(os.path.realpath(path if follow else Path(path).parent))
-    if not follow:
-        final /= Path(path).name
+    final = _place(path)
     partial = final.with_name(
         f"{_partial(os.getpid())}{secrets.token_hex(8)}-{final.name[-_TAIL:]}"
     )
@@ -55,10 +51,15 @@ def replacing(path: PathLike, force: bool = False, follow: bool = True) -> Itera
         raise FileError(f"can't write {path}: {error.strerror or error}") from error
 
 
+def _place(path: PathLike) -> Path:
+    """A path whose folder is no link."""
+    return Path(os.path.realpath(Path(path).parent)) / Path(path).name
+
+
 def make_folder(path: PathLike, follow: bool = True) -> Path:
     """A folder, made with those above it if it is missing; a FileError says why it can't be.
 
-    A link is taken for a folder only if the user named it, as by `replacing`.
+    `follow` is for names that the user gave: a link to a folder may have been planted at others.
     """
     folder = Path(path)
     if not follow and folder.is_symlink():
@@ -72,7 +73,7 @@ def make_folder(path: PathLike, follow: bool = True) -> Path:
 
 def remove_partial_files(path: PathLike, process: int) -> None:
     """Remove what a process of this machine, which was ended, left in the folder of a file."""
-    for left in Path(os.path.realpath(path)).parent.glob(f"{glob.escape(_partial(process))}*"):
+    for left in _place(path).parent.glob(f"{glob.escape(_partial(process))}*"):
         with contextlib.suppress(OSError):
             left.unlink()
 
@@ -85,7 +86,7 @@ def _partial(process: int) -> str:
 
 def check_writable(path: PathLike, force: bool = False) -> None:
     """Raise a FileError before the work starts if a file could not be written, or replaced without `force`."""
-    final = Path(os.path.realpath(path))
+    final = _place(path)
     end = suffix_of(final)
     if end in READ_ONLY:
         raise FileError(f"can't write {path}: {end} files are read only; write {READ_ONLY[end]}")
@@ -93,7 +94,7 @@ def check_writable(path: PathLike, force: bool = False) -> None:
         raise FileError(f"can't write {path}: it is a directory; give the name of a file")
     if final.exists() and not final.is_file():
         raise FileError(f"can't write {path}: it is not a regular file; give another name")
-    if final.exists() and not force:
+    if os.path.lexists(final) and not force:
         raise FileError(f"{path} exists already; {REPLACE} replaces it")
     if not final.parent.is_dir():
         raise FileError(f"can't write {path}: there is no folder {final.parent}; make it first")

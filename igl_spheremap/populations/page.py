@@ -160,7 +160,7 @@ def write_page(
             sheet.legends,
         ),
     ]
-    with replacing(path, force=True, follow=not apart) as partial:
+    with replacing(path, force=True) as partial:
         partial.write_text(
             page(sheet.title, "\n".join(filter(None, body))),
             encoding="utf-8",
@@ -247,9 +247,7 @@ def draw_row(row: Row, path: str, ramp: Ramp, task: SphereMapping) -> bool:
     view = (pose(v) if side is None else side).T
     colours = ramp.colours(log_area_ratios(mesh.unit, mesh.f, x))
     folded = np.flatnonzero(folded_faces(x, mesh.f))
-    write_picture(
-        path, both_sides([v, x], mesh.f, colours, view, SIZE, folded), force=True, follow=False
-    )
+    write_picture(path, both_sides([v, x], mesh.f, colours, view, SIZE, folded), force=True)
     return True
 
 

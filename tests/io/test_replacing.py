@@ -38,13 +38,24 @@ def test_a_replaced_file_keeps_its_mode(ball, tmp_path):
 
 
 @pytest.mark.posix
-def test_links_are_followed(ball, tmp_path):
+def test_a_link_is_replaced_and_what_it_points_to_is_kept(ball, tmp_path):
+    """Whether it points to a file or to nowhere; a link to the folder is followed."""
     (tmp_path / "store").mkdir()
-    (tmp_path / "store" / "real.obj").write_text("old")
-    (tmp_path / "link.obj").symlink_to(tmp_path / "store" / "real.obj")
-    write_mesh(tmp_path / "link.obj", *ball, force=True)
-    assert (tmp_path / "link.obj").is_symlink()
-    assert np.array_equal(read_mesh(tmp_path / "store" / "real.obj").v, ball[0])
+    (tmp_path / "store" / "real.obj").write_text("precious")
+    for there in ("real.obj", "missing.obj"):
+        link = tmp_path / "link.obj"
+        link.symlink_to(tmp_path / "store" / there)
+        with pytest.raises(FileError, match="exists already"):
+            write_mesh(link, *ball)
+        write_mesh(link, *ball, force=True)
+        assert not link.is_symlink()
+        assert np.array_equal(read_mesh(link).v, ball[0])
+        link.unlink()
+    assert os.listdir(tmp_path / "store") == ["real.obj"]
+    assert (tmp_path / "store" / "real.obj").read_text() == "precious"
+    (tmp_path / "other").symlink_to("store")
+    write_mesh(tmp_path / "other" / "ball.obj", *ball)
+    assert sorted(os.listdir(tmp_path / "store")) == ["ball.obj", "real.obj"]
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -154,14 +165,7 @@ def test_a_partial_file_is_never_more_open_than_the_one_it_replaces(mode, tmp_pa
 
 
 @pytest.mark.posix
-def test_a_link_is_followed_only_at_a_name_that_the_user_gave(tmp_path):
-    mine, link = tmp_path / "mine.txt", tmp_path / "a.png"
-    mine.write_text("precious")
-    link.symlink_to(mine)
-    with replacing(link, force=True, follow=False) as partial:
-        partial.write_text("picture")
-    assert (mine.read_text(), link.read_text()) == ("precious", "picture")
-    assert not link.is_symlink()
+def test_a_link_is_taken_for_a_folder_only_at_a_name_that_the_user_gave(tmp_path):
     (tmp_path / "subjects").symlink_to(tmp_path)
     with pytest.raises(FileError, match="is a link"):
         make_folder(tmp_path / "subjects", follow=False)

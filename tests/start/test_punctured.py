@@ -108,9 +108,9 @@ def test_if_all_starts_are_poor_that_of_least_energy_is_taken_and_on_a_coarse_me
     best, count = tried(mesh, flat.tolist())
     assert count == len(flat)
     assert best.energy == min(each) < max(each)
-    x, f = icosphere(1)
+    x, f = icosphere(0)
     noise = 0.2 * np.random.default_rng(0).normal(size=(len(x), 1))
-    coarse, faces = ism.check_mesh(x * np.exp(noise), f), list(range(0, len(f), 7))
+    coarse, faces = ism.check_mesh(x * np.exp(noise), f), list(range(len(f)))
     angles = [mean_angle_difference(coarse, tried(coarse, [face])[0].x) for face in faces]
     best, count = tried(coarse, faces)
     assert count == len(faces)
@@ -146,8 +146,8 @@ def test_a_plane_map_is_lifted_by_inverse_stereographic_projection():
     fit, *_ = np.linalg.lstsq(basis, back, rcond=None)
     assert np.abs(basis @ fit - back).max() < 1e-12 * np.abs(back).max()
     assert abs(weights[y[:, 2] > 0].sum() / weights.sum() - 0.5) < 0.02
-    moved = to_sphere(3 * z + 10 - 4j, weights)
-    assert np.abs(moved - y).max() < 1e-12
+    for scale in (0.1, 3):
+        assert np.abs(to_sphere(scale * z + 10 - 4j, weights) - y).max() < 1e-12
     far = to_sphere(np.append(z, 1e200), np.append(weights, 0.0))
     assert np.abs(far[-1] - [0, 0, -1]).max() < 1e-9
 

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ...draw.markup import page_file
+from ...draw.markup import check_own_page, page_file
 from ...draw.plot import FORMATS
 from ...errors import FileError, import_optional, printable
 from ...io.formats import Format, format_of
@@ -87,12 +87,16 @@ def check_plots(args: Namespace) -> None:
     check_report(args)
 
 
-def check_report(args: Namespace) -> None:
-    """Raise an error before the work starts if --report names neither a page nor a folder, or an input or output."""
+def check_report(args: Namespace, name: str = "report.html") -> None:
+    """Raise an error before the work starts if --report names neither a page nor a folder, or would replace a file.
+
+    Pages of earlier reports are replaced. `name` is that of a page in a folder.
+    """
     if args.report is None:
         return
     with usage("--report "):
-        path = page_file(args.report, "index.html")
+        path = page_file(args.report, name)
+    check_own_page(path)
     if path == Path(args.report):  # a folder is made if it is missing
         check_writable(path, force=True)
         check_apart(path, (*_inputs(args), *_paths(args, _OUTPUTS)), "--report ")

@@ -72,7 +72,7 @@ def draw_registration(
         drawn.append(
             np.concatenate([_picture(surface, labels, side) for surface, labels in pairs], axis=1)
         )
-    write_picture(path, np.concatenate(drawn), force=True, follow=False)
+    write_picture(path, np.concatenate(drawn), force=True)
     return True
 
 

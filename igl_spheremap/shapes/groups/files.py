@@ -68,7 +68,7 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     >>> bool((again.scores == group.scores).all())
     True
     """
-    place = make_folder(Path(folder) / "members").parent
+    place = make_folder(Path(folder) / "members", follow=False).parent
     arrays = {name: getattr(group, name) for name in _ARRAYS}
     arrays |= {
         f"member_{name}": np.array([getattr(member, name) for member in group.members])

@@ -149,7 +149,7 @@ def _cards(path: Path, group: Group, ramp: Ramp, turn: FloatArray) -> list[Card]
         member, shape = group.members[k], group.shapes[k]
         off = np.linalg.norm(shape - group.vertices, axis=1)
         picture = both_sides([shape], group.faces, _by_face(ramp, off, group.faces), turn.T, _SIZE)
-        write_picture(folder / f"{shorts[k]}.png", picture, force=True, follow=False)
+        write_picture(folder / f"{shorts[k]}.png", picture, force=True)
         text = f"{member.distance:.3g} from the mean, size {member.size:.3f}, correlation {member.correlation:.3f}"
         cards.append(
             Card(
@@ -197,7 +197,7 @@ def write_tests(
                 found.p[group.faces].max(axis=1) > LEVEL,
             )
         )
-    with replacing(path, force=True, follow=False) as partial:
+    with replacing(path, force=True) as partial:
         partial.write_text(
             before + "\n".join(body) + _END + after.partition(_END)[2],
             encoding="utf-8",
@@ -255,7 +255,7 @@ def _doubtful(note: str) -> str:
 def _write(path: str | os.PathLike[str], title: str, body: list[str], command: str) -> None:
     """Write a page whose first part is its heading."""
     body.insert(1, made_by(command))
-    with replacing(path, force=True, follow=False) as partial:
+    with replacing(path, force=True) as partial:
         partial.write_text(
             page(title, "\n".join(body)), encoding="utf-8", errors="backslashreplace"
         )
@@ -338,7 +338,7 @@ def write_series_film(path: str | os.PathLike[str], found: Series, mean: FloatAr
             )
         )
     first, *others = map(images.fromarray, pictures)
-    with replacing(path, force=True, follow=False) as partial:
+    with replacing(path, force=True) as partial:
         first.save(
             partial,
             "GIF",

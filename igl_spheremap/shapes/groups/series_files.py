@@ -33,7 +33,7 @@ def write_series(
     ``frames/frame_0000.vtk`` and so on the frames on one mesh, with areas and features; ``mean.*`` their mean in
     space, with drift and means in time. `series` writes each frame's map.
     """
-    place = make_folder(Path(folder) / "frames").parent
+    place = make_folder(Path(folder) / "frames", follow=False).parent
     npz.save_arrays(
         place / ARCHIVE,
         {name: getattr(found, name) for name in _ARRAYS}

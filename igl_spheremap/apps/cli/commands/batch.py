@@ -126,7 +126,7 @@ def _check_files(args: Namespace, others: Sequence[str]) -> None:
         make_folder(Path(args.summary).parent)
         check_writable(args.summary, force=True)
         check_apart(args.summary, others, "--summary ")
-    check_report(args)
+    check_report(args, "index.html")
     if args.report is not None:
         check_page(args.report)
 

@@ -268,7 +268,7 @@ def _add(args: Namespace) -> Exit:
     """Place new surfaces into a group: files of their own are written, and no other one."""
     out = Path(args.out)
     group = read_group(out)
-    table, folder = out / "added.tsv", make_folder(out / "added")
+    table, folder = out / "added.tsv", make_folder(out / "added", follow=False)
     rows: dict[str, tuple[object, ...]] = {}
     if table.exists():
         for row in read_cells(table)[1:]:
