@@ -207,6 +207,22 @@ def test_a_report_is_a_page_or_a_folder(tmp_path, name, capsys):
     assert [path.name for path in tmp_path.iterdir()] == ["there"]
 
 
+@pytest.mark.parametrize("place", ["mine.html", "folder"])
+def test_a_page_that_no_report_wrote_is_kept(tmp_path, place, capsys):
+    """Though it quotes a report's first lines; said before the work starts. An earlier report is replaced."""
+    path = page_file(tmp_path / place, "report.html")
+    path.parent.mkdir(exist_ok=True)
+    for mine in ("<h1>Mine</h1>", f"<pre>{page('a', 'b')}</pre>"):
+        path.write_text(mine)
+        words = ["map", "sample:sphere:n_vertices=60", str(tmp_path / "out.obj")]
+        assert main([*words, "--report", str(tmp_path / place)]) > 0
+        assert "is kept" in capsys.readouterr().err
+        assert path.read_text() == mine
+        assert not (tmp_path / "out.obj").exists()
+    path.write_text(page("a", "b"))
+    assert check_report(Namespace(report=str(tmp_path / place), json=None)) is None
+
+
 def test_a_report_goes_into_a_folder_that_is_there(tmp_path):
     """Again and again; a file of the name of an output is refused."""
     assert check_report(Namespace(report=str(tmp_path))) is None

@@ -188,6 +188,24 @@ def test_a_file_names_no_file_elsewhere(name, tmp_path):
         beside(tmp_path / "a.gltf", name)
 
 
+@pytest.mark.posix
+def test_a_link_in_the_folder_leads_to_no_file_elsewhere(tmp_path):
+    """Neither as the file itself nor as a folder on the way; links within the folder do."""
+    (tmp_path / "secret").write_text("secret")
+    place = tmp_path / "upload"
+    place.mkdir()
+    (place / "a.bin").touch()
+    (place / "out.bin").symlink_to("../secret")
+    (place / "up").symlink_to("..")
+    (place / "in.bin").symlink_to("a.bin")
+    for name in ("out.bin", "up/secret"):
+        with pytest.raises(FileError, match="not in its folder"):
+            beside(place / "a.gltf", name)
+    (tmp_path / "place").symlink_to("upload")
+    for folder in (place, tmp_path / "place"):
+        assert beside(folder / "a.gltf", "in.bin").exists()
+
+
 def test_a_file_names_files_in_its_folder_and_below(tmp_path):
     (tmp_path / "b").mkdir()
     for name in ("a..bin", "b/a.bin"):

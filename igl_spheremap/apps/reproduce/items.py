@@ -38,7 +38,7 @@ def reproduce(
         import_optional("matplotlib", "a figure", "plot")
     if meshes is not None and not meshes.is_dir():
         raise FileError(f"{meshes} is not a folder of meshes")
-    runs = Runs(make_folder(out / "runs"), meshes, max_iterations, report)
+    runs = Runs(make_folder(out / "runs", follow=False), meshes, max_iterations, report)
     written: list[Path] = []
     for k, name in enumerate(names, 1):
         report(f"{name}, {k} of {len(names)}")

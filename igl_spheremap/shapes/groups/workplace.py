@@ -83,9 +83,11 @@ class Workplace:
 
     def place(self, *parts: str) -> str:
         """The place of a file by its folders, which are made, and its name."""
-        path = self._folder.joinpath(*parts)
-        make_folder(path.parent)
-        return str(path)
+        *folders, name = parts
+        place = self._folder
+        for folder in folders:
+            place = make_folder(place / folder, follow=False)
+        return str(place / name)
 
     def of(self, member: Entry, kind: str) -> str:
         """A member's file: "map" with features, "points" on the icosphere, or "placed", points that correspond."""

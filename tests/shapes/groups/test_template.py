@@ -219,3 +219,26 @@ def test_a_surface_that_is_given_twice_is_said(here):
     bodies = [(v * [1, 1, 1 + k / 10], f) for k in (1, 2, 1, 3)]
     (note, *_) = ism.shapes.template(bodies, target="ico:1", engine=here).notes
     assert "0 and 2 are the same surface" in note
+
+
+@pytest.mark.posix
+def test_links_in_a_groups_folder_are_replaced_and_none_is_taken_for_a_folder(three, tmp_path):
+    """Every name in it is known before: somebody may have planted a link there."""
+    mine, place = tmp_path / "mine", tmp_path / "group"
+    ism.shapes.write_group(place, three)
+    names = [path.relative_to(place) for path in place.rglob("*") if path.is_file()]
+    assert len(names) > 6
+    for name in names:
+        (place / name).unlink()
+        (place / name).symlink_to(mine)
+    mine.write_text("precious")
+    ism.shapes.write_group(place, three, force=True)
+    assert mine.read_text() == "precious"
+    assert not any((place / name).is_symlink() for name in names)
+    for name in names:
+        (place / name).unlink()
+    (place / "members").rmdir()
+    (place / "members").symlink_to(tmp_path)
+    with pytest.raises(ism.FileError, match="is a link"):
+        ism.shapes.write_group(place, three, force=True)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["group", "mine"]
