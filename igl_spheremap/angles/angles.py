@@ -18,13 +18,9 @@ from ..errors import FactorisationFailed
 from ..mesh.arrays import HALF_DIGITS, FloatArray
 from ..newton.system import VertexSystem, gram_blocks
 
-#: In radians, the least of the angles that are aimed at, so that those of slivers can shrink. With 1e-2 every eighth
-#: part of the set tune ends the same in sum, 1 worse and 2 better (`python -m benchmarks versions . FOLDER/tune --every
-#: 8 --set angles.angles._LEAST_ANGLE=1e-2`).
+#: In radians, the least of the angles that are aimed at, so that those of slivers can shrink.
 _LEAST_ANGLE = 1e-3
-#: Number of steps that aim at the given angles; later ones only close the conditions, and converge quadratically. With
-#: 4, of exp(.7) at most, angles are the same within .2 percent, after 7 to 14 steps in place of 6 to 9
-#: (benchmarks/tried.md).
+#: Number of steps that aim at the given angles; later ones only close the conditions, and converge quadratically.
 _AIMING = 2
 #: Steps at most: twice what meshes take whose angles close at all.
 _STEPS = 16

@@ -24,9 +24,7 @@ from ..sphere.stereographic import Anchored, log_sum, plane_angles
 from .layout import Placed
 
 #: In nepers. A limb begins where edges on the sphere are shorter than exp(-4), as all are on a compact body of 80,000
-#: faces. A branch counts as a limb if its tip is deeper than its beginning by the same number of nepers. With 2 and 8
-#: springs and octopuses end 1.6 percent lower (`python -m benchmarks versions . sample:spring sample:spring:turns=2
-#: sample:octopus sample:octopus:arm_length=6 --set angles.deep_limbs._ONSET=8`).
+#: faces. A branch counts as a limb if its tip is deeper than its beginning by the same number of nepers.
 _ONSET = 4.0
 #: Nepers between the floor of limbs and the resolution of numbers about 1: the edges at the tips keep one to two bits.
 _MARGIN = 1.0
@@ -36,9 +34,7 @@ _KAPPAS = 1 - _STEP * np.arange(round(1 / _STEP))
 #: Cost, in degrees, of a vertex for each neper below the floor. Its two faces can't cost more than 240: a folded face
 #: has angles of sum -pi in place of pi, so its mean difference is 120.
 _BELOW = 300.0
-#: Each bin counts as if it had this many vertices more, of equilateral faces: else it would cost nothing to squash an
-#: empty bin. With .1 and 1 spring, comb, sword, dilo and octopus_low end within .6 percent (`python -m benchmarks
-#: versions . MESH ... --set angles.deep_limbs._SPARE=.1`).
+#: Extra vertices per bin, of equilateral faces, so that empty bins are not squashed for free.
 _SPARE = 0.3
 #: Width of a bin at least, as a share of the deepest limb: the table grows as the square of the number of bins.
 _NARROWEST = 0.005

@@ -31,17 +31,13 @@ from ..start.punctured import candidate_faces
 from ..verify.signs import folded_faces
 from .angles import close_angles, proper_angles
 
-#: A map with a larger share of folded faces says nothing on angles, not even around the hole. Measured: angles of the
-#: dumbbell, of which 30 percent are folded, close in 9 steps without its map, and not in 26 with it. With .1 every
-#: second part of the set tune ends alike, 1 worse and 1 better, with 0 .7 percent higher in 1.1 of the time, 7 worse
-#: and 1 better (`python -m benchmarks versions . FOLDER/tune --every 2 --set angles.layout._LOST=.1`).
+#: Above this share of folded faces the target angles are taken from the mesh alone: the map says nothing on them.
 _LOST = 0.25
 #: Number of faces, those with the largest images, of which the best shaped one is cut out: enough for a good shape, and
-#: few enough to lie in the body's middle. With 15 every eighth part of the set tune ends .6 percent lower, by one part.
+#: few enough to lie in the body's middle.
 _LARGEST = 60
 #: Faces with shorter edges keep the mesh's own angles: projection changes angles by about the length of edges, so by a
-#: hundredth of a degree at most there, and rounding changes them by eps over the length. With 1e-3 every eighth part of
-#: the set tune ends .2 percent higher.
+#: hundredth of a degree at most there, and rounding changes them by eps over the length.
 _SHORT = 1e-4
 
 

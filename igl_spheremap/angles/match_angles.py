@@ -23,28 +23,19 @@ from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces, signed_volumes
 
 #: In Newton steps, angle differences below this share of their mean count by their squares. With a smaller share steps
-#: stall: with .03 the sword ends at 3.77 degrees, not 3.51 (`python -m benchmarks repairs maps`).
+#: stall.
 _SMOOTHING = 0.1
-#: In the sweep that predicts what steps gain, angle differences below this share of their mean count by their squares.
-#: With .1 one more of 33 samples and meshes of the corpus takes steps, bimba, which ends at 1.47, not 1.63 degrees; all
-#: take 1.06 of the time (`python -m benchmarks versions . MESH ... --set angles.match_angles._SAMPLE_SMOOTHING=.1`).
+#: In the sweep that predicts what steps gain, angle differences below this share of their mean count by their squares:
+#: a single sweep can't stall.
 _SAMPLE_SMOOTHING = 0.03
-#: Degrees: a map without foldings takes no steps if its mean angle difference is below. With .6 one more of 33 samples
-#: and meshes of the corpus takes steps (koala 1.14 to .93 degrees), and all take 1.2 of the time; with 2.4 two fewer
-#: take steps (putamen 1.09 to 1.30, drum 1.14 to 1.39), and all take .9 of it.
+#: Degrees: a map without foldings takes no steps if its mean angle difference is below, since they hardly show.
 _GOOD = 1.2
-#: Of the differences that can be lowered, steps gain at least this many times what a sweep over the vertices gains;
-#: polish gains 1.5 to 2.4 times that on samples of 1,200 to 1,550 vertices (`python -m benchmarks repairs polish MESH
-#: ...`). With 2 eight samples end the same, with 8 2 percent lower, for 1.2 of the time (`python -m benchmarks versions
-#: . sample:bird ... --set angles.match_angles._STEPS_PER_SWEEP=8`).
+#: Predicted gain of Newton steps, in gains of one sweep over the vertices: less than all samples gained.
 _STEPS_PER_SWEEP = 4
 #: Mean least angle of a mesh's faces up to which steps gain as much from its harmonic map as from any other map: where
-#: faces are better shaped the harmonic map is conformal already (benchmarks/tried.md, when steps are worth their time).
-#: With 60 degrees eight samples end 2 percent lower, for 1.3 of the time.
+#: faces are better shaped the harmonic map is conformal already.
 _THIN = np.radians(30)
-#: Faces, and stars of vertices, that are sampled to predict what steps gain: with twice the number 231 meshes decide
-#: alike (tried by hand), and with half of it every eighth part of the set tune ends the same (`python -m benchmarks
-#: versions . FOLDER/tune --every 8 --set angles.match_angles._SAMPLE=250`).
+#: Faces, and stars of vertices, that are sampled to predict what steps gain: a mean needs no more.
 _SAMPLE = 500
 
 
@@ -184,10 +175,7 @@ class AngleProblem:
         return np.asarray(np.einsum("an,ain->ni", step, model.axes))
 
     def accept(self, x: FloatArray, move: FloatArray) -> Trial:
-        """The map x + move; if it folds few faces, they are repaired, and what moved is relaxed.
-
-        To relax with the model's smoothing in place of .5 degrees ends the set tune .2 percent lower (tried by hand).
-        """
+        """The map x + move; if it folds few faces, they are repaired, and what moved is relaxed."""
         y = unit_rows(x + move)
         folded = folded_faces(y, self.f)
         if folded.sum() > FEW * len(self.f):

@@ -13,9 +13,8 @@ from ..sphere.rows import column_axes, row_crosses, unit_rows, weighted_moment
 from ..verify.signs import folded_faces
 from .loop import Model, Trial
 
-#: A face is refused if its energy exceeds _GROWTH times its old one plus _OF_MEAN times the mean energy for its area.
-#: With 1.5, with 1 or 100 means, or 4 or 14 halvings balanced maps take as long within 10 percent, or longer
-#: (benchmarks/tried.md).
+#: A face is refused if its energy exceeds _GROWTH times its old one plus _OF_MEAN times the mean energy for its area:
+#: a face that is nearly folded must not fold for the gain of all others.
 _GROWTH, _OF_MEAN = 3.0, 10.0
 #: The moves of refused faces' vertices are halved at most _HALVINGS times; if faces are still refused, the step is too
 #: long. It is given up earlier if k faces were refused at first and later more than _SPREAD k + _FEW: then refusals

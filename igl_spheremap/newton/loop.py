@@ -16,17 +16,13 @@ from .system import VertexSystem
 
 #: Share of the predicted decrease that a step of a line search must bring (Armijo), as rho in Algorithm 1.
 _DECREASE = 1e-4
-#: A line search gives up where steps must be shortened to less than this share of Newton's. With 1e-2 eight samples are
-#: balanced alike (`python -m benchmarks versions . sample:bird ... --of balance --set newton.loop._SHORTEST=1e-2`).
+#: A line search gives up where steps must be shortened to less than this share of Newton's, which gain next to nothing.
 _SHORTEST = 1e-3
-#: Damping with which most of Levenberg's steps succeed; on maps of deep limbs less of it folds hundreds of faces. With
-#: 1e-4 and 1e-3 every eighth part of the set tune ends alike to .1 percent, and spring, comb, sword, dilo and
-#: octopus_low 1 percent higher (`python -m benchmarks versions . FOLDER/tune --every 8 --set newton.loop.DAMPED=1e-4`).
+#: Damping with which most of Levenberg's steps succeed; on maps of deep limbs less of it folds hundreds of faces.
 DAMPED = 3e-4
 #: Damping is multiplied by the first three: around faces that a step folds, everywhere after a step that failed, and
 #: after one that succeeds at once. The last is the largest damping, with which a vertex moves by less than a tenth of
-#: its undamped step: there the search gives up. With 3 and 30, 2 and 10, .03 and .3 every eighth part of the set tune,
-#: spring, comb, sword, dilo and octopus_low end alike to .3 percent in sum.
+#: its undamped step: there the search gives up.
 _AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.1, 10.0
 #: Added to a diagonal: without it a vertex whose faces have no weight is singular.
 _RIDGE = 1e-12

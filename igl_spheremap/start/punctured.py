@@ -17,16 +17,9 @@ from ..timings import phase
 from ..verify.distortion import mean_angle_difference
 
 _TINY = np.finfo(float).tiny
-# None of these numbers is sharp: eight samples end alike to .2 percent with _SAMPLE 250, _LARGEST_NU .25,
-# _LARGEST_CORRECTION .8, _LARGEST_ENERGY 37, OFF_CENTRE 1e-3, _INNER 1/4, _OUTER 1/2, _TRIES 2 or _STRIDE 10 (`python
-# -m benchmarks versions . sample:bird sample:bunny sample:dino sample:dumbbell sample:octopus sample:pear
-# sample:spheroid sample:spring --set start.punctured._SAMPLE=250`), and so does every eighth part of the set tune with
-# the first, the second and _TRIES 2 (`FOLDER/tune --every 8` in place of the samples).
-
 #: At most this many faces are sampled for the affine correction, and vertices for a first scale: medians need no more.
 _SAMPLE = 1000
-#: At most this many faces are compared as places for the puncture: with 1000 the start has twice as much energy above
-#: the minimum (tried by hand).
+#: At most this many faces are compared as places for the puncture: fewer would miss the good ones.
 _CANDIDATES = 4000
 #: A larger mean Beltrami coefficient nu comes from a badly shaped punctured face: the next face is tried.
 _LARGEST_NU = 0.5
@@ -34,8 +27,7 @@ _LARGEST_NU = 0.5
 _LARGEST_CORRECTION = 0.95
 #: A start with more energy than this is rejected: 4 pi is that of a conformal map.
 _LARGEST_ENERGY = 6 * np.pi
-#: A map is coarse if its flat faces cover less than this share of the sphere's area. With .9 samples end the same,
-#: every eighth part of the set tune .9 percent higher, 2 worse and none better.
+#: A map is coarse if its flat faces cover less than this share of the sphere's area: then chords cut deep through it.
 _COARSE = 0.95
 #: Faces whose sides in the plane are below this share of its extent, deep in limbs, do not count for nu.
 _RELIABLE = 1e-10

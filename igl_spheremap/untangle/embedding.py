@@ -27,16 +27,13 @@ from .collapse import Batch, Grid, ProgressiveMesh, colour_classes
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
 
 #: Vertices are removed at first within this many rings around foldings, and around places where float64 was too coarse;
-#: the number is doubled until it suffices. With 2 and 8 one and two of 29 parts change, by less than .05 percent in sum
-#: (`python -m benchmarks versions . FOLDER/tune --every 8 --set untangle.embedding.REMOVED_RINGS=2`).
+#: the number is doubled until it suffices.
 REMOVED_RINGS = 4
-#: Each time after this many batches of collapses, a further ring around the foldings that are left is removed as well.
-#: A mesh of 48,000 vertices with a mirrored limb takes 1.9 s so, and 14 s if only vertices of folded faces are removed.
+#: Each time after this many batches of collapses, a further ring around the foldings that are left is removed as well:
+#: a mirrored limb takes many times as long if only vertices of folded faces are removed.
 _PATIENCE = 8
 #: The vertices present are relaxed each time their number has grown by this factor: some 25 times on the way from a
-#: tetrahedron to 100,000 vertices, which costs as much as relaxing all of them three times. With 3 every eighth part
-#: of the set tune ends the same; without relaxing maps of 117 bodies, rounded to float32, have angles 1.9 percent worse
-#: (tried by hand).
+#: tetrahedron to 100,000 vertices, which costs as much as relaxing all of them three times.
 _GROWTH = 1.5
 
 

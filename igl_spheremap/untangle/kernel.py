@@ -20,9 +20,7 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.edges import next_corners
 from ..sphere.rows import row_crosses, row_dets, row_dots, tangent_axes, unit_rows
 
-#: Damped Newton steps for an analytic centre: 8 bring all but pathological kernels to 1e-3 of their width. With 4 every
-#: eighth part of the set tune ends .1 percent lower, none 5 percent off (`python -m benchmarks versions . FOLDER/tune
-#: --every 8 --set untangle.kernel._NEWTON_STEPS=4`).
+#: Damped Newton steps for an analytic centre: 8 bring all but pathological kernels to 1e-3 of their width.
 _NEWTON_STEPS = 8
 #: Radius of the chart's disc, in which points stay since kernels may be unbounded: 56 degrees from its centre, where
 #: lengths in the chart are 3.25 times those on the sphere.
@@ -31,7 +29,7 @@ _CHART_RADIUS = 1.5
 #: then at most 10 from the centre, and rounding moves it by at most 100 eps.
 _IN_VIEW = 0.1
 #: Moves end at this share of the distance to the kernel's boundary: vertices that are inserted or moved later need part
-#: of the kernel. With .4 every eighth part of the set tune ends .7 percent higher, none 5 percent off.
+#: of the kernel.
 _REACH = 0.7
 
 
