@@ -59,8 +59,9 @@ class NonmonotoneSearch:
 
         `slope` is the derivative of the energy along the path at 0.
         """
-        falls = energy <= self._C + self.rho * tau * slope  # Algorithm 1, step 3
-        return falls or (self.takes_last and self._is_last and math.isfinite(energy))
+        if self.takes_last and self._is_last and math.isfinite(energy):
+            return True
+        return energy <= self._C + self.rho * tau * slope  # Algorithm 1, step 3
 
     def record(self, energy: float) -> None:
         """Take the energy E(F_{k+1}) of a new iterate into the average."""

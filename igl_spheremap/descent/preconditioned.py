@@ -136,11 +136,10 @@ def harmonic_map(
     problem = Problem.of(
         mesh, HarmonicEnergy(operators.L), SobolevH1(operators.factor, operators.L)
     )
-    start = (
-        punctured_start(mesh, operators)
-        if x is None
-        else Start.of(problem.centred(x, OFF_CENTRE), operators)
-    )
+    if x is None:
+        start = punctured_start(mesh, operators)
+    else:
+        start = Start.of(problem.centred(x, OFF_CENTRE), operators)
     last, status = minimize(
         preconditioned_cayley(problem, start),
         Stage.PRECONDITIONED,
@@ -158,5 +157,6 @@ def harmonic_map(
 def _start_is_better(mesh: Mesh, start: FloatArray, end: FloatArray) -> bool:
     """True if the start's angle differences are smaller, without more foldings, or less than half of the end's."""
     before, after = (mean_angle_difference(mesh, x) for x in (start, end))
-    fewer = Certificate.of(start, mesh.f).foldings <= Certificate.of(end, mesh.f).foldings
-    return before < (after if fewer else _FAR_LESS * after)
+    if Certificate.of(start, mesh.f).foldings <= Certificate.of(end, mesh.f).foldings:
+        return before < after
+    return before < _FAR_LESS * after

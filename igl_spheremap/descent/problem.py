@@ -60,7 +60,9 @@ class Diagonal(Metric):
     @property
     def share(self) -> FloatArray | None:
         """(n,) weights of the L2 metric over those of this one; None where it counts as the L2 metric itself."""
-        return None if self.areas is None else self.areas / self.weights
+        if self.areas is None:
+            return None
+        return self.areas / self.weights
 
     def solve(self, covector: FloatArray) -> FloatArray:
         """Each row divided by its weight."""
@@ -182,9 +184,9 @@ class Problem:
 
     def centred(self, x: FloatArray, off: float = 0.0) -> FloatArray:
         """The map in the Moebius gauge; `x` itself where there is none or its mean is at most `off` from the origin."""
-        return (
-            center(x, self.A) if self.gauge and np.linalg.norm(weighted_sum(self.A, x)) > off else x
-        )
+        if self.gauge and np.linalg.norm(weighted_sum(self.A, x)) > off:
+            return center(x, self.A)
+        return x
 
 
 def p_harmonic_problem(mesh: Mesh, p: float) -> Problem:
@@ -213,7 +215,9 @@ def remove_boosts(
     >>> bool(np.abs(remove_boosts(x, boost, np.ones(6))).max() < 1e-12)
     True
     """
-    shared = weights if share is None else weights * share
+    shared = weights
+    if share is not None:
+        shared = weights * share
     total = shared.sum()
     gram = total * np.eye(3) - weighted_moment(shared, x, x)  # inner products of the three boosts
     ridge = 1e-14 * total * np.eye(3)  # the sum is singular for a map to one point

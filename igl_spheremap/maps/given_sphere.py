@@ -197,7 +197,9 @@ def repair_foldings(
     mesh = check_mesh(v, f, caps=caps)
     began, places = time.perf_counter(), count()
     rows = check_directions(x, len(mesh.v), "images")
-    y = rows.copy() if np.abs(row_lengths(rows) - 1).max() < UNIT_TOLERANCE else unit_rows(rows)
+    y = rows.copy()
+    if np.abs(row_lengths(rows) - 1).max() >= UNIT_TOLERANCE:
+        y = unit_rows(rows)
 
     def record(stage: Stage, x: FloatArray) -> None:
         foldings = float(folded_faces(x, mesh.f).sum())

@@ -73,9 +73,13 @@ class SphereMapper:
     ) -> None:
         method_of(method, Auto)
         self._lock = threading.Lock()
-        mesh: tuple[Any, ...] = (v,) if f is None else (v, f)
-        # a mesh object may bring its own
-        self.mesh = check_mesh(*mesh, **({} if caps is None else {"caps": caps}))
+        given: list[Any] = [v]
+        if f is not None:
+            given.append(f)
+        options: dict[str, Any] = {}
+        if caps is not None:  # a mesh object may bring its own
+            options["caps"] = caps
+        self.mesh = check_mesh(*given, **options)
         self.method = method
         self.operators = build_operators(self.mesh, method.backend)
 

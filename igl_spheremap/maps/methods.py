@@ -247,11 +247,9 @@ def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> Sph
 
     A note names the face.
     """
-    face = (
-        next(candidate_faces(mesh))
-        if options.puncture is None
-        else _checked_face(mesh, options.puncture)
-    )
+    face = next(candidate_faces(mesh))
+    if options.puncture is not None:
+        face = _checked_face(mesh, options.puncture)
     operators = build_operators(mesh, options.backend)
     z = dipole_map(mesh, operators, face)
     if not np.isfinite(z).all():

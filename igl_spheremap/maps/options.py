@@ -232,10 +232,13 @@ METHODS: dict[str, type[Method]] = {
 
 def method_of(method: str | Method, *kinds: type[Method]) -> Method:
     """The record of options for a method's name or record; a TypeError unless it is of one of `kinds`, if given."""
-    if isinstance(method, kinds or Method):
+    taken = kinds
+    if not kinds:
+        taken = tuple(METHODS.values())
+    if isinstance(method, taken):
         return method
     if kinds or not isinstance(method, str):
-        names = " or ".join(f"{kind.__name__}()" for kind in kinds or METHODS.values())
+        names = " or ".join(f"{kind.__name__}()" for kind in taken)
         raise TypeError(f"method is {shown(method)}; give a record of options, such as {names}")
     if method not in METHODS:
         raise ValueError(

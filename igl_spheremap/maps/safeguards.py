@@ -41,20 +41,24 @@ class Confined(Hooks):
         """The map in the Moebius gauge."""
         # by columns, so that inner loops are long
         x = np.asfortranarray(self._centred(x, 0.0))
-        self._most = np.inf if self._may_fold else self._bound(x)
+        self._most = self._bound(x)
         return x
 
     def trial(self, y: FloatArray) -> FloatArray | None:
         """The map in the Moebius gauge; None, a refusal, if too many faces fold."""
-        y = self._centred(y, _OFF_CENTRE if self._most == np.inf else _OFF_CENTRE_CONFINED)
-        if self._most == np.inf or self._foldings(y) <= self._most:
+        if self._most == np.inf:
+            return self._centred(y, _OFF_CENTRE)
+        y = self._centred(y, _OFF_CENTRE_CONFINED)
+        if self._foldings(y) <= self._most:
             return y
         self._count("refused")
         return None
 
     def _bound(self, x: FloatArray) -> float:
         """How many faces may fold on the way from a start: none if none of its own do."""
-        return np.inf if self._foldings(x) else 0
+        if self._may_fold or self._foldings(x):
+            return np.inf
+        return 0
 
     def _centred(self, x: FloatArray, off: float) -> FloatArray:
         """The map in the Moebius gauge; the map itself if its weighted mean is at most `off` from the origin."""
@@ -101,7 +105,9 @@ class Safeguards(Confined):
         if record.status is Status.COLLAPSED:
             return not self._has_restarted
         before, self._left = self._left, record.foldings_after
-        few = 0.0 if record.round == 0 else most_of_few(self._mesh.f)
+        few = 0.0
+        if record.round > 0:
+            few = most_of_few(self._mesh.f)
         return few < record.foldings_after < before
 
     def restarts(self, record: Round) -> bool:
@@ -112,4 +118,6 @@ class Safeguards(Confined):
 
     def _bound(self, x: FloatArray) -> float:
         is_first, self._is_first = self._is_first, False
-        return np.inf if is_first else self._foldings(x)
+        if self._may_fold or is_first:
+            return np.inf
+        return self._foldings(x)

@@ -106,7 +106,9 @@ class SphereMap(Result):
         return wings.plot(self)
 
     def _rebalanced(self, balance: float, listener: Listener | None) -> SphereMap:
-        conformal = self.conformal or self
+        conformal = self
+        if self.conformal is not None:
+            conformal = self.conformal
         if balance == 0 or conformal.status is Status.STOPPED:
             return conformal
         if not (self.certificate.folding_free and conformal.certificate.folding_free):
@@ -131,10 +133,9 @@ def map_findings(result: SphereMap) -> list[Finding]:
     ]
     if result.stretch != 1:
         without = Remedy(options={"gauge": "centred"})
-        advice = (
-            "" if result.gauge == "poles" else f"; without {without} they may keep their angles"
-        )
-        text = f"limbs too deep for float64 are mapped as if {result.stretch:.3g} times shorter{advice}"
+        text = f"limbs too deep for float64 are mapped as if {result.stretch:.3g} times shorter"
+        if result.gauge != "poles":
+            text += f"; without {without} they may keep their angles"
         found.append(Finding("stretch", text, {}))
     return [*found, verdict(result.certificate, result.mesh.caps)]
 

@@ -132,7 +132,9 @@ def p_harmonic_map(
     history = History(listener)
     mesh = check_mesh(v, f, caps=caps)
     problem = p_harmonic_problem(mesh, p)
-    gauge: PaperGauge = "centred" if problem.gauge else "free"
+    gauge: PaperGauge = "free"
+    if problem.gauge:
+        gauge = "centred"
     return descend(
         mesh, problem, *start_of(mesh, start), options, gradient_tolerance, gauge, history
     )
@@ -401,7 +403,9 @@ def match_landmarks(
 
     def moved(points: FloatArray, boost: FloatArray) -> FloatArray:
         size = float(np.linalg.norm(boost))
-        return moebius(points, boost * (np.tanh(size) / size if size else 1.0) * (1 - 1e-12))
+        if size:
+            boost = boost * (np.tanh(size) / size)
+        return moebius(points, boost * (1 - 1e-12))
 
     def misses(boost: FloatArray) -> FloatArray:
         y = moved(x[landmarks.vertices], boost)

@@ -179,8 +179,10 @@ def count(items: NDArray[Any], singular: str, several: str | None = None) -> str
 
 def listed(items: NDArray[Any], most: int = 5) -> str:
     """`0, 1, 2, 3, 4, ...`: the first whole numbers."""
-    shown = ", ".join(str(int(item)) for item in items[:most])
-    return shown + (", ..." if len(items) > most else "")
+    shown = [str(int(item)) for item in items[:most]]
+    if len(items) > most:
+        shown.append("...")
+    return ", ".join(shown)
 
 
 def listed_words(items: Sequence[object], most: int = 5) -> str:

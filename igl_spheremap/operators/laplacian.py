@@ -52,7 +52,8 @@ def laplacian(
     >>> float(abs(laplacian(v, f, "delaunay") - laplacian(v, f)).max()) < 1e-15
     True
     """
-    edges = edges or half_edges(f, len(v))
+    if edges is None:
+        edges = half_edges(f, len(v))
     assert edges is not None, "the mesh is not closed"
     if weights == "delaunay":
         lengths, faces = delaunay_triangulation(mollified_edge_lengths(v, f), edges)
@@ -105,18 +106,19 @@ def mollified_edge_lengths(v: FloatArray, f: IntArray) -> FloatArray:
 def usable_laplacian(mesh: Mesh, weights: Weights = "cotangent") -> sp.csr_matrix:
     """The Laplacian with those weights, or the mollified one where slivers or faces of zero area spoil it."""
     L = laplacian(mesh.unit, mesh.f, weights, mesh.edges)
-    return L if is_usable(L) else laplacian(mesh.unit, mesh.f, "mollified", mesh.edges)
+    if is_usable(L):
+        return L
+    return laplacian(mesh.unit, mesh.f, "mollified", mesh.edges)
 
 
 def laplacian_and_notes(
     mesh: Mesh, weights: Weights = "cotangent"
 ) -> tuple[sp.csr_matrix, tuple[str, ...]]:
     """The Laplacian with those weights by libigl, and a note where it is mollified as they are not usable."""
-    L = (
-        cotangent_laplacian(mesh)
-        if weights == "cotangent"
-        else laplacian(mesh.unit, mesh.f, weights, mesh.edges)
-    )
+    if weights == "cotangent":
+        L = cotangent_laplacian(mesh)
+    else:
+        L = laplacian(mesh.unit, mesh.f, weights, mesh.edges)
     if is_usable(L):
         return L, ()
     return laplacian(mesh.unit, mesh.f, "mollified", mesh.edges), (

@@ -81,6 +81,7 @@ def _path(F: FloatArray, AF: FloatArray, hooks: Hooks, tau: float) -> FloatArray
 def _quotient(problem: Problem, D: FloatArray, W: FloatArray, bb: Quotients, k: int) -> float:
     """Step that iteration `k` tries first, eq. (12); 0, infinite or a NaN where it has no value."""
     DW = abs(problem.metric.inner(D, W))
-    if bb == "tau_1" or bb == ("tau_1 first" if k % 2 else "tau_2 first"):
+    odd = k % 2 == 1
+    if bb == "tau_1" or (bb == "tau_1 first" and odd) or (bb == "tau_2 first" and not odd):
         return float(np.divide(problem.metric.inner(D, D), DW))  # eq. (12), tau_{k,1}
     return float(np.divide(DW, problem.metric.inner(W, W)))  # eq. (12), tau_{k,2}

@@ -26,8 +26,8 @@ class Hooks:
 
     def acted(self) -> dict[str, int] | None:
         """How often each safeguard has acted since the last call; None if none has."""
-        acted, self._acted = +self._acted, Counter()
-        return dict(acted) or None
+        acted, self._acted = self._acted, Counter()
+        return nonzero(**acted)
 
     def start(self, x: FloatArray) -> FloatArray:
         """The map that Algorithm 1 starts from."""
@@ -63,4 +63,7 @@ class Hooks:
 
 def nonzero(**counts: int) -> dict[str, int] | None:
     """The counts that are not 0; None if all are."""
-    return {name: count for name, count in counts.items() if count} or None
+    found = {name: count for name, count in counts.items() if count}
+    if not found:
+        return None
+    return found

@@ -35,10 +35,10 @@ class Setup:
     @classmethod
     def of(cls, mesh: Mesh, options: Lai2014, listener: Listener | None = None) -> Setup:
         """The problem by eq. (13) with the weights and the metric that the options name."""
-        printed = options.edge_weights == "cotangent"
-        L, notes = (
-            (printed_laplacian(mesh), ()) if printed else laplacian_and_notes(mesh, "delaunay")
-        )
+        if options.edge_weights == "cotangent":
+            L, notes = printed_laplacian(mesh), tuple[str, ...]()
+        else:
+            L, notes = laplacian_and_notes(mesh, "delaunay")
         metrics = {
             "areas": l2_metric(mesh),
             "laplacian": laplacian_metric(L, mesh.areas),
@@ -52,7 +52,9 @@ class Setup:
                 *notes,
                 f"{raised:,} vertex areas of eq. (13) were raised to a billionth of their mean",
             )
-        hooks = OptMRules(options.tau) if options.rules == "program" else Hooks()
+        hooks = Hooks()
+        if options.rules == "program":
+            hooks = OptMRules(options.tau)
         return cls(mesh, options, L, problem, hooks, listener, notes)
 
     def start(self, stage: Stage, x: FloatArray, round: int = 0, **more: Any) -> Iterate:

@@ -149,7 +149,9 @@ def orientation_target(mesh: Mesh) -> FloatArray:
     """The vectors that a map in the gauge is turned to: normals plus 1/1000 of the position from the barycentre."""
     outward = mesh.unit - weighted_sum(mesh.A, mesh.unit)
     inside_out = np.vdot(mesh.A, row_dots(mesh.normals, outward)) < 0
-    outward *= -_TIE_BREAK if inside_out else _TIE_BREAK
+    outward *= _TIE_BREAK
+    if inside_out:
+        outward *= -1
     outward += mesh.normals  # algorithm (21)
     return outward
 

@@ -65,11 +65,15 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
     (reference [11] of Lai et al.); the correction of the puncture's discretisation error is ours.
     """
     tried: list[Start] = []
-    for face in candidate_faces(mesh) if faces is None else faces:
+    if faces is None:
+        faces = candidate_faces(mesh)
+    for face in faces:
         z = _placed_map(mesh, operators, face)
         z, nu = _corrected(mesh, z, face)
-        x = center(to_sphere(z, mesh.A), mesh.A, OFF_CENTRE) if np.isfinite(z).all() else None
-        if x is None or not np.isfinite(x).all():
+        if not np.isfinite(z).all():
+            continue
+        x = center(to_sphere(z, mesh.A), mesh.A, OFF_CENTRE)
+        if not np.isfinite(x).all():
             continue
         tried.append(Start.of(x, operators))
         coarse = is_coarse(surface_area(x, mesh.f))
@@ -164,7 +168,9 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
     ring = ring[within[ring].all(axis=1)]
     ring = ring[spread(len(ring), _SAMPLE)]
     kappa = _median(_beltrami(mesh, ring, z) / z[ring].mean(axis=1).conj())
-    return (z if kappa is None else z + kappa / 2 * z.conj() ** 2), nu  # algorithm (8)
+    if kappa is not None:
+        z = z + kappa / 2 * z.conj() ** 2  # algorithm (8)
+    return z, nu
 
 
 def _beltrami(mesh: Mesh, f: IntArray, z: ComplexArray) -> ComplexArray:
@@ -182,10 +188,10 @@ def _beltrami(mesh: Mesh, f: IntArray, z: ComplexArray) -> ComplexArray:
 def _median(values: ComplexArray) -> complex | None:
     """Median of the real parts and of the imaginary parts of numbers, NaN left out; None if there are none."""
     values = values[np.isfinite(values)]
+    if not len(values):
+        return None
     middle = len(values) // 2
-    return (
-        complex(np.sort(values.real)[middle], np.sort(values.imag)[middle]) if len(values) else None
-    )
+    return complex(np.sort(values.real)[middle], np.sort(values.imag)[middle])
 
 
 def _in_their_planes(mesh: Mesh, f: IntArray) -> tuple[FloatArray, ComplexArray]:
@@ -202,7 +208,9 @@ def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
     z = _about_middle(z, weights)
     radius, sample = np.abs(z), spread(len(z), _SAMPLE)
     middle = weighted_quantile(radius[sample], weights[sample])
-    z /= np.maximum(middle if middle > 0 else radius.max(), radius / INFINITE)
+    if middle <= 0:
+        middle = radius.max()
+    z /= np.maximum(middle, radius / INFINITE)
     return from_chart(2 * z, np.array([[0.0, 0.0, 1.0]]))  # algorithm (9)
 
 
