@@ -248,5 +248,7 @@ def _agreement(phi: FloatArray, x: FloatArray, B: sp.csr_matrix, mirrored: bool)
     """
     u, _, vt = np.linalg.svd(phi.T @ (B @ x))
     handed = np.sign(np.linalg.det(u) * np.linalg.det(vt))
-    u[:, -1] *= -handed if mirrored else handed
+    if mirrored:
+        handed = -handed
+    u[:, -1] *= handed
     return np.asarray(u @ vt)
