@@ -50,17 +50,18 @@ def close_angles(system: VertexSystem, target: FloatArray, hole: int) -> FloatAr
         residual = float(np.abs(missing).max())
         if not HALF_DIGITS < residual < np.inf:
             break
-        aiming = step < _AIMING
-        size = aim if aiming else a  # weights that change while aiming make the steps cycle
+        size, wanted = a, 0 * a
+        if step < _AIMING:  # by weights that stay, for changing ones make the steps cycle
+            size, wanted = aim, aim - a
         try:
-            move = wheels.step(
-                a, aim - a if aiming else 0 * a, np.minimum(size, np.pi - size), missing
-            )
+            move = wheels.step(a, wanted, np.minimum(size, np.pi - size), missing)
         except FactorisationFailed:
             break
         a = a * np.exp(np.clip(move / a, -_LONGEST, _LONGEST))  # positive angles stay so
         a *= np.pi / a.sum(axis=0)
-    return a.T.copy() if residual <= HALF_DIGITS else None
+    if residual <= HALF_DIGITS:
+        return a.T.copy()
+    return None
 
 
 class _Wheels:

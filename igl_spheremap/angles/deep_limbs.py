@@ -238,17 +238,15 @@ def tips_beyond(
         here = v
         part[v], tip[v], members[v] = v, v, [v]
         for other in {part[u] for u in neighbours[start[v] : start[v + 1]] if part[u] >= 0} - {v}:
-            elder, younger = (
-                (here, other) if inwards[tip[here]] >= inwards[tip[other]] else (other, here)
-            )
+            elder, younger = here, other
+            if inwards[tip[here]] < inwards[tip[other]]:
+                elder, younger = other, here
             end = tip[younger]
             if depth[end] > floor and inwards[end] - inwards[v] >= _ONSET:
                 found.append(Branch(end, tip[elder], np.array(members[younger])))
-            keep, gone = (
-                (elder, younger)
-                if len(members[elder]) >= len(members[younger])
-                else (younger, elder)
-            )
+            keep, gone = elder, younger
+            if len(members[elder]) < len(members[younger]):
+                keep, gone = younger, elder
             tip[keep] = tip[elder]
             for u in members[gone]:
                 part[u] = keep

@@ -77,9 +77,12 @@ def unroll(mesh: Mesh, x: FloatArray, system: VertexSystem) -> Placed | None:
     `x` is a map that may be folded; it shows which faces are in the middle, and how the angles there are to change.
     """
     source = proper_angles(mesh.angles)
-    lost = bool(folded_faces(x, mesh.f).mean() > _LOST)
-    hole = next(candidate_faces(mesh)) if lost else _hole(mesh.f, source, -log_edges(x, mesh.f))
-    closed = close_angles(system, source if lost else _targets(mesh.f, source, x, hole), hole)
+    if folded_faces(x, mesh.f).mean() > _LOST:
+        hole, target = next(candidate_faces(mesh)), source
+    else:
+        hole = _hole(mesh.f, source, -log_edges(x, mesh.f))
+        target = _targets(mesh.f, source, x, hole)
+    closed = close_angles(system, target, hole)
     if closed is None:
         return None
     layout = Layout.of(mesh.f, closed, hole)

@@ -104,11 +104,15 @@ def plan_repair(
     if not few and large == "left":
         return Plan(folded)
     coarse = energy > _CONFORMAL * surface_area(x, mesh.f)
-    mean = mean_angle_difference(mesh, x) if coarse or not few else 0.0
+    mean = 0.0
+    if coarse or not few:
+        mean = mean_angle_difference(mesh, x)
     layouts, holes = effort.layouts(n), effort.holes_of(n)
     angles = f"{folded}, and angles are {mean:.3g} degrees off in the mean"
     if not few:  # row 1
-        layouts = max(1, layouts) if mean > POOR else 1
+        if mean <= POOR:
+            layouts = 1
+        layouts = max(1, layouts)
         if not coarse:
             holes = layouts - 1
         embeds = large == "embedded" or layouts > 1

@@ -86,7 +86,8 @@ def _completed(t: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]
         # opposite tips: the middle would have lost half of its digits
         if np.linalg.norm(middle) < 1e-9:
             middle = np.cross(t[0], ends[0])
-            middle = middle if middle.any() else np.roll(ends[0], 1)
+            if not middle.any():
+                middle = np.roll(ends[0], 1)
         if not image.any():  # opposite ends
             image = middle - (middle @ ends[0]) * ends[0]
         t, ends = (

@@ -248,7 +248,9 @@ class _Repair:
             x, certificate = self.in_gauge(best)
             energy = HarmonicEnergy(self.operators.L).evaluate(x)[0]
             run = replace(run, energy=energy, stretch=best.stretch, gauge=best.gauge)
-        rounds = tuple(self.rounds) if len(self.rounds) > 1 else ()
+        rounds = tuple(self.rounds)
+        if len(rounds) == 1:  # the map stays as it is
+            rounds = ()
         return x, certificate, replace(run, rounds=rounds, notes=(*run.notes, *self.notes))
 
 

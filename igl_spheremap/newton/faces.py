@@ -109,13 +109,17 @@ class FaceProblem:
         for term in self._terms:
             slope, curvature = term.derivatives(x, axes)
             gradient = gradient + slope
-            at_vertices = curvature if at_vertices is None else at_vertices + curvature
+            if at_vertices is not None:
+                curvature = at_vertices + curvature
+            at_vertices = curvature
         return Model(self.value(x), axes, gradient, blocks, at_vertices)
 
     def move(self, x: FloatArray, model: Model, step: FloatArray) -> FloatArray:
         """Displacements of a step along the axes."""
         move = np.einsum("an,ain->ni", step, model.axes)
-        return move if self._turns else _without_rotation(x, move)
+        if self._turns:
+            return move
+        return _without_rotation(x, move)
 
     def accept(self, x: FloatArray, move: FloatArray) -> Trial:
         """The map x + move, with shorter moves of the vertices whose faces fold or gain too much energy.

@@ -168,7 +168,8 @@ class Levenberg:
             )
             self._grow(trial.folded)
             if trial.value < model.value:
-                self.damping *= _FALLS if self.at_once else 1
+                if self.at_once:
+                    self.damping *= _FALLS
                 return trial
             many = int(trial.folded.sum())
             if self.damping.min() >= _LARGEST or (

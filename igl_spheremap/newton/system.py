@@ -69,7 +69,9 @@ class VertexSystem:
         columns = np.ascontiguousarray(load.reshape(-1, 2, self.n).transpose(2, 1, 0)).reshape(
             2 * self.n, -1
         )
-        solved = factor.solve(columns if load.ndim > 2 else columns[:, 0])
+        if load.ndim == 2:
+            columns = columns[:, 0]
+        solved = factor.solve(columns)
         return np.ascontiguousarray(solved.reshape(self.n, 2, -1).transpose(2, 1, 0)).reshape(
             load.shape
         )

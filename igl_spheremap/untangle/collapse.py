@@ -94,7 +94,9 @@ class ProgressiveMesh:
     def next_batch(self, wanted: BoolArray) -> Batch | None:
         """Choose an independent set among the wanted vertices, and where each collapses to."""
         ids = self.faces()
-        spare = int(self.present.sum()) - 4 if not self.frozen.any() else len(self.x)
+        spare = len(self.x)
+        if not self.frozen.any():  # a tetrahedron is left
+            spare = int(self.present.sum()) - 4
         wanted = wanted & self.present
         if spare <= 0 or not wanted.any():
             return None
@@ -106,7 +108,9 @@ class ProgressiveMesh:
         target = self._best_targets(stars, adjacency)
         rows = np.flatnonzero(target >= 0)
         rows = rows[_edges_new_once(stars.take(rows), target[rows], len(self.x))][:spare]
-        return Batch(stars.take(rows), target[rows]) if len(rows) else None
+        if not len(rows):
+            return None
+        return Batch(stars.take(rows), target[rows])
 
     def _best_targets(self, stars: Stars, adjacency: _Adjacency) -> IntArray:
         """Where each star's centre may collapse to: the neighbour whose fan folds least, then is best shaped; or -1."""

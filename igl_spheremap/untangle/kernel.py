@@ -86,10 +86,11 @@ def stars_of(f: IntArray, chosen: BoolArray, face_ids: IntArray | None = None) -
     order = np.argsort(centre, kind="stable")
     corner, centre = corner.take(order), centre.take(order)
     face = corner // 3
+    if face_ids is not None:
+        face = face_ids[face]
     start = np.flatnonzero(np.diff(centre, prepend=-1))
-    names = face if face_ids is None else face_ids[face]
     after, before = next_corners(corner)
-    return Stars(centre.take(start), start, flat.take(after), flat.take(before), names)
+    return Stars(centre.take(start), start, flat.take(after), flat.take(before), face)
 
 
 @dataclass(frozen=True)
@@ -171,7 +172,9 @@ def centres_beside(
     offset = np.where(touching, 0.0, planes.offset)
     planes = replace(planes, offset=offset)
     z = _newton(planes, direction * 0.5 * room[:, None])
-    return planes.lift(z) if wanted is None else _towards(planes, z, wanted)
+    if wanted is None:
+        return planes.lift(z)
+    return _towards(planes, z, wanted)
 
 
 def _towards(planes: _HalfPlanes, z: FloatArray, wanted: FloatArray) -> FloatArray:

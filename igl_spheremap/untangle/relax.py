@@ -113,11 +113,13 @@ def relax_angles(
     True
     """
     columns = x.T.copy()  # so that loops run over faces, not over three coordinates
-    stars = stars_of(f, np.ones(len(x), dtype=bool) if movable is None else movable)
+    if movable is None:
+        movable = np.ones(len(x), dtype=bool)
+    stars = stars_of(f, movable)
     classes = []
     for part in map(stars.take, colour_classes(stars, len(x))):
         centre = part.vertices[part.owner]
-        corner = (f[part.faces, 1] == centre) + 2 * (f[part.faces, 2] == centre)
+        corner = (f[part.faces] == centre[:, None]).argmax(axis=1)
         classes.append((part, loss.at(3 * part.faces + corner)))
     for _ in range(sweeps):
         before = after = 0.0
