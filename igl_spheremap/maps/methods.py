@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
@@ -10,7 +9,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from ..angles.effort import Effort
 from ..angles.plan import Large, plan_repair
 from ..angles.repair import repair
 from ..descent.energies import HarmonicEnergy
@@ -32,14 +30,12 @@ from ..sphere.rows import unit_rows
 from ..start.punctured import candidate_faces, dipole_map, to_sphere
 from ..untangle.embedding import fix_orientation
 from ..untangle.local_repair import (
-    has_few_foldings,
     is_off_centre,
     repair_locally,
-    restore_gauge,
 )
 from ..verify.certificate import Certificate
-from ..verify.distortion import mean_angle_difference
 from .options import Auto, GuYau, Method, Stereographic
+from .repair_last import repair_last
 from .safeguards import Safeguards
 from .sphere_map import SphereMap
 
@@ -144,7 +140,7 @@ def lai2014(
     is_free, is_stopped = run.rounds[-1].foldings_after == 0, run.status is Status.STOPPED
     if is_free or is_stopped or options.may_fold or options.rounds == 0:
         return in_gauge(mesh, x, run, options.gauge)
-    found = _repaired(setup, x, run)
+    found = repair_last(mesh, x, run, setup.problem.energy, options.gauge)
     k, energy = found.run.rounds[-1].round, found.run.energy
     listener(Iterate(Stage.REPAIR, k, 0, found.sphere, energy))
     return found
@@ -169,42 +165,6 @@ def _blocked(last: Round) -> Iterator[str]:
             f"the map is the star map after {iterations_in(last.iterations)}: no further step lowers the energy "
             "without folding faces"
         )
-
-
-def _repaired(setup: Setup, x: FloatArray, run: Run) -> SphereMap:
-    """A minimiser in the gauge, with what still folds repaired: locally if few faces do, else as by `auto`."""
-    mesh, gauge = setup.mesh, setup.options.gauge
-    if gauge == "centred":
-        x = fix_gauge(mesh, x)
-    rounds, run, before = run.rounds, replace(run, gauge=gauge), Certificate.of(x, mesh.f)
-    began, count = time.perf_counter(), f"{before.foldings:,} of {len(mesh.f):,} faces"
-    if has_few_foldings(before, mesh.f):
-        x, certificate = repair_locally(mesh, x)
-        if gauge == "centred":
-            x, certificate = restore_gauge(mesh, x)
-        note = f"minimiser, {count} repaired"
-    else:
-        x = fix_orientation(x, mesh.f)
-        before, energy = Certificate.of(x, mesh.f), setup.problem.energy.evaluate(x)[0]
-        plan = plan_repair(mesh, x, energy, before, None, Effort())
-        operators = build_operators(mesh)
-        x, certificate, run = repair(mesh, x, before, run, plan, operators, centred=True)
-        run = replace(run, status=Status.DONE)
-        note = f"the repair made the map: {count} of the minimiser folded"
-    energy = setup.problem.energy.evaluate(x)[0]
-    record = Round(
-        round=len(rounds),
-        start="repair",
-        foldings_before=before.foldings,
-        foldings_after=certificate.foldings,
-        iterations=0,
-        energy=energy,
-        mean_angle_difference=mean_angle_difference(mesh, x),
-        status=Status.DONE,
-        seconds=time.perf_counter() - began,
-    )
-    notes, rounds = (*run.notes, note), (*rounds, record)
-    return SphereMap(mesh, x, certificate, replace(run, energy=energy, rounds=rounds, notes=notes))
 
 
 def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:

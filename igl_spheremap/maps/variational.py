@@ -19,12 +19,14 @@ from ..mesh.check import Mesh, check_mesh
 from ..paper.algorithm_1 import cayley_bb
 from ..paper.settings import PaperGauge
 from ..result.method import Method
-from ..result.run import History, Listener, Run, Stage
+from ..result.run import History, Listener, Round, Run, Stage, Status
 from ..sphere.moebius import best_rotation, moebius
 from ..sphere.rows import unit_rows
 from ..timings import timed
+from ..verify.signs import folded_faces
 from .methods import auto, check_start, in_gauge
 from .options import Auto
+from .repair_last import repair_last
 from .safeguards import Confined
 from .sphere_map import SphereMap
 
@@ -176,7 +178,7 @@ def fidelity_map(
         others, such as of curves: then the map stays Moebius-centred on the source's area, for the discrete harmonic
         energy falls where a Moebius map crowds the mesh into a point. Neither turns the map.
     may_fold : bool
-        Take steps that fold faces, too. By default a start without foldings is kept free of them.
+        Leave what the minimiser folds. By default it is repaired, by moves of the vertices around.
     sobolev_gradient_tolerance : float
         Norm of the gradient at which the run ends, 1e-3 by default, both taken in the metric of smooth fields: it is
         not an L2 norm as the ``gradient_tolerance`` of other methods, which single vertices would dominate.
@@ -301,9 +303,9 @@ def landmark_map(
         Start; rows are scaled to unit length. By default the conformal map, moved by the Moebius map that
         brings the landmarks closest.
     may_fold : bool
-        Take steps that fold faces, too: the map then folds near landmarks, since a point has zero capacity in the
-        plane, and the energy is lowest where a thin spike of the surface reaches the target. By default a start without
-        foldings is kept free of them.
+        Leave what the minimiser folds. It folds near landmarks, since a point has zero capacity in the plane, and the
+        energy is lowest where a thin spike of the surface reaches the target. By default it is repaired, by moves of
+        the vertices around, landmarks among them.
     sobolev_gradient_tolerance, max_iterations, plateau, caps
         As of `fidelity_map`.
     listener : callable, optional
@@ -427,21 +429,34 @@ def descend(
     gauge: PaperGauge,
     history: History,
 ) -> SphereMap:
-    """Minimise a problem's energy by Algorithm 1, with the safeguards."""
-    hooks = Confined(mesh, problem, options.may_fold)
-    last, record = minimize_round(
-        mesh,
-        name,
-        x,
-        cayley_bb(problem, x, hooks),
-        Stage.ALGORITHM_1,
-        tolerance=tolerance,
-        max_iterations=options.max_iterations,
-        plateau=options.plateau,
-        listener=history,
-    )
-    energy = HarmonicEnergy.of(mesh).evaluate(last.x)[0]
-    found = in_gauge(mesh, last.x, Run(record.status, energy, rounds=(record,)), gauge)
+    """Minimise a problem's energy by Algorithm 1, and repair what then folds, unless it may.
+
+    Where the map has shrunk to a point, the run begins again, and no step may fold.
+    """
+    rounds: list[Round] = []
+    for may_fold in (True, False):
+        last, record = minimize_round(
+            mesh,
+            name,
+            x,
+            cayley_bb(problem, x, Confined(mesh, problem, may_fold)),
+            Stage.ALGORITHM_1,
+            round=len(rounds),
+            tolerance=tolerance,
+            max_iterations=options.max_iterations,
+            plateau=options.plateau,
+            listener=history,
+        )
+        rounds.append(record)
+        if options.may_fold or record.status is not Status.COLLAPSED:
+            break
+    y, energy = problem.centred(last.x), HarmonicEnergy.of(mesh)
+    run = Run(record.status, energy.evaluate(y)[0], rounds=tuple(rounds))
+    is_free, is_stopped = not folded_faces(y, mesh.f).any(), record.status is Status.STOPPED
+    if is_free or is_stopped or options.may_fold:
+        found = in_gauge(mesh, y, run, gauge)
+    else:
+        found = repair_last(mesh, y, run, energy, gauge, keeps_its_place=True)
     return replace(found, run=history.complete(found.run, options.name, options.settings()))
 
 

@@ -67,6 +67,23 @@ def test_foldings_of_strong_landmarks_are_reported_and_avoided_by_default():
     assert np.linalg.norm(injective.sphere[CHOSEN] - y, axis=1).mean() < 0.5 * start.mean()
 
 
+def test_landmarks_are_met_on_a_body_with_limbs_too():
+    """A face of a limb is thin: it would fold on the way, which must not hold up the landmarks."""
+    v, f = ism.samples.make("dino", n_vertices=1500)
+    chosen = np.linspace(0, len(v) - 1, 40).astype(int)
+    places = ism.spherical_conformal_map(v, f).sphere[chosen]
+    y = unit_rows(places + 0.2 * np.random.default_rng(1).normal(size=places.shape))
+
+    def miss(iterations):
+        result = ism.landmark_map(
+            v, f, chosen, y, landmark_weights=100.0, max_iterations=iterations
+        )
+        assert result.certificate.folding_free
+        return np.linalg.norm(result.sphere[chosen] - y, axis=1).mean()
+
+    assert miss(300) < 0.5 * miss(0)
+
+
 def test_a_turned_problem_has_a_turned_answer():
     """Rounding sends the two descents apart: they meet at the minimum, as near to it as the tolerance asks for."""
     x = ism.spherical_conformal_map(V, F).sphere
