@@ -31,7 +31,6 @@ from ..start.punctured import candidate_faces, dipole_map, to_sphere
 from ..untangle.embedding import fix_orientation
 from ..untangle.local_repair import (
     is_off_centre,
-    repair_locally,
 )
 from ..verify.certificate import Certificate
 from .options import Auto, GuYau, Method, Stereographic
