@@ -106,24 +106,31 @@ def _remarks(mesh: Mesh, x: FloatArray, run: Run) -> Iterator[str]:
 
 
 def _far_from_conformal(mesh: Mesh, x: FloatArray) -> Iterator[str]:
-    """A note on a map that is far from conformal on a mesh with thin faces.
+    """A note on a map that is far from conformal on a mesh with thin faces."""
+    difference = np.degrees(corner_angles(x, mesh.f) - mesh.angles)
+    off = _angles_off(mesh, difference)
+    thin = np.degrees(mesh.angles.min(axis=1)) < _THIN
+    if off is not None and thin.any():
+        size = np.where(thin, np.abs(difference).sum(axis=1), -1.0)
+        x0, y0, z0 = mesh.v[mesh.f[size.argmax()]].mean(axis=0)
+        yield (
+            f"{off}: {thin.sum():,} of {len(mesh.f):,} faces have an angle below {_THIN:g} degree, the worst around "
+            f"({x0:.3g}, {y0:.3g}, {z0:.3g}); remesh the surface to even faces, and it maps nearer"
+        )
+
+
+def _angles_off(mesh: Mesh, difference: FloatArray) -> str | None:
+    """How far a map is from conformal, by its differences in degrees; None if it is not far.
 
     The sum of the differences at a vertex is its curvature less that of its image: no map can lower it where faces are
     small on the sphere, so that it says how much the mesh itself explains.
     """
-    difference = np.degrees(corner_angles(x, mesh.f) - mesh.angles)
-    at_vertices = np.bincount(mesh.f.ravel(), difference.ravel(), len(x))
+    at_vertices = np.bincount(mesh.f.ravel(), difference.ravel(), len(mesh.v))
     mean = np.abs(difference).mean()
     explained = np.abs(at_vertices).sum() / difference.size
-    thin = np.degrees(mesh.angles.min(axis=1)) < _THIN
-    if mean - explained > _FAR and thin.any():
-        size = np.where(thin, np.abs(difference).sum(axis=1), -1.0)
-        x0, y0, z0 = mesh.v[mesh.f[size.argmax()]].mean(axis=0)
-        yield (
-            f"angles are {mean:.3g} degrees off in the mean, of which the mesh's corners explain {explained:.2g}: "
-            f"{thin.sum():,} of {len(mesh.f):,} faces have an angle below {_THIN:g} degree, the worst around "
-            f"({x0:.3g}, {y0:.3g}, {z0:.3g}); remesh the surface to even faces, and it maps nearer"
-        )
+    if mean - explained <= _FAR:
+        return None
+    return f"angles are {mean:.3g} degrees off in the mean, of which the mesh's corners explain {explained:.2g}"
 
 
 def lai2014(
@@ -135,14 +142,30 @@ def lai2014(
     """The paper: Algorithm 2 around Algorithm 1, from the Gauss map or another start."""
     setup, first = paper_setup(mesh, options, listener, start)
     x, run = algorithm_2(setup, first)
-    run = replace(run, notes=(*run.notes, *_blocked(run.rounds[-1])))
-    is_free, is_stopped = run.rounds[-1].foldings_after == 0, run.status is Status.STOPPED
+    last = run.rounds[-1]
+    is_free, is_stopped = last.foldings_after == 0, run.status is Status.STOPPED
     if is_free or is_stopped or options.may_fold or options.rounds == 0:
-        return in_gauge(mesh, x, run, options.gauge)
-    found = repair_last(mesh, x, run, setup.problem.energy, options.gauge)
-    k, energy = found.run.rounds[-1].round, found.run.energy
-    listener(Iterate(Stage.REPAIR, k, 0, found.sphere, energy))
-    return found
+        found = in_gauge(mesh, x, run, options.gauge)
+    else:
+        found = repair_last(mesh, x, run, setup.problem.energy, options.gauge)
+        k, energy = found.run.rounds[-1].round, found.run.energy
+        listener(Iterate(Stage.REPAIR, k, 0, found.sphere, energy))
+    if options.may_fold or is_stopped:
+        return found
+    notes = (*found.run.notes, *_shortcomings(mesh, found.sphere, last))
+    return replace(found, run=replace(found.run, notes=notes))
+
+
+def _shortcomings(mesh: Mesh, x: FloatArray, last: Round) -> Iterator[str]:
+    """Notes on a correction that found no further step, and on a map that is far from conformal."""
+    if last.start == Stage.STAR_MAP and last.status is Status.STALLED:
+        yield (
+            f"the map is the star map after {iterations_in(last.iterations)}: no further step lowers the energy "
+            "without folding faces"
+        )
+    off = _angles_off(mesh, np.degrees(corner_angles(x, mesh.f) - mesh.angles))
+    if off is not None:
+        yield f"{off}; the default method may map it nearer"
 
 
 def paper_setup(
@@ -155,15 +178,6 @@ def paper_setup(
     if start is None:
         return setup, setup.gauss_map()
     return setup, setup.start(Stage.GIVEN_MAP, check_start(start, len(mesh.v)))
-
-
-def _blocked(last: Round) -> Iterator[str]:
-    """A note on a correction that found no further step."""
-    if last.start == Stage.STAR_MAP and last.status is Status.STALLED:
-        yield (
-            f"the map is the star map after {iterations_in(last.iterations)}: no further step lowers the energy "
-            "without folding faces"
-        )
 
 
 def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
