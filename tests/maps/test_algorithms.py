@@ -71,3 +71,16 @@ def test_any_directions_are_taken_as_a_start_but_nothing_else():
             ism.algorithm_1(V, F, start=bad)
     with pytest.raises(ism.MeshError, match="rows"):
         ism.algorithm_1(V, F, start=X[1:])
+
+
+def test_a_correction_that_hardly_moved_and_a_map_far_from_conformal_are_noted():
+    v, f = ism.samples.make("dumbbell", n_vertices=300)
+    result = ism.algorithm_2(v, f)
+    assert result.certificate.folding_free
+    mean = np.abs(result.angle_differences()).mean()
+    assert mean > 2 * np.abs(ism.spherical_conformal_map(v, f).angle_differences()).mean()
+    last = result.rounds[-1]
+    assert (last.start, last.status) == ("star map", ism.Status.STALLED)
+    notes = " ".join(result.notes)
+    assert f"the map is the star map after {last.iterations} iterations" in notes
+    assert f"angles are {mean:.3g} degrees off in the mean" in notes
