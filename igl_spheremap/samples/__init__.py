@@ -99,6 +99,9 @@ def make(name: str, **parameters: Any) -> Arrays:
     2
     """
     if name not in _SHAPES:
+        first, comma, _ = name.partition(",")
+        if comma and first in _SHAPES:
+            raise ValueError(f"parameters follow a colon: {first}:{name[len(first) + 1 :]}")
         raise ValueError(f"no sample is called {name!r}; there are: {', '.join(names())}")
     shape = __getattr__(name)
     known = inspect.signature(shape).parameters

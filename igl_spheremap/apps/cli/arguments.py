@@ -185,7 +185,7 @@ def pictures(size: tuple[int, int] = SIZE, shown_by: str | None = None) -> tuple
         UP,
         argument(
             "--size",
-            ("W", "H"),
+            ("WIDTH", "HEIGHT"),
             "of the window or picture, pixels",
             type=_SIDE,
             nargs=2,

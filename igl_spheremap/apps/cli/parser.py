@@ -1,12 +1,13 @@
 """The parser of command lines, made from the table of commands. A wrong line is refused at once."""
 
 import sys
-from argparse import Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter
-from collections.abc import Collection, Iterable
+from argparse import Action, ArgumentError, ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Collection, Iterable, Iterator
 from typing import Any, NoReturn
 
 from ... import samples
 from ..._version import __version__
+from ...errors import import_optional
 from ...io.formats import FORMATS
 from .arguments import check_companions
 from .exits import UsageError, status_help
@@ -27,9 +28,20 @@ class _ByGroup(RawDescriptionHelpFormatter):
         return "".join(lines)
 
 
+class _Completion(Action):
+    """Print what completes command lines in a shell."""
+
+    def __call__(self, parser: ArgumentParser, _: Namespace, shell: Any, *__: Any) -> None:
+        shtab = import_optional("shtab", "completion")
+        if shell not in shtab.SUPPORTED_SHELLS:
+            parser.error(f"shtab knows no {shell}; give one of {', '.join(shtab.SUPPORTED_SHELLS)}")
+        parser._print_message(shtab.complete(build_parser(), shell), sys.stdout)
+        parser.exit()
+
+
 _COMMANDS = [command.name for command in COMMANDS]
 #: Flags that stand before a command.
-_GENERAL = ["--help", "--version", "-h"]
+_GENERAL = ["--help", "--version", "-h", "--completion"]
 #: What other programs call OUT.
 _OUT = ("-o", "--out", "--output")
 
@@ -111,6 +123,23 @@ class _Parser(ArgumentParser):
         check_companions(args)
         return args
 
+    def _check_value(self, action: Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            names = [str(choice) for choice in action.choices]
+            hint = f"; choose from {', '.join(names)}"
+            if near := _near(str(value), names):
+                hint = _meant(near)
+            raise ArgumentError(action, f"there is no {value}{hint}")
+
+    def _match_argument(self, action: Action, pattern: str) -> int:
+        try:
+            return super()._match_argument(action, pattern)
+        except ArgumentError:
+            if not action.option_strings:
+                raise
+            wanted = self._get_formatter()._format_args(action, str(action.dest).upper())
+            raise ArgumentError(action, f"it takes {wanted}") from None
+
     # argparse's own hides OSErrors
     def _print_message(self, message: str, file: Any = None) -> None:
         if file is None:
@@ -136,6 +165,13 @@ def build_parser(words: Collection[str] | None = None) -> _Parser:
         formatter_class=_ByGroup,
     )
     parser.add_argument("--version", action="version", version=f"igl-spheremap {__version__}")
+    parser.add_argument(
+        "--completion",
+        action=_Completion,
+        metavar="SHELL",
+        help="print what completes command lines in bash, zsh, tcsh or fish: put it where your shell reads it; "
+        "needs `pip install shtab`",
+    )
     subparsers = parser.add_subparsers(
         title="commands", dest="command", metavar="COMMAND", required=True, parser_class=_Parser
     )
@@ -143,8 +179,8 @@ def build_parser(words: Collection[str] | None = None) -> _Parser:
         subparser = subparsers.add_parser(
             command.name,
             help=command.purpose[0].lower() + command.purpose[1:].rstrip("."),
-            description=command.purpose,
-            epilog=f"{_examples(command.examples)}\n{status_help()}",
+            description=f"{command.purpose}\n\n{_examples(command.examples)}",
+            epilog=status_help(),
             formatter_class=RawDescriptionHelpFormatter,
         )
         subparser.set_defaults(row=command)
@@ -153,7 +189,15 @@ def build_parser(words: Collection[str] | None = None) -> _Parser:
         for names, options in command.arguments:
             own = {name: value for name, value in options.items() if name != "goes_with"}
             subparser.add_argument(*names, **own)
+        subparser.usage = f"%(prog)s [options] {' '.join(_placed(subparser))}"
     return parser
+
+
+def _placed(parser: ArgumentParser) -> Iterator[str]:
+    """The names of a command line, as its usage shows them."""
+    formatter = parser._get_formatter()
+    for action in parser._get_positional_actions():
+        yield formatter._format_args(action, str(action.dest))
 
 
 def _examples(lines: Iterable[str]) -> str:

@@ -10,6 +10,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 from shell import SAMPLE, one_line
@@ -94,6 +95,13 @@ def test_sigterm_ends_a_command_as_ctrl_c_does(tmp_path, monkeypatch, capsys):
         (["info", SAMPLE, "more"], "it takes fewer names: put one with spaces in quotes"),
         (["--verison"], "no flag '--verison'; did you mean --version?"),
         (["sample:bunny", "a.obj"], "did you mean map sample:bunny OUT?"),
+        (
+            ["map", SAMPLE, "a.obj", "--method", "laii2014"],
+            "there is no laii2014; did you mean lai2014?",
+        ),
+        (["map", SAMPLE, "a.obj", "--json"], "argument --json: it takes FILE"),
+        (["view", SAMPLE, "--size", "800"], "argument --size: it takes WIDTH HEIGHT"),
+        (["map", "sample:dino,n_vertices=100", "a.obj"], "a colon: dino:n_vertices=100"),
         (["map", SAMPLE, "--output", "a.obj", "b.obj"], "OUT is the second name of a line"),
     ],
 )
@@ -119,6 +127,31 @@ def test_a_wrong_word_is_answered_by_the_one_that_may_be_meant(words, meant, cap
 def test_a_flag_that_would_be_ignored_is_refused(words, said, capsys):
     assert main(words.split()) == 64
     assert said in one_line(capsys)
+
+
+def test_completion_is_what_shtab_makes_of_the_whole_parser(monkeypatch, capsys):
+    def complete(parser, shell):
+        return f"{shell}: {parser.format_help()}"
+
+    monkeypatch.setitem(
+        sys.modules, "shtab", SimpleNamespace(complete=complete, SUPPORTED_SHELLS=["bash"])
+    )
+    assert main(["--completion", "bash"]) == 0
+    assert capsys.readouterr().out == f"bash: {build_parser().format_help()}"
+    assert main(["--completion", "cmd"]) == 64
+    assert "give one of bash" in one_line(capsys)
+    monkeypatch.setitem(sys.modules, "shtab", None)
+    assert main(["--completion", "bash"]) == 74
+    assert "pip install shtab" in one_line(capsys)
+
+
+@pytest.mark.parametrize("command", [row.name for row in COMMANDS])
+def test_help_begins_with_the_names_the_purpose_and_an_example(command, capsys):
+    (row,) = (row for row in COMMANDS if row.name == command)
+    assert main([command, "--help"]) == 0
+    usage, _, purpose, _, title, example, *_ = capsys.readouterr().out.splitlines()
+    assert usage.startswith(f"usage: igl-spheremap {command} [options]")
+    assert (purpose, title, example.strip()) == (row.purpose, "examples:", row.examples[0])
 
 
 def test_without_words_the_help_is_printed(capsys):
@@ -261,7 +294,7 @@ def test_help_lists_what_there_is(capsys):
         assert f" {entry.suffixes[0]} " in text or entry.name == "FreeSurfer"
         assert f" {entry.suffixes[0].lstrip('.')}" in formats
     assert main(["info", "-", "--format", "docx"]) == 64
-    assert "invalid choice: 'docx'" in capsys.readouterr().err
+    assert "there is no docx" in capsys.readouterr().err
 
 
 def test_a_command_imports_no_other(tmp_path):
