@@ -6,7 +6,8 @@ import io
 import os
 import platform
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from html import escape
 from importlib import metadata
 from pathlib import Path
@@ -15,23 +16,13 @@ from typing import Any
 import numpy as np
 
 from .._version import __version__
-from ..draw.markup import (
-    MOST_FACES,
-    View,
-    check_own_page,
-    made_by,
-    page,
-    page_file,
-    picture,
-    scene,
-    small_png,
-    table,
-)
+from ..draw.markup import MOST_FACES, View, picture, scene, small_png, table, top
 from ..draw.palette import ANGLES, AREAS, FOLDED, fitting
 from ..draw.plot import fit, pose
 from ..draw.run import plot_run
 from ..errors import DisplayError, import_optional
-from ..io.replacing import make_folder, replacing
+from ..io.pages import page_file, write_page
+from ..io.replacing import make_folder
 from ..maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
@@ -78,29 +69,31 @@ def write_report(
     ...     write_report(folder, result, recording, source="spheroid").name
     'report.html'
     """
-    mesh = result.mesh
-    return _write_page(
+    mesh, folded = result.mesh, _began_folded(recording)
+    rounds, heading = [], "<h2>The map</h2>"
+    if result.rounds:
+        rounds = ["<h2>Rounds</h2>" + table(round_rows(result), ROUNDS)]
+    if folded:
+        heading = "<h2>Before and after</h2>"
+    curves = plot_run(
+        recording.history,
+        recording.foldings,
+        result.angle_differences(),
+        result.log_area_ratios(),
+    )
+    return _write_report(
         place,
         f"{source} on the sphere",
         result.certificate,
         command,
-        [
-            table(result_rows(result, map_findings(result))[1:]),
-            "<h2>Rounds</h2>" + table(round_rows(result), ROUNDS) if result.rounds else "",
-            "<h2>Before and after</h2>" if _began_folded(recording) else "<h2>The map</h2>",
-            _scene(mesh, result.sphere, _began_folded(recording), up),
-            "<h2>Pictures</h2>",
-            *_pictures(mesh, result.sphere, recording, up),
-            "<h2>Curves</h2>",
-            _svg(
-                plot_run(
-                    recording.history,
-                    recording.foldings,
-                    result.angle_differences(),
-                    result.log_area_ratios(),
-                )
-            ),
-        ],
+        table(result_rows(result, map_findings(result))[1:]),
+        *rounds,
+        heading,
+        _scene(mesh, result.sphere, folded, up),
+        "<h2>Pictures</h2>",
+        *_drawn(_pictures(mesh, result.sphere, recording, up)),
+        "<h2>Curves</h2>",
+        _svg(curves),
     )
 
 
@@ -113,57 +106,46 @@ def write_plane_report(
     up: str = "auto",
 ) -> Path:
     """`write_report` of a map to the plane."""
-    disk = result.mesh
-    return _write_page(
+
+    def draw(path: Path) -> None:
+        present(lambda: plane_view(source, result.mesh, result.plane, up), path, size=_SIZE)
+
+    caption = (
+        "A checkerboard of the plane, carried to the surface: squares stay squares where angles do."
+    )
+    return _write_report(
         place,
         f"{source} in the plane",
         result.certificate,
         command,
-        [
-            table(result_rows(result, plane_findings(result))[1:]),
-            "<h2>The map</h2>",
-            _plane_scene(result, up),
-            "<h2>Pictures</h2>",
-            *_drawn(
-                [
-                    lambda path: present(
-                        lambda: plane_view(source, disk, result.plane, up), path, size=_SIZE
-                    )
-                ],
-                [
-                    "A checkerboard of the plane, carried to the surface: squares stay squares where angles do."
-                ],
-            ),
-            "<h2>Angles and areas</h2>",
-            _svg(result.plot()),
-        ],
+        table(result_rows(result, plane_findings(result))[1:]),
+        "<h2>The map</h2>",
+        _plane_scene(result, up),
+        "<h2>Pictures</h2>",
+        *_drawn([(caption, draw)]),
+        "<h2>Angles and areas</h2>",
+        _svg(result.plot()),
     )
 
 
-def _write_page(
-    place: str | os.PathLike[str],
-    title: str,
-    certificate: Certificate,
-    command: str,
-    parts: list[str],
+def _write_report(
+    place: str | os.PathLike[str], title: str, certificate: Certificate, command: str, *parts: str
 ) -> Path:
+    """Write a page with a verdict, these parts, and the versions of what made it; return its path."""
     verdict = "folded"
     if certificate.folding_free:
         verdict = "free"
-    body = [
-        f"<h1>{escape(title)}</h1>",
-        made_by(command),
+    path = page_file(place, "report.html")
+    make_folder(path.parent)
+    write_page(
+        path,
+        title,
+        top(title, command),
         f'<p class="verdict {verdict}">{escape(str(certificate))}</p>',
         *parts,
         "<h2>Versions</h2>",
         table(_versions()),
-    ]
-    path = page_file(place, "report.html")
-    make_folder(path.parent)
-    html = page(title, "\n".join(filter(None, body)))
-    check_own_page(path)
-    with replacing(path, force=True) as partial:
-        partial.write_text(html, encoding="utf-8", errors="backslashreplace")
+    )
     return path
 
 
@@ -198,64 +180,49 @@ def _scene(mesh: Mesh, sphere: FloatArray, before: bool, up: str) -> str:
     """Surface and result, to be turned, and between them the Gauss map if the run removed its foldings."""
     if len(mesh.f) > MOST_FACES:
         return _TOO_LARGE.format(len(mesh.f))
-    turn = pose(mesh.unit, up)
-    gauss = vertex_normals(mesh.unit, mesh.f)
-    maps = []
+    turn, maps, by = pose(mesh.unit, up), [("Result", sphere)], "folded"
     if before:
-        maps.append(("Gauss map", gauss, colouring(mesh, gauss, SUBJECTS[0])))
-    maps.append(("Result", sphere, colouring(mesh, sphere, SUBJECTS[0])))
-    by = "folded by the Gauss map" if before else "folded"
-    views = [
-        View(
-            "Surface",
-            fit(mesh.unit, turn),
-            maps[0][2].colours,
-            maps[0][2].folded,
-            (f"{by}; same colour: same place", FOLDED),
-        )
-    ]
-    for name, x, colours in maps:
+        maps.insert(0, ("Gauss map", vertex_normals(mesh.unit, mesh.f)))
+        by = "folded by the Gauss map"
+    coloured = [(name, x, colouring(mesh, x, SUBJECTS[0])) for name, x in maps]
+    legend, first = (f"{by}; same colour: same place", FOLDED), coloured[0][2]
+    views = [View("Surface", fit(mesh.unit, turn), first.colours, first.folded, legend)]
+    for name, x, colours in coloured:
+        caption = f"{name}: {count_foldings(len(colours.folded))}"
         views.append(
-            View(
-                f"{name}: {count_foldings(len(colours.folded))}",
-                x @ turn.T,
-                colours.colours,
-                colours.folded,
-                sphere=True,
-                image=True,
-            )
+            View(caption, x @ turn.T, colours.colours, colours.folded, sphere=True, image=True)
         )
     return f"{scene(mesh.f, views)}<p>{_TURN} {_MARKS}</p>"
 
 
-def _pictures(mesh: Mesh, sphere: FloatArray, recording: Recording, up: str) -> list[str]:
-    """The last iterate with foldings, and the result in the colours of each subject: what the scene does not show."""
-    in_scene = len(mesh.f) <= MOST_FACES
-    shots = [
-        ("Result", sphere, subject)
-        for subject in SUBJECTS
-        if not (in_scene and subject == SUBJECTS[0])
-    ]
+def _pictures(
+    mesh: Mesh, sphere: FloatArray, recording: Recording, up: str
+) -> Iterator[tuple[str, Callable[[Path], object]]]:
+    """The last iterate with foldings, and the result in the colours of each subject: what the scene does not show.
+
+    Each is a caption, and a function that draws it to a path.
+    """
+
+    def shot(title: str, x: FloatArray, subject: str) -> tuple[str, Callable[[Path], object]]:
+        draw = partial(picture_of, mesh, {title: x}, subject=subject, up=up, size=_SIZE)
+        return f"{title}. {_CAPTIONS[subject]}", draw
+
+    shown = len(mesh.f) <= MOST_FACES
     folded = [frame.iterate for frame in recording.frames if frame.foldings]
+    if not shown and _began_folded(recording):
+        yield shot("Gauss map", vertex_normals(mesh.unit, mesh.f), SUBJECTS[0])
     if folded and folded[-1].stage is not Stage.GAUSS_MAP:
-        shots.insert(0, (f"Last with foldings: {title_of(folded[-1])}", folded[-1].x, SUBJECTS[0]))
-    if not in_scene and _began_folded(recording):
-        shots.insert(0, ("Gauss map", vertex_normals(mesh.unit, mesh.f), SUBJECTS[0]))
-
-    def draw(x: FloatArray, title: str, subject: str) -> Callable[[Path], object]:
-        return lambda path: picture_of(mesh, {title: x}, path, subject=subject, up=up, size=_SIZE)
-
-    return _drawn(
-        [draw(x, title, subject) for title, x, subject in shots],
-        [f"{title}. {_CAPTIONS[subject]}" for title, _, subject in shots],
-    )
+        yield shot(f"Last with foldings: {title_of(folded[-1])}", folded[-1].x, SUBJECTS[0])
+    for subject in SUBJECTS:
+        if not shown or subject != SUBJECTS[0]:
+            yield shot("Result", sphere, subject)
 
 
-def _drawn(draws: Iterable[Callable[[Path], object]], captions: Iterable[str]) -> list[str]:
-    """Pictures that functions of a path draw, or why there are none."""
+def _drawn(pictures: Iterable[tuple[str, Callable[[Path], object]]]) -> list[str]:
+    """Pictures, each of a caption and what draws it to a path, or why there are none."""
     found = []
     try:
-        for draw, caption in zip(draws, captions, strict=True):
+        for caption, draw in pictures:
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder) / "picture.png"
                 draw(path)

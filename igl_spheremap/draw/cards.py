@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from html import escape
@@ -15,9 +16,6 @@ import numpy as np
 from ..mesh.arrays import FloatArray
 from .markup import legend
 from .palette import Colour, Ramp
-
-_BADGES = 3  # reasons on a card; its page has all
-_BINS = 30  # of a histogram
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +31,10 @@ class Card:
         page.
     name, text : str
         What stands on the card.
-    caption, command : str
-        What the picture shows, and how to look closer.
+    caption : str
+        What the picture shows.
+    words : sequence of str
+        The command by which a person looks closer, without the program's name.
     picture : str
         The picture's address; empty if there is none.
     reasons : sequence of str
@@ -48,28 +48,49 @@ class Card:
     name: str
     text: str
     caption: str
-    command: str
+    words: Sequence[str]
     picture: str = ""
     reasons: Sequence[str] = ()
     good: bool = True
 
 
-def card_sheet(
-    cards: Sequence[Card], figures: Mapping[str, str], legends: Iterable[Ramp | tuple[str, Colour]]
+def card_section(
+    cards: Sequence[Card],
+    nouns: str,
+    said: str,
+    plots: Iterable[str],
+    figures: Mapping[str, str],
+    legends: Iterable[Ramp | tuple[str, Colour]],
 ) -> str:
-    """Cards in their order, with what sorts, filters and exports them; figures are what to sort by, with labels."""
+    """A section of cards: what they are, histograms of their figures, what is said of them, and the cards."""
+    return (
+        f'<h2>{nouns.capitalize()}</h2>\n<div class="plots">{"".join(plots)}</div>\n<p>{said}</p>\n'
+        f"{card_sheet(cards, figures, legends)}"
+    )
+
+
+def card_sheet(
+    cards: Sequence[Card],
+    figures: Mapping[str, str],
+    legends: Iterable[Ramp | tuple[str, Colour]],
+    badges: int = 3,
+) -> str:
+    """Cards in their order, with what sorts, filters and exports them; figures are what to sort by, with labels.
+
+    A card has so many badges, each a reason; its page has all.
+    """
     entries = []
     for rank, card in enumerate(cards):
-        row = {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in card.row.items()
-        }
-        more = []
-        if len(card.reasons) > _BADGES:
-            more.append(f"and {len(card.reasons) - _BADGES} more")
-        entries.append(
-            asdict(card) | {"rank": rank, "row": row, "badges": [*card.reasons[:_BADGES], *more]}
-        )
+        row = dict(card.row)
+        for name, value in row.items():
+            if isinstance(value, float) and not math.isfinite(value):
+                row[name] = None
+        reasons = list(card.reasons[:badges])
+        if len(card.reasons) > badges:
+            reasons.append(f"and {len(card.reasons) - badges} more")
+        entry = asdict(card) | {"rank": rank, "row": row, "badges": reasons}
+        entry["command"] = shlex.join(("igl-spheremap", *entry.pop("words")))
+        entries.append(entry)
     sorts = "".join(
         f'<option value="{key}">{escape(label)}</option>'
         for key, label in {"rank": "worst first", "source": "name", **figures}.items()
@@ -100,7 +121,13 @@ def card_sheet(
 
 
 def histogram(
-    name: str, label: str, values: FloatArray, limit: float, axis: str, nouns: str
+    name: str,
+    label: str,
+    values: FloatArray,
+    nouns: str,
+    limit: float = math.inf,
+    axis: str = "",
+    bins: int = 30,
 ) -> str:
     """Bars of cards by a figure, those above the limit in one of their own; a sentence where all are equal.
 
@@ -117,7 +144,7 @@ def histogram(
     ends = float(values.min()), min(limit, float(values.max()))
     if ends[0] == ends[1]:
         ends = ends[0] - 0.5, ends[1] + 0.5
-    counts, edges = np.histogram(values, bins=_BINS, range=ends)
+    counts, edges = np.histogram(values, bins=bins, range=ends)
     edges[-1] = np.nextafter(edges[-1], math.inf)  # the last bar has its upper end
     bars = [
         *zip(counts.tolist(), edges[:-1].tolist(), edges[1:].tolist(), strict=True),
@@ -128,13 +155,17 @@ def histogram(
         kind, end, said = "bar", repr(high), f"{count} from {low:.3g} to {high:.3g}"
         if high == math.inf:
             kind, end, said = "bar outliers", "", f"{count} above {low:.3g}"
+        disabled = ""
+        if not count:
+            disabled = " disabled"
         drawn.append(
             f'<button type="button" class="{kind}" data-figure="{name}" data-low="{low!r}" data-high="{end}" '
-            f'data-said="{label} {said}" title="{said}" style="--share: {count / most:.1%}"'
-            f"{' disabled' * (not count)}></button>"
+            f'data-said="{label} {said}" title="{said}" style="--share: {count / most:.1%}"{disabled}></button>'
         )
     caption = f"{label}: median {np.median(values):.3g}, largest {values.max():.3g}"
-    counted = f"{most} {nouns if most > 1 else nouns.removesuffix('s')}"
+    counted = f"{most} {nouns}"
+    if most == 1:
+        counted = f"1 {nouns.removesuffix('s')}"
     return (
         f'<figure class="histogram"><small>{escape(counted)}</small><div class="bars">{"".join(drawn)}</div>'
         f"<small><span>{edges[0]:.3g}</span><span>{escape(axis)}</span><span>{edges[-1]:.3g}</span></small>"

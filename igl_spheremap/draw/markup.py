@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import io
 import json
-import os
 import struct
 import zlib
 from collections.abc import Iterable, Sequence
@@ -14,12 +13,13 @@ from datetime import datetime, timezone
 from html import escape
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._version import __version__
-from ..errors import FileError, import_optional
+from ..errors import import_optional
 from ..mesh.arrays import FloatArray, IntArray
 from .folds import ABOVE, NEARER, SEEN, Marks
 from .palette import FOLDED, Colour, Ramp
@@ -86,44 +86,24 @@ def small_png(path: Path) -> bytes:
     return stream.getvalue()
 
 
-def page(title: str, body: str) -> str:
-    """A whole page around a body; it needs no other file and no network."""
+#: How every page begins; a page that somebody wrote may quote it further down.
+BEGIN = "<!DOCTYPE html>\n<!-- igl_spheremap -->\n"
+
+
+def page(title: str, *parts: str) -> str:
+    """A whole page of parts, of which empty ones are left out; it needs no network."""
     style = files(__package__).joinpath("page.css").read_text(encoding="utf-8")
+    body = "\n".join(filter(None, parts))
     return (
-        f'{_BEGIN}<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'{BEGIN}<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{escape(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
     )
 
 
-def check_own_page(path: Path) -> None:
-    """Raise a FileError if there is a file that is not a page of an earlier report."""
-    begin = _BEGIN.encode()
-    if path.is_file():
-        with path.open("rb") as file:
-            if file.read(len(begin)) == begin:
-                return
-    if path.exists():
-        raise FileError(
-            f"{path} is not a page of an earlier report, and is kept; give another place for the report"
-        )
-
-
-def page_file(place: str | os.PathLike[str], name: str) -> Path:
-    """The file of a page: `place` if it ends in .html, else `name` in that folder. A ValueError names other endings.
-
-    >>> page_file("a/bunny.html", "report.html").name, page_file("a", "report.html").name
-    ('bunny.html', 'report.html')
-    """
-    path = Path(place)
-    if path.suffix.lower() == ".html" and not path.is_dir():
-        return path
-    folder = path.is_dir() or str(place).endswith(("/", os.sep)) or not path.suffix
-    if not folder or path.is_file():
-        raise ValueError(
-            f"{place}: give a file that ends in .html, or a folder, whose name has no ending or ends in /"
-        )
-    return path / name
+def top(heading: str, command: str) -> str:
+    """The heading of a page, and what made it."""
+    return f"<h1>{escape(heading)}</h1>\n{made_by(command)}"
 
 
 def made_by(command: str) -> str:
@@ -139,11 +119,8 @@ def legend(shown: Ramp | tuple[str, Colour]) -> str:
     if not isinstance(shown, Ramp):
         label, colour = shown
         return f'<p class="legend"><span class="swatch" style="background: {_css(colour)}"></span> {escape(label)}</p>'
-    (low, high), stops = (
-        map(escape, shown.ends),
-        ", ".join(_css(colour) for colour in shown.stops.tolist()),
-    )
-    label = escape(shown.label)
+    low, high, label = map(escape, (*shown.ends, shown.label))
+    stops = ", ".join(map(_css, shown.stops.tolist()))
     return (
         f'<p class="legend" title="{label}">{low} <span class="bar" style="background: linear-gradient(to right, '
         f'{stops})"></span> {high}<br>{label}</p>'
@@ -156,9 +133,6 @@ def _css(colour: Iterable[float]) -> str:
 
 #: More faces than this would make the page larger than 20 MB.
 MOST_FACES = 150_000
-
-#: How every page begins; a page that somebody wrote may quote it further down.
-_BEGIN = "<!DOCTYPE html>\n<!-- igl_spheremap -->\n"
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +155,7 @@ class View:
 def scene(f: IntArray, views: Sequence[View]) -> str:
     """HTML with views of the same faces side by side."""
     content = {
-        "faces": _base64(f.astype("<u4")),
+        "faces": _base64(f, "<u4"),
         "seen": SEEN,
         "colour": _css(FOLDED),
         "views": [_content(f, view) for view in views],
@@ -195,20 +169,25 @@ def _content(f: IntArray, view: View) -> dict[str, object]:
     painted = view.colours.copy()
     painted[view.folded] = FOLDED
     marks = Marks.of(view.x, f, view.folded, view.sphere)
+    legends, nearer = "", ABOVE
+    if view.shown:
+        legends = legend(view.shown)
+    if view.image and len(marks.clusters):
+        nearer = NEARER
     return {
         "caption": view.caption,
-        "legend": legend(view.shown) if view.shown else "",
+        "legend": legends,
         "sphere": view.sphere,
-        "nearer": NEARER if len(marks.clusters) and view.image else ABOVE,
-        "positions": _base64(view.x.astype("<f4")),
-        "colours": _base64(np.rint(255 * painted).astype(np.uint8)),
-        "folded": _base64(view.folded.astype("<u4")),
-        "starts": _base64(marks.clusters.starts.astype("<u4")),
-        "middles": _base64(marks.middles.astype("<f4")),
-        "outward": _base64(marks.outward.astype("<f4")),
-        "longest": _base64(marks.longest.astype("<f4")),
+        "nearer": nearer,
+        "positions": _base64(view.x, "<f4"),
+        "colours": _base64(np.rint(255 * painted), "u1"),
+        "folded": _base64(view.folded, "<u4"),
+        "starts": _base64(marks.clusters.starts, "<u4"),
+        "middles": _base64(marks.middles, "<f4"),
+        "outward": _base64(marks.outward, "<f4"),
+        "longest": _base64(marks.longest, "<f4"),
     }
 
 
-def _base64(array: NDArray[np.generic]) -> str:
-    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode("ascii")
+def _base64(array: NDArray[Any], kind: str) -> str:
+    return base64.b64encode(array.astype(kind).tobytes()).decode("ascii")

@@ -17,7 +17,7 @@ from ..mesh_repair.repair_mesh import asked_for
 from .engine import USUAL, Engine
 from .job import Job, check_places
 from .mapping import SphereMapping
-from .page import check_page, map_sheet, write_page
+from .page import check_page, map_sheet, write_population_page
 from .run_many import run_many
 from .table import Row
 
@@ -126,7 +126,7 @@ def map_many(
     jobs = [Job(source, target) for source, target in zip(names, targets, strict=True)]
     rows = run_many(jobs, task, log, engine, listener)
     if report is not None:
-        write_page(report, rows, map_sheet(rows, task), engine.processes)
+        write_population_page(report, rows, map_sheet(rows, task), engine.processes)
     return rows
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -15,15 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from ..draw.cards import Card, card_sheet, histogram
-from ..draw.markup import check_own_page, data_address, made_by, page, page_file, small_png
+from ..draw.cards import Card, card_section, histogram
+from ..draw.markup import data_address, small_png, top
 from ..draw.palette import AREAS, FOLDED, Colour, Ramp, fitting
 from ..draw.plot import both_sides, pose
 from ..errors import import_optional
 from ..io.files import read_sphere
 from ..io.hemispheres import LEFT, RIGHT, structure_of
+from ..io.pages import check_own_page, page_file, write_page
 from ..io.pictures import write_picture
-from ..io.replacing import make_folder, replacing
+from ..io.replacing import make_folder
 from ..mesh.check import check_mesh
 from ..verify.distortion import log_area_ratios
 from ..verify.signs import folded_faces
@@ -31,14 +31,11 @@ from .child import ProcessPool, own_child
 from .mapping import SphereMapping
 from .table import MAPPED, OUTLIER, JobRow, Row, fences, figures_of, outlying, plain, worst_first
 
-SIZE = 180  # pixels of each of the four views
 #: Right, up and towards the viewer, where hemispheres are seen from outside: FreeSurfer's x is right, y front, z up.
 LATERAL = {
     LEFT: np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
     RIGHT: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]),
 }
-# pictures within a page that is one file, of some 15 kB each; in a folder they are files of their own
-MOST = 2000
 #: What the axes of figures measure, by the ends of their names.
 _AXES = {
     "angle": "degrees",
@@ -87,8 +84,8 @@ class Sheet:
 def check_page(place: str | os.PathLike[str]) -> Path:
     """The file of a page: `place` if it ends in .html, else `index.html` in that folder.
 
-    Raise a FileError without Pillow, or if there is a file that `write_page` did not write; a ValueError if the place
-    is neither.
+    Raise a FileError without Pillow, or if there is a file that `write_population_page` did not write; a ValueError if
+    the place is neither.
     """
     import_optional("PIL", "a report", "io")
     path = page_file(place, "index.html")
@@ -96,92 +93,104 @@ def check_page(place: str | os.PathLike[str]) -> Path:
     return path
 
 
-def write_page(
+def write_population_page(
     place: str | os.PathLike[str], rows: Sequence[JobRow], sheet: Sheet, processes: int | None = None, *,
-    command: str = "",
+    command: str = "", most: int = 2000,
 ) -> Path:  # fmt: skip
     """Write a page with all rows and a picture of each, the worst first, and return its path.
 
-    It is one file if `place` ends in .html, with pictures of the worst, else `index.html` in that folder with the
-    pictures beside it, which are kept for the next page. They are drawn by processes.
+    It is one file if `place` ends in .html, with pictures of the `most` worst, of some 15 kB each; else `index.html` in
+    that folder with the pictures beside it, which are kept for the next page. They are drawn by processes.
     """
     path = check_page(place)
     make_folder(path.parent)
     apart = Path(place) != path
-    shown = [rows[k] for k in worst_first(rows)]
-    pictured = shown if apart else shown[:MOST]
-    limits = fences(rows)
-    names = [
-        hashlib.sha256(os.path.realpath(row.target).encode("utf-8", "surrogateescape")).hexdigest()[
-            :16
-        ]
-        for row in shown
-    ]
-    with TemporaryDirectory() as temporary:
-        folder = path.parent / "subjects" if apart else Path(temporary)
-        make_folder(folder, follow=False)
-        files_of = [folder / f"{name}-{sheet.look}.png" for name in names[: len(pictured)]]
-        drawn = _draw(pictured, [str(file) for file in files_of], sheet, processes)
-        addresses = [
-            (f"subjects/{file.name}" if apart else data_address(small_png(file))) if there else ""
-            for file, there in zip(files_of, drawn, strict=True)
-        ] + [""] * (len(shown) - len(pictured))
-    folder_of_all, ending, short = _short([row.source for row in rows])
+    shown, left_out, folder = [rows[k] for k in worst_first(rows)], "", None
+    pictured = shown
+    if apart:
+        folder = make_folder(path.parent / "subjects", follow=False)
+    elif len(rows) > most:
+        pictured, left_out = shown[:most], f" The worst {most:,} have pictures."
+    addresses = _pictures(pictured, folder, sheet, processes)
+    limits, (where, short) = fences(rows), _short([row.source for row in rows])
     cards = [
-        _card(row, name, address, short[row.source], limits, sheet)
-        for row, name, address in zip(shown, names, addresses, strict=True)
+        _card(row, short[row.source], limits, sheet, addresses.get(_key(row), "")) for row in shown
     ]
-    left_out = f" The worst {MOST:,} have pictures." if len(rows) > len(pictured) else ""
-    where = " ".join(
-        filter(None, (folder_of_all and f"in {folder_of_all}", ending and f"that end in {ending}"))
+    figures = figures_of(rows)
+    section = card_section(
+        cards,
+        sheet.nouns,
+        "Worst first: files without a map, then by foldings, then by the figure farthest above those of the others. "
+        f"Outliers lie more than {OUTLIER:g} interquartile ranges above the third quartile. Click a bar to see its "
+        f"{sheet.nouns}, a picture to see all of it.{left_out}",
+        [
+            histogram(
+                name,
+                label,
+                np.array([getattr(row, name) for row in rows], dtype=np.float64),
+                sheet.nouns,
+                limits[name],
+                _AXES[name.rpartition("_")[2]],
+            )
+            for name, label in figures.items()
+        ],
+        {**figures, "seconds": "seconds", "memory": "MB of memory"},
+        sheet.legends,
     )
-    plots = [
-        histogram(
-            name,
-            label,
-            np.array([getattr(row, name) for row in rows], dtype=np.float64),
-            limits[name],
-            _AXES[name.rpartition("_")[2]],
-            sheet.nouns,
-        )
-        for name, label in figures_of(rows).items()
-    ]
-    body = [
-        f"<h1>{escape(sheet.heading)}</h1>",
-        made_by(command),
-        f"<p>Files {escape(where)}</p>" if where else "",
-        f'<div class="plots">{"".join(plots)}</div>',
-        f"<h2>{sheet.nouns.capitalize()}</h2><p>Worst first: files without a map, then by foldings, then by the "
-        f"figure farthest above those of the others. Outliers lie more than {OUTLIER:g} interquartile ranges above "
-        f"the third quartile. Click a bar to see its {sheet.nouns}, a picture to see all of it.{left_out}</p>",
-        card_sheet(
-            cards,
-            {**figures_of(rows), "seconds": "seconds", "memory": "MB of memory"},
-            sheet.legends,
-        ),
-    ]
-    with replacing(path, force=True) as partial:
-        partial.write_text(
-            page(sheet.title, "\n".join(filter(None, body))),
-            encoding="utf-8",
-            errors="backslashreplace",
-        )
+    write_page(path, sheet.title, top(sheet.heading, command), where, section)
     return path
+
+
+def _key(row: JobRow) -> str:
+    """The address of a row, on a page and among pictures."""
+    path = os.path.realpath(row.target).encode("utf-8", "surrogateescape")
+    return hashlib.sha256(path).hexdigest()[:16]
+
+
+def _pictures(
+    rows: Sequence[JobRow], folder: Path | None, sheet: Sheet, processes: int | None
+) -> dict[str, str]:
+    """The addresses of pictures by those of rows: of files in a folder, or of content of the page."""
+    with TemporaryDirectory() as temporary:
+        paths = {_key(row): f"{folder or temporary}/{_key(row)}-{sheet.look}.png" for row in rows}
+        drawn = _draw(rows, [*paths.values()], sheet, processes)
+        found = {
+            key: path for (key, path), there in zip(paths.items(), drawn, strict=True) if there
+        }
+        if folder is None:
+            return {key: data_address(small_png(Path(path))) for key, path in found.items()}
+    return {key: f"subjects/{Path(path).name}" for key, path in found.items()}
 
 
 def map_sheet(rows: Sequence[Row], task: SphereMapping) -> Sheet:
     """The pictures of maps: surfaces and spheres in the colours of areas."""
     ramp = scale(rows)
+
+    def caption(row: Row) -> str:
+        views = "the front and from behind"
+        if structure_of(row.source):
+            views = "the side and from the middle"
+        return f"Surface and sphere from {views}."
+
     return Sheet(
-        "Spherical maps", f"{share_certified(rows)} maps are certified free of foldings", "maps",
-        lambda row: partial(draw_row, row, ramp=ramp, task=task), f"{ramp.high:g}",
-        (ramp, ("folded face", FOLDED)),
-        lambda row: f"{row.foldings_before:,} → {row.foldings:,} foldings, angles {row.mean_angle:.3g}°, areas "
-                    f"{row.mean_area:.3g}",
-        lambda row: "Surface and sphere from "
-                    f"{'the side and from the middle' if structure_of(row.source) else 'the front and from behind'}.",
-        lambda row: ("view", row.source, row.target),
-    )  # fmt: skip
+        title="Spherical maps",
+        heading=f"{share_certified(rows)} maps are certified free of foldings",
+        nouns="maps",
+        draw=lambda row: partial(draw_row, row, ramp=ramp, task=task),
+        look=f"{ramp.high:g}",
+        legends=(ramp, ("folded face", FOLDED)),
+        text=lambda row: (
+            f"{row.foldings_before:,} → {row.foldings:,} foldings, angles {row.mean_angle:.3g}°, areas "
+            f"{row.mean_area:.3g}"
+        ),
+        caption=caption,
+        command=view_words,
+    )
+
+
+def view_words(row: JobRow) -> Sequence[str]:
+    """The command that shows a row's surface with what was made of it."""
+    return "view", row.source, row.target
 
 
 def share_certified(rows: Sequence[JobRow]) -> str:
@@ -194,26 +203,29 @@ def scale(rows: Sequence[Row]) -> Ramp:
     return fitting(AREAS, np.array([row.mean_area for row in rows]))
 
 
-def _short(names: Sequence[str]) -> tuple[str, str, dict[str, str]]:
-    """The folder and the ending that all names have, and what is left of each.
+def _short(names: Sequence[str]) -> tuple[str, dict[str, str]]:
+    """A line that says the folder and the ending that all names have, and what is left of each.
 
     >>> _short(["a/b/c.ply", "a/d.ply"])
-    ('a/', '.ply', {'a/b/c.ply': 'b/c', 'a/d.ply': 'd'})
+    ('<p>Files in a/ that end in .ply</p>', {'a/b/c.ply': 'b/c', 'a/d.ply': 'd'})
     >>> _short(["/a/b.ply", "c.obj"])
-    ('', '', {'/a/b.ply': '/a/b.ply', 'c.obj': 'c.obj'})
+    ('', {'/a/b.ply': '/a/b.ply', 'c.obj': 'c.obj'})
     """
     endings = {Path(name).suffix for name in names}
-    ending = endings.pop() if len(endings) == 1 else ""
+    short, said = {name: Path(name).as_posix() for name in names}, ""
     try:
         common = Path(os.path.commonpath([Path(name).parent for name in names]))
     except ValueError:  # there are no names, or absolute and relative ones
         common = Path()
-    short = {
-        name: (Path(name).relative_to(common) if common != Path() else Path(name)).as_posix()
-        for name in names
-    }
-    folder = "" if common == Path() else f"{common.as_posix().rstrip('/')}/"
-    return folder, ending, {name: text.removesuffix(ending) for name, text in short.items()}
+    if common != Path():
+        short = {name: Path(name).relative_to(common).as_posix() for name in names}
+        said = f" in {common.as_posix().rstrip('/')}/"
+    if len(endings) == 1 and (ending := endings.pop()):
+        short = {name: text.removesuffix(ending) for name, text in short.items()}
+        said += f" that end in {ending}"
+    if said:
+        said = f"<p>Files{escape(said)}</p>"
+    return said, short
 
 
 def _draw(
@@ -231,10 +243,11 @@ def _draw(
         pool.end()
 
 
-def draw_row(row: Row, path: str, ramp: Ramp, task: SphereMapping) -> bool:
+def draw_row(row: Row, path: str, ramp: Ramp, task: SphereMapping, size: int = 180) -> bool:
     """Draw surface and sphere from the front, then both from behind, unless the picture is newer than the map.
 
-    Hemispheres are seen from the side, then from the middle. False where the files hold no map.
+    Each of the four views has `size` pixels a side. Hemispheres are seen from the side, then from the middle. False
+    where the files hold no map.
     """
     source, target = task.place(row.source), task.place(row.target)
     if row.status not in MAPPED:
@@ -244,10 +257,11 @@ def draw_row(row: Row, path: str, ramp: Ramp, task: SphereMapping) -> bool:
     v, f, _ = task.repaired(task.read(source))
     x, _ = read_sphere(target)
     mesh, side = check_mesh(v, f), LATERAL.get(structure_of(source).get("structure", ""))
-    view = (pose(v) if side is None else side).T
+    if side is None:
+        side = pose(v)
     colours = ramp.colours(log_area_ratios(mesh.unit, mesh.f, x))
     folded = np.flatnonzero(folded_faces(x, mesh.f))
-    write_picture(path, both_sides([v, x], mesh.f, colours, view, SIZE, folded), force=True)
+    write_picture(path, both_sides([v, x], mesh.f, colours, side.T, size, folded), force=True)
     return True
 
 
@@ -257,23 +271,23 @@ def is_newer(path: str, other: str) -> bool:
     return here and os.stat(path).st_mtime_ns > os.stat(other).st_mtime_ns
 
 
-def _card(
-    row: JobRow, name: str, address: str, short: str, limits: Mapping[str, float], sheet: Sheet
-) -> Card:
+def _card(row: JobRow, name: str, limits: Mapping[str, float], sheet: Sheet, picture: str) -> Card:
     """A row in the sheet."""
-    text = row.notes if row.status not in MAPPED else sheet.text(row)
+    text = row.notes
+    if row.status in MAPPED:
+        text = sheet.text(row)
     reasons = [
         f"{row.FIGURES[key]} {getattr(row, key):.3g} > {limits[key]:.3g}"
         for key in outlying(row, limits)
     ]
     return Card(
-        name,
+        _key(row),
         plain(row),
-        short,
+        name,
         f"{row.status}: {text}",
         sheet.caption(row),
-        shlex.join(("igl-spheremap", *sheet.command(row))),
-        address,
+        sheet.command(row),
+        picture,
         reasons,
         row.status == "certified",
     )

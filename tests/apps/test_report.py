@@ -21,8 +21,9 @@ from igl_spheremap.apps.cli.exits import UsageError
 from igl_spheremap.apps.cli.output import check_report
 from igl_spheremap.apps.report import write_report
 from igl_spheremap.apps.viewer import window
-from igl_spheremap.draw.markup import View, page, page_file, scene, table
+from igl_spheremap.draw.markup import View, page, scene, table
 from igl_spheremap.errors import DisplayError
+from igl_spheremap.io.pages import page_file
 from igl_spheremap.verify.distortion import angle_figures
 from igl_spheremap.verify.signs import folded_faces
 

@@ -13,7 +13,7 @@ from igl_spheremap.draw.cards import Card, card_sheet, histogram
 def test_what_is_not_finite_is_null_and_no_name_ends_the_script():
     row = {"source": "</script>\udc80", "status": "member", "size": math.nan}
     html = card_sheet(
-        [Card("a", row, "</script>", "", "", "", reasons="abcde")], {"size": "size"}, []
+        [Card("a", row, "</script>", "", "", (), reasons="abcde")], {"size": "size"}, []
     )
     data = html.partition('class="cards">')[2].partition("</script>")[0]
     (card,) = json.loads(data, parse_constant=lambda word: 1 / 0)["cards"]
@@ -23,9 +23,9 @@ def test_what_is_not_finite_is_null_and_no_name_ends_the_script():
 
 
 def test_bars_hold_what_is_finite():
-    assert histogram("size", "size", np.array([np.nan, np.inf]), 1.0, "", "members") == ""
-    assert "size: 2<" in histogram("size", "size", np.array([np.nan, 2.0]), 3.0, "", "members")
+    assert histogram("size", "size", np.array([np.nan, np.inf]), "members", 1.0) == ""
+    assert "size: 2<" in histogram("size", "size", np.array([np.nan, 2.0]), "members", 3.0)
     assert "2, the same for all 3 members" in histogram(
-        "size", "size", np.full(3, 2.0), 3.0, "", "members"
+        "size", "size", np.full(3, 2.0), "members", 3.0
     )
-    assert "<small>1 member<" in histogram("size", "size", np.arange(4.0), 9.0, "", "members")
+    assert "<small>1 member<" in histogram("size", "size", np.arange(4.0), "members", 9.0)

@@ -23,7 +23,7 @@ from igl_spheremap.populations.engine import Engine
 from igl_spheremap.populations.job import Job, run_job
 from igl_spheremap.populations.map_many import map_many
 from igl_spheremap.populations.mapping import SphereMapping
-from igl_spheremap.populations.page import draw_row, map_sheet, scale, write_page
+from igl_spheremap.populations.page import draw_row, map_sheet, scale, write_population_page
 from igl_spheremap.populations.table import Row, plain, worst_first
 
 pytest.importorskip("PIL")
@@ -200,7 +200,7 @@ def test_outliers_are_in_a_bar_of_their_own_and_say_why(desk):
         for k, angle in enumerate(angles)
     ]
     options = SphereMapping(Auto(), 0.0, None, force=False, folder=os.getcwd())
-    html = write_page("a.html", rows, map_sheet(rows, options), 1).read_text("utf-8")
+    html = write_population_page("a.html", rows, map_sheet(rows, options), 1).read_text("utf-8")
     bars = re.findall(r'data-figure="mean_angle" data-low="([\d.]+)" data-high="([\d.]*)"', html)
     held = [
         [row.source for row in rows if float(low) <= row.mean_angle < float(high or np.inf)]

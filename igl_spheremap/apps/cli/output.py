@@ -13,10 +13,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ...draw.markup import check_own_page, page_file
 from ...draw.plot import FORMATS
 from ...errors import FileError, import_optional, printable
 from ...io.formats import Format, format_of
+from ...io.pages import check_own_page, page_file
 from ...io.replacing import check_writable, replacing
 from ...result.findings import Finding
 from ..viewer.choices import Pictures

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from ...io.scalars import read_scalars
 from ...maps.given_sphere import sphere_map
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
-from ...populations.page import LATERAL, Sheet, is_newer, share_certified
+from ...populations.page import LATERAL, Sheet, is_newer, share_certified, view_words
 from ...populations.table import MAPPED, RegistrationRow
 from ...resampling.transfer import transfer
 from ..correspondence.registration import reflected
@@ -24,10 +25,8 @@ from .jobs import HemisphereJob
 from .task import SphereRegistration
 from .writer import SULC
 
-#: Pixels of each view; greys of the deepest and the highest folds; the borders' colour.
-_SIZE, _DARK, _LIGHT = 260, 0.35, 0.95
 _BORDER = (0.8, 0.15, 0.1)
-_REACH = 2.0  # standard deviations of depth to either side, where the greys end
+_GREYS = (0.35, 0.95)  # of the deepest and the highest folds
 
 
 def registration_sheet(
@@ -35,16 +34,27 @@ def registration_sheet(
 ) -> Sheet:
     """The pictures of registrations: each surface beside the template, both with the same borders."""
     by_target = {job.target: job for job in jobs}
+
+    def text(row: RegistrationRow) -> str:
+        said = f"correlation {1 - row.unlike:.3f}, areas {row.mean_area:.3g}"
+        if np.isfinite(row.unsure):
+            said += f", {row.unsure:.0%} of the labels unsure"
+        return said
+
     return Sheet(
-        "Registered surfaces", f"{share_certified(rows)} registrations are certified free of foldings", "registrations",
-        lambda row: partial(draw_registration, row, job=by_target[row.target], task=task), "borders",
-        (("border", _BORDER), ("fold inwards", (_DARK,) * 3)),
-        lambda row: f"correlation {1 - row.unlike:.3f}, areas {row.mean_area:.3g}"
-                    + (f", {row.unsure:.0%} of the labels unsure" if np.isfinite(row.unsure) else ""),
-        lambda row: "The surface, then the template, each from the side and from the middle, a row for each template; "
-                    "borders are the template's.",
-        lambda row: ("view", row.source, row.target),
-    )  # fmt: skip
+        title="Registered surfaces",
+        heading=f"{share_certified(rows)} registrations are certified free of foldings",
+        nouns="registrations",
+        draw=lambda row: partial(draw_registration, row, job=by_target[row.target], task=task),
+        look="borders",
+        legends=(("border", _BORDER), ("fold inwards", (_GREYS[0],) * 3)),
+        text=text,
+        caption=lambda row: (
+            "The surface, then the template, each from the side and from the middle, a row for each template; "
+            "borders are the template's."
+        ),
+        command=view_words,
+    )
 
 
 def draw_registration(
@@ -56,18 +66,22 @@ def draw_registration(
     if is_newer(path, task.place(row.target)):
         return True
     given, _, v = task.surface(job)
-    side = LATERAL[job.hemisphere.other if task.reflect else job.hemisphere.structure].T
-    drawn = []
+    structure, drawn = job.hemisphere.structure, []
+    if task.reflect:
+        structure = job.hemisphere.other
+    side = LATERAL[structure].T
     for k, registered in enumerate(job.targets[: len(job.templates)]):
         own = sphere_map(v, given.f, read_sphere(task.place(registered)).v)
-        own, template = reflected(own) if task.reflect else own, task.template(job, k)
-        atlas = next((atlas for atlas in job.atlases if atlas.template == k), None)
+        if task.reflect:
+            own = reflected(own)
+        template = task.template(job, k)
         depth = depth_potential(template.vertices, template.faces, ell=SULC)
-        regions = (
-            (depth > 0).astype(np.int64)
-            if atlas is None
-            else next(iter(read_scalars(task.place(atlas.path)).values())).astype(np.int64)
-        )
+        regions: NDArray[Any] = depth > 0
+        for atlas in job.atlases:
+            if atlas.template == k:
+                regions = next(iter(read_scalars(task.place(atlas.path)).values()))
+                break
+        regions = regions.astype(np.int64)
         pairs = ((own, transfer(template, regions, own, labels=True)), (template, regions))
         drawn.append(
             np.concatenate([_picture(surface, labels, side) for surface, labels in pairs], axis=1)
@@ -76,11 +90,14 @@ def draw_registration(
     return True
 
 
-def _picture(surface: SphereMap, labels: IntArray, view: FloatArray) -> NDArray[np.uint8]:
-    """Draw both sides of a surface, grey by its folds, with the borders of labels."""
+def _picture(
+    surface: SphereMap, labels: IntArray, view: FloatArray, size: int = 260, reach: float = 2.0
+) -> NDArray[np.uint8]:
+    """Draw both sides of a surface with the borders of labels, grey by its folds, `reach` standard deviations away."""
     v, f = surface.vertices, surface.faces
     depth = depth_potential(v, f, ell=SULC)
-    grey = np.clip(depth[f].mean(axis=1) / (2 * _REACH * depth.std()) + 0.5, 0, 1)
-    colours = np.tile((_DARK + (_LIGHT - _DARK) * grey)[:, None], (1, 3))
+    dark, light = _GREYS
+    grey = np.clip(depth[f].mean(axis=1) / (2 * reach * depth.std()) + 0.5, 0, 1)
+    colours = np.tile((dark + (light - dark) * grey)[:, None], (1, 3))
     colours[np.ptp(labels[f], axis=1) > 0] = _BORDER
-    return both_sides([v], f, colours, view, _SIZE)
+    return both_sides([v], f, colours, view, size)

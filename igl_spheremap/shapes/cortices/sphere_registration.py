@@ -10,7 +10,7 @@ from ...gate import gate
 from ...io.formats import Convention
 from ...populations.engine import USUAL, Engine
 from ...populations.map_many import manifest_of
-from ...populations.page import check_page, write_page
+from ...populations.page import check_page, write_population_page
 from ...populations.run_many import run_many
 from ...populations.table import RegistrationRow
 from .jobs import describe_datasets, hemisphere_jobs
@@ -122,5 +122,5 @@ def register_hemispheres(
     rows = run_many(jobs, task, log, engine, listener)
     describe_datasets(jobs)
     if report is not None:
-        write_page(report, rows, registration_sheet(rows, jobs, task), engine.processes)
+        write_population_page(report, rows, registration_sheet(rows, jobs, task), engine.processes)
     return rows

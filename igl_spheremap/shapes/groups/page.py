@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-import shlex
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from html import escape
 from pathlib import Path
@@ -13,11 +12,12 @@ from urllib.parse import quote
 
 import numpy as np
 
-from ...draw.cards import Card, card_sheet, histogram
-from ...draw.markup import View, legend, made_by, page, scene, table
+from ...draw.cards import Card, card_section, histogram
+from ...draw.markup import View, legend, made_by, page, scene, table, top
 from ...draw.palette import Ramp, areas, round_up, sequential, sizes
 from ...draw.plot import both_sides, frame, pose, raster, shading
 from ...errors import import_optional
+from ...io.pages import write_html, write_page
 from ...io.pictures import write_picture
 from ...io.replacing import make_folder, replacing
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
@@ -34,113 +34,99 @@ _FIGURES = {
     "size": "size over that of all",
     "distance": "distance from the mean (rms)",
 }
-_REACH = 2.0  # standard deviations that pictures of a mode go to either side
-_SHOWN = 3  # modes with pictures
-# pixels of each of the two views of a member: both fill a card on a screen of high resolution
-_SIZE = 200
-# colours end at this many root mean square distances of the members: few points of one lie farther
-_FAR = 3.0
-# share of colour that is left where chance explains an effect: enough to see the surface's shape
-_PALE = 0.25
 #: Where a group's page has its tests, which are made later.
 _TESTS, _END = '<section id="tests">', "</section>"
-_FILM = 320  # pixels of a side of a film, which shows two bodies side by side
-_MOST = 200  # frames of a film, evenly chosen
-_PAUSE, _LENGTH = 80, 1920  # milliseconds of a frame and of a film at least
+_TURN = "<p>Drag to turn, double-click to reset.</p>"
 
 
 def write_group_page(path: str | os.PathLike[str], group: Group, command: str = "") -> None:
     """Write a page, and the members' pictures into the folder `pictures` beside it; needs Pillow."""
     turn = pose(group.vertices)
-    spread = sizes(
-        "standard deviation of position", round_up(float(np.percentile(group.spread, 95)))
-    )
     rows = [
         (str(k + 1), *(f"{value:.4g}" for value in values))
         for k, values in enumerate(zip(*group.figures(), strict=True))
     ]
-    body = [
-        f"<h1>{len(group.members)} surfaces and their mean</h1>",
-        f"<p>{escape(repr(group))}</p>",
-        *map(_doubtful, group.notes),
-        "<h2>Mean and modes</h2>",
-    ]
-    for k in range(min(_SHOWN, len(group.modes))):
-        scores = [
-            np.append(np.zeros(k), side * np.sqrt(group.variances[k]))
-            for side in (-_REACH, 0.0, _REACH)
-        ]
-        moved = _movement(group, k)
-        away = sizes(
-            f"mode {k + 1}: movement in a standard deviation", round_up(float(moved.max()))
-        )
-        body.append(
-            _scene(
-                [group.shape(each) for each in scores],
-                group.faces,
-                turn,
-                [
-                    (f"Mode {k + 1}: -2 standard deviations", away, moved),
-                    ("Mean: standard deviation of position", spread, group.spread),
-                    ("+2 standard deviations", away, moved),
-                ],
-            )
-        )
-    usual = float(np.sqrt(np.mean([member.distance**2 for member in group.members])))
-    ramp = sizes("distance from the mean", round_up(_FAR * usual))
+    ramp, cards = _cards(Path(path), group, turn)
     figures = _FIGURES | {
         f"mode_{k + 1}": f"score of mode {k + 1}" for k in range(len(group.modes))
     }
-    body += [
-        "<p>Drag to turn, double-click to reset.</p>",
+    write_page(
+        Path(path),
+        "A group of surfaces",
+        top(f"{len(group.members)} surfaces and their mean", command),
+        f"<p>{escape(repr(group))}</p>",
+        *map(_doubtful, group.notes),
+        "<h2>Mean and modes</h2>",
+        *_modes(group, turn),
+        _TURN,
         _TESTS + _END,
         "<h2>How good a model the modes are</h2>",
         table(rows, ("modes", "compactness", "generalisation", "specificity")),
-        "<h2>Members</h2>",
-        '<div class="plots">',
-        *(
-            histogram(
-                name,
-                label,
-                np.array([getattr(member, name) for member in group.members]),
-                np.inf,
-                "",
-                "members",
-            )
-            for name, label in _FIGURES.items()
+        card_section(
+            cards,
+            "members",
+            "What was left out, then members that may lie wrong, which are marked, then the farthest from the mean "
+            "first. Click a bar to see its members, a picture to see all of one. <code>template "
+            "--ratings</code> reads the ratings that are saved.",
+            [
+                histogram(
+                    name, label, np.array([getattr(one, name) for one in group.members]), "members"
+                )
+                for name, label in _FIGURES.items()
+            ],
+            figures,
+            [ramp],
         ),
-        "</div>",
-        "<p>What was left out, then members that may lie wrong, which are marked, then the farthest from the mean "
-        "first. Click a bar to see its members, a picture to see all of one. <code>template "
-        "--ratings</code> reads the ratings that are saved.</p>",
-        card_sheet(_cards(Path(path), group, ramp, turn), figures, [ramp]),
-    ]
-    _write(path, "A group of surfaces", body, command)
+    )
 
 
-def _cards(path: Path, group: Group, ramp: Ramp, turn: FloatArray) -> list[Card]:
-    """A card for each surface, and the pictures of the members, each in colours of its distance from the mean."""
+def _modes(group: Group, turn: FloatArray, most: int = 3, reach: float = 2.0) -> Iterator[str]:
+    """Scenes of the first modes, each so many standard deviations to either side of the mean."""
+    spread = sizes(
+        "standard deviation of position", round_up(float(np.percentile(group.spread, 95)))
+    )
+    for k, variance in enumerate(group.variances[: min(most, len(group.modes))]):
+        moved = np.linalg.norm(group.modes[k], axis=1) * np.sqrt(variance)
+        away = sizes(
+            f"mode {k + 1}: movement in a standard deviation", round_up(float(moved.max()))
+        )
+        bodies = [
+            group.shape(np.append(np.zeros(k), side * np.sqrt(variance)))
+            for side in (-reach, 0.0, reach)
+        ]
+        yield _scene(
+            bodies,
+            group.faces,
+            turn,
+            [
+                (f"Mode {k + 1}: -{reach:g} standard deviations", away, moved),
+                ("Mean: standard deviation of position", spread, group.spread),
+                (f"+{reach:g} standard deviations", away, moved),
+            ],
+        )
+
+
+def _cards(
+    path: Path, group: Group, turn: FloatArray, pixels: int = 200, far: float = 3.0
+) -> tuple[Ramp, list[Card]]:
+    """Colours of distances from the mean, and a card for each surface.
+
+    Members have pictures in these colours, two views of so many pixels a side, which fill a card on a screen of high
+    resolution. Few points lie farther than `far` root mean square distances of the members, where the colours end.
+    """
+    usual = float(np.sqrt(np.mean([member.distance**2 for member in group.members])))
+    ramp = sizes("distance from the mean", round_up(far * usual))
     folder = make_folder(path.parent / "pictures", follow=False)
     header, *rows = member_rows(group)
-    known: list[dict[str, Any]] = [
-        {
-            str(name): None if cell == "" else cell
-            for name, cell in zip(("source", *header[1:]), row, strict=True)
-        }
-        for row in rows
-    ]
-    cards = [
-        Card(
-            f"out{k}",
-            row,
-            row["source"],
-            f"left out: {row['reason']}",
-            "",
-            shlex.join(("igl-spheremap", "view", row["source"])),
-            good=False,
-        )
-        for k, row in enumerate(known[len(group.members) :])
-    ]
+    known: list[dict[str, Any]] = []
+    for cells in rows:
+        entry = dict(zip(("source", *map(str, header[1:])), cells, strict=True))
+        known.append(entry | {name: None for name, cell in entry.items() if cell == ""})
+    cards = []
+    for k, row in enumerate(known[len(group.members) :]):
+        text = f"left out: {row['reason']}"
+        words = ("view", row["source"])
+        cards.append(Card(f"out{k}", row, row["source"], text, "", words, good=False))
     shorts = file_names([member.name for member in group.members])
     order = sorted(
         range(len(shorts)), key=lambda k: (not group.members[k].doubts, -group.members[k].distance)
@@ -148,7 +134,7 @@ def _cards(path: Path, group: Group, ramp: Ramp, turn: FloatArray) -> list[Card]
     for k in counted("pictures", order):
         member, shape = group.members[k], group.shapes[k]
         off = np.linalg.norm(shape - group.vertices, axis=1)
-        picture = both_sides([shape], group.faces, _by_face(ramp, off, group.faces), turn.T, _SIZE)
+        picture = both_sides([shape], group.faces, _by_face(ramp, off, group.faces), turn.T, pixels)
         write_picture(folder / f"{shorts[k]}.png", picture, force=True)
         text = f"{member.distance:.3g} from the mean, size {member.size:.3f}, correlation {member.correlation:.3f}"
         cards.append(
@@ -158,22 +144,24 @@ def _cards(path: Path, group: Group, ramp: Ramp, turn: FloatArray) -> list[Card]
                 member.name,
                 text,
                 "Laid on the mean, from the front and from behind.",
-                shlex.join(("igl-spheremap", "view", f"{path.parent}/members/{shorts[k]}.npz")),
+                ("view", f"{path.parent}/members/{shorts[k]}.npz"),
                 f"pictures/{quote(shorts[k], errors='surrogateescape')}.png",
                 list(member.doubts),
             )
         )
-    return cards
+    return ramp, cards
 
 
 def write_tests(
     path: Path, group: Group, tests: Sequence[tuple[str, str, PointTest]], command: str = ""
 ) -> None:
     """Write tests into a group's page, or into one of their own: of each the variable, what was found, and the test."""
-    text = path.read_text(encoding="utf-8") if path.exists() else ""
-    before, _, after = (
-        text if _TESTS in text else page("Tests of a group", _TESTS + _END)
-    ).partition(_TESTS)
+    text = ""
+    if path.exists():
+        text = path.read_text(encoding="utf-8")
+    if _TESTS not in text:
+        text = page("Tests of a group", _TESTS + _END)
+    before, _, after = text.partition(_TESTS)
     body = [_TESTS, "<h2>Tests</h2>", made_by(command)]
     for name, words, found in tests:
         body += [
@@ -185,9 +173,9 @@ def write_tests(
             continue
         lengths = np.linalg.norm(found.effect, axis=2)
         ramp = sizes(f"effect of {name}; pale where p > {LEVEL}", round_up(float(lengths.max())))
-        captions = [f"From {found.levels[0]} to {level}" for level in found.levels[1:]] or [
-            f"A unit of {name} more"
-        ]
+        captions = [f"From {found.levels[0]} to {level}" for level in found.levels[1:]]
+        if not captions:
+            captions = [f"A unit of {name} more"]
         body.append(
             _scene(
                 [group.vertices] * len(lengths),
@@ -197,12 +185,7 @@ def write_tests(
                 found.p[group.faces].max(axis=1) > LEVEL,
             )
         )
-    with replacing(path, force=True) as partial:
-        partial.write_text(
-            before + "\n".join(body) + _END + after.partition(_END)[2],
-            encoding="utf-8",
-            errors="backslashreplace",
-        )
+    write_html(path, before + "\n".join(body) + _END + after.partition(_END)[2])
 
 
 def write_series_page(
@@ -222,8 +205,10 @@ def write_series_page(
     header, *rows = frame_rows(found, names, feature_names)
     cells = [[cell if isinstance(cell, str) else f"{cell:.5g}" for cell in row] for row in rows]
     off = float(np.sqrt((found.drift**2).mean()))
-    body = [
-        f"<h1>{len(names)} frames of one body</h1>",
+    write_page(
+        Path(path),
+        "A series of surfaces",
+        top(f"{len(names)} frames of one body", command),
         "<p>Each frame is registered to the one before. Points of the last frame lie "
         f"{off:.3g} (root mean square), {off / radius:.1%} of the radius of a ball of its area, from where its map "
         "puts them that is registered to the first frame directly: that is the drift.</p>",
@@ -238,27 +223,17 @@ def write_series_page(
                 (f"Last frame: {names[-1]}", ramp, values[-1]),
             ],
         ),
-        "<p>Drag to turn, double-click to reset.</p>",
+        _TURN,
         f'<h2>Film</h2><figure><img src="{film}" alt="all frames"><figcaption>The frames, and the same colours on '
         "their mean.</figcaption></figure>",
         legend(ramp),
         "<h2>Frames</h2>",
         table(cells, [str(cell) for cell in header]),
-    ]
-    _write(path, "A series of surfaces", body, command)
+    )
 
 
 def _doubtful(note: str) -> str:
     return f"<p><strong>Doubtful: {escape(note)}.</strong></p>"
-
-
-def _write(path: str | os.PathLike[str], title: str, body: list[str], command: str) -> None:
-    """Write a page whose first part is its heading."""
-    body.insert(1, made_by(command))
-    with replacing(path, force=True) as partial:
-        partial.write_text(
-            page(title, "\n".join(body)), encoding="utf-8", errors="backslashreplace"
-        )
 
 
 def _scene(
@@ -267,36 +242,26 @@ def _scene(
     turn: FloatArray,
     shown: Sequence[tuple[str, Ramp, FloatArray]],
     faint: BoolArray | None = None,
+    left: float = 0.25,
 ) -> str:
     """Bodies to be turned, in one scale, each with its caption, a colour scale, and values over its vertices.
 
-    Faces that are `faint` are pale.
+    Faces that are `faint` keep the share `left` of their colour, enough to see the surface's shape.
     """
     middle = np.mean(bodies, axis=(0, 1))
     radius = max(np.linalg.norm(body - middle, axis=1).max() for body in bodies)
-    left = np.ones((len(f), 1)) if faint is None else np.where(faint, _PALE, 1.0)[:, None]
-    return scene(
-        f,
-        [
-            View(
-                caption,
-                (body - middle) @ turn.T / radius,
-                1 - left + left * _by_face(ramp, values, f),
-                np.empty(0, dtype=np.int64),
-                ramp,
-            )
-            for body, (caption, ramp, values) in zip(bodies, shown, strict=True)
-        ],
-    )
+    colour, none = np.ones((len(f), 1)), np.empty(0, dtype=np.int64)
+    if faint is not None:
+        colour[faint] = left
+    views = []
+    for body, (caption, ramp, values) in zip(bodies, shown, strict=True):
+        painted = 1 - colour + colour * _by_face(ramp, values, f)
+        views.append(View(caption, (body - middle) @ turn.T / radius, painted, none, ramp))
+    return scene(f, views)
 
 
 def _by_face(ramp: Ramp, values: FloatArray, f: IntArray) -> FloatArray:
     return ramp.colours(values[f].mean(axis=1))
-
-
-def _movement(group: Group, mode: int) -> FloatArray:
-    """How far a standard deviation of a mode moves each vertex."""
-    return np.asarray(np.linalg.norm(group.modes[mode], axis=1) * np.sqrt(group.variances[mode]))
 
 
 def _over_time(found: Series, feature: str = "") -> tuple[FloatArray, Ramp]:
@@ -312,38 +277,37 @@ def _over_time(found: Series, feature: str = "") -> tuple[FloatArray, Ramp]:
     return values, replace(areas(1 + most), label="area / its mean in time")
 
 
-def write_series_film(path: str | os.PathLike[str], found: Series, mean: FloatArray) -> None:
-    """Write the frames, and beside them the mean surface, in the colours of the page, as an animated .gif."""
+def write_series_film(
+    path: str | os.PathLike[str],
+    found: Series,
+    mean: FloatArray,
+    pixels: int = 320,
+    most: int = 200,
+    least: tuple[int, int] = (80, 1920),
+) -> None:
+    """Write the frames, and beside them the mean surface, in the colours of the page, as an animated .gif.
+
+    Both bodies have so many pixels a side; at most so many frames are chosen, evenly. A frame and the film last at
+    `least` so many milliseconds.
+    """
     images, turn = import_optional("PIL.Image", "a film", "io"), pose(mean).T
     values, ramp = _over_time(found)
-    chosen = np.unique(np.linspace(0, len(values) - 1, min(_MOST, len(values))).round().astype(int))
+    chosen = np.unique(np.linspace(0, len(values) - 1, min(most, len(values))).round().astype(int))
     moving, still = found.aligned[chosen] @ turn, mean @ turn
     seen = frame(moving.reshape(-1, 3)), frame(still)
     pictures = []
     for k, body in zip(chosen, moving, strict=True):
-        colours = _by_face(ramp, values[k], found.faces)
-        pictures.append(
-            np.concatenate(
-                [
-                    raster(
-                        v,
-                        found.faces,
-                        colours * shading(v, found.faces, np.eye(3))[:, None],
-                        _FILM,
-                        shown=shown,
-                    )
-                    for v, shown in zip((body, still), seen, strict=True)
-                ],
-                axis=1,
-            )
-        )
-    first, *others = map(images.fromarray, pictures)
+        colours, drawn = _by_face(ramp, values[k], found.faces), []
+        for v, shown in zip((body, still), seen, strict=True):
+            shaded = colours * shading(v, found.faces, np.eye(3))[:, None]
+            drawn.append(raster(v, found.faces, shaded, pixels, shown=shown))
+        pictures.append(images.fromarray(np.concatenate(drawn, axis=1)))
     with replacing(path, force=True) as partial:
-        first.save(
+        pictures[0].save(
             partial,
             "GIF",
             save_all=True,
-            append_images=others,
+            append_images=pictures[1:],
             loop=0,
-            duration=max(_PAUSE, _LENGTH // len(pictures)),
+            duration=max(least[0], least[1] // len(pictures)),
         )

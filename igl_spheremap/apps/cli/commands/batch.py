@@ -13,7 +13,7 @@ from ....populations.engine import Engine, connect
 from ....populations.job import Job, JobT, Task
 from ....populations.map_many import manifest_of, targets_of
 from ....populations.mapping import SphereMapping
-from ....populations.page import Sheet, check_page, map_sheet, write_page
+from ....populations.page import Sheet, check_page, map_sheet, write_population_page
 from ....populations.run_many import run_many
 from ....populations.table import JobRow, check_table, write_table
 from ..arguments import chosen_method, repair_of
@@ -73,7 +73,7 @@ def run_files(args: Namespace, name: str, jobs: Sequence[JobT], task: Task[JobT]
     page = None
     if args.report is not None:
         args.progress.begin("drawing")
-        page = write_page(
+        page = write_population_page(
             args.report,
             rows,
             sheet(rows),

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....balance.balanced_spherical_map import balanced_spherical_map
-from ....draw.markup import check_own_page
 from ....errors import FileError, MapError, MeshError, import_optional, one_line, without_name
 from ....io.files import read_mesh
+from ....io.pages import check_own_page
 from ....io.replacing import REPLACE, make_folder
 from ....io.tables import read_cells, write_cells
 from ....io.written_map import write_map
