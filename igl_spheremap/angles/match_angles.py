@@ -16,7 +16,7 @@ from ..mesh.measure import by_blocks, corner_angles, log_edges, spread
 from ..newton.loop import Levenberg, Model, Trial, newton
 from ..newton.system import VertexSystem, gram_blocks
 from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows, weighted_sum
-from ..untangle.embedding import dilate, embed_locally
+from ..untangle.embedding import dilate, embed_nearby
 from ..untangle.local_repair import FEW, RELAXED_RINGS, small_moves
 from ..untangle.relax import AngleLoss, relax_angles
 from ..verify.distortion import mean_difference
@@ -190,7 +190,8 @@ class AngleProblem:
 
     def _mended(self, y: FloatArray) -> FloatArray:
         """A map of few foldings after repair, and what moved relaxed."""
-        z = embed_locally(small_moves(y, self.f), self.f)
+        # in more room it takes longer than a smaller step
+        z = embed_nearby(small_moves(y, self.f), self.f)
         if folded_faces(z, self.f).any():
             return z
         movable = dilate(self.f, (z != y).any(axis=1), RELAXED_RINGS)

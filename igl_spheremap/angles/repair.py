@@ -75,7 +75,7 @@ def repair(
 
     Bodies with limbs too deep for float64 get the gauge "poles", unless `centred`.
     """
-    work = _Repair(mesh, x, certificate, plan, operators, listener, centred, effort)
+    work = _Repair(mesh, x, certificate, run.energy, plan, operators, listener, centred, effort)
     best = None
     try:
         with work.attempt("repair"):
@@ -97,6 +97,7 @@ class _Repair:
     mesh: Mesh
     x: FloatArray
     certificate: Certificate
+    energy: float
     plan: Plan
     operators: Operators
     listener: Listener | None
@@ -206,7 +207,9 @@ class _Repair:
             certificate = Certificate.of(x, self.mesh.f)
         if self.plan.compares:
             mean = mean_angle_difference(self.mesh, x)
-        energy = HarmonicEnergy(self.operators.L).evaluate(x)[0]
+        energy = self.energy
+        if x is not self.x:
+            energy = HarmonicEnergy(self.operators.L).evaluate(x)[0]
         foldings = certificate.foldings
         before = foldings
         if self.rounds:

@@ -19,7 +19,7 @@ from itertools import count
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..mesh.edges import Patch, components, marked, touching
+from ..mesh.edges import components, marked, touching
 from ..sphere.rows import unit_rows
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces, orientation_signs
@@ -80,42 +80,46 @@ def progressive_embedding(
     return x
 
 
-def embed_patch(
-    x: FloatArray, patch: Patch, listener: PositionsListener | None = None
+def embed_nearby(
+    x: FloatArray,
+    f: IntArray,
+    fixed: BoolArray | None = None,
+    grid: Grid = unit_rows,
+    listener: PositionsListener | None = None,
 ) -> FloatArray:
-    """Repair the foldings of a patch by progressive embedding; its positions themselves if that would move its rim.
+    """Repair foldings by progressive embedding within `REMOVED_RINGS` of them, which nearly always suffices.
 
-    `x` are the positions of its vertices. A patch of `REMOVED_RINGS` around the foldings nearly always suffices.
+    Returns `x` itself where it does not. Vertices that are `fixed` stay. `grid` rounds unit rows to the positions that
+    are allowed.
     """
-    bad = folded_faces(x, patch.f)
+    bad, none = folded_faces(x, f), np.zeros(len(x), dtype=bool)
+    if fixed is None:
+        fixed = none
     if bad.any():
         with suppress(_RegionTooSmall, _TooCoarse):
-            none = np.zeros(len(x), bool)
-            return _rebuild_locally(
-                x, patch.f, bad, none, patch.rim, unit_rows, listener, REMOVED_RINGS, True
-            )
+            return _rebuild_locally(x, f, bad, none, fixed, grid, listener, REMOVED_RINGS, True)
     return x
 
 
 def embed_locally(
-    x: FloatArray, f: IntArray, grid: Grid | None = None, listener: PositionsListener | None = None
+    x: FloatArray,
+    f: IntArray,
+    grid: Grid = unit_rows,
+    listener: PositionsListener | None = None,
 ) -> FloatArray:
     """Repair foldings by progressive embedding around them; the map's degree stays.
 
-    Clusters of foldings that need more room than all have at first are repaired one by one. `grid` rounds unit rows to
-    the positions that are allowed. Foldings that this does not repair stay. The whole map stays as it is if more than
-    half of its faces are folded.
+    Clusters of foldings that need more room than all have at first are repaired one by one. Foldings that this does not
+    repair stay. The whole map stays as it is if more than half of its faces are folded.
     """
     bad = folded_faces(x, f)
     if bad.sum() > len(f) / 2:
         return x
-    if grid is None:
-        grid = unit_rows
     apart = clusters(f, bad)
     if len(apart) > 1:
-        none = np.zeros(len(x), dtype=bool)
-        with suppress(_RegionTooSmall, _TooCoarse):
-            return _rebuild_locally(x, f, bad, none, none, grid, listener, REMOVED_RINGS, True)
+        y = embed_nearby(x, f, grid=grid, listener=listener)
+        if y is not x:
+            return y
     for cluster in apart:
         x = _embed_cluster(x, f, cluster, grid, listener)
     return x

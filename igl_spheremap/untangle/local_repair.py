@@ -21,7 +21,7 @@ from .embedding import (
     REMOVED_RINGS,
     PositionsListener,
     dilate,
-    embed_patch,
+    embed_nearby,
     oriented,
     progressive_embedding,
     with_rows,
@@ -89,7 +89,7 @@ def repair_locally(
     part = y[patch.vertices]
     if after is None:
         part = small_moves(part, patch.f, notify)
-    part = embed_patch(part, patch, notify)
+    part = embed_nearby(part, patch.f, patch.rim, listener=notify)
     y = with_rows(y, patch.vertices, part)
     moved = patch.vertices[(part != x[patch.vertices]).any(axis=1)]
     if after is not None:
@@ -190,9 +190,11 @@ def restore_gauge(mesh: Mesh, x: FloatArray) -> tuple[FloatArray, Certificate]:
     y = fix_gauge(mesh, x)
     certificate, worse = Certificate.of(y, mesh.f), False
     if is_off_centre(mesh, x):
-        if not certificate.folding_free:
+        mean = mean_angle_difference(mesh, x)
+        worse = is_worse(mean_angle_difference(mesh, y), mean)
+        if not worse and not certificate.folding_free:
             y, certificate = repair_locally(mesh, y)
-        worse = is_worse(mean_angle_difference(mesh, y), mean_angle_difference(mesh, x))
+            worse = is_worse(mean_angle_difference(mesh, y), mean)
     if worse or not certificate.folding_free:
         return x, Certificate.of(x, mesh.f)
     return y, certificate
