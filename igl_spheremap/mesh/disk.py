@@ -134,7 +134,7 @@ def disk_rim(f: IntArray, v: FloatArray, refuse: Callable[..., Any] | None = Non
             "map it to the sphere "
             f"({Remedy('spherical_conformal_map')} does), or cut it open along a seam",
         )
-    pinched = pinched_vertices(start, np.r_[one, other], np.r_[other, one])
+    pinched = pinched_vertices(f, one, other)
     if len(pinched):
         refusal().pinched(pinched)
     loops = sorted(

@@ -208,12 +208,27 @@ def rims(start: NDArray[np.integer], stop: NDArray[np.integer]) -> list[list[int
     return found[::-1]
 
 
-def pinched_vertices(tail: IntArray, half: IntArray, twin: NDArray[np.integer]) -> IntArray:
-    """Vertices with several fans of faces, by the tails of all half-edges and pairs `half`, `twin` of opposite ones."""
-    # A fan is a class of half-edges with one tail; a half-edge goes on to the next one of its twin.
-    fans, fan = components(half, next_corners(twin)[0], len(tail))
-    vertex = np.empty(fans, dtype=np.int64)
-    vertex[fan] = tail
+def fans(
+    f: IntArray, first: NDArray[np.integer], second: NDArray[np.integer]
+) -> tuple[int, NDArray[np.int32]]:
+    """Number of fans of faces around vertices, and the fan of each corner.
+
+    Faces of one fan are neighbours across half-edges that are paired, either way: `first` and `second`.
+    """
+    corners = f.ravel()
+    (tail, head), (other_tail, other_head) = next_corners(first), next_corners(second)
+    same = corners[tail] == corners[other_tail]
+    ends = np.where(same, other_tail, other_head), np.where(same, other_head, other_tail)
+    return components(np.r_[tail, head], np.r_[ends], f.size)
+
+
+def pinched_vertices(
+    f: IntArray, first: NDArray[np.integer], second: NDArray[np.integer]
+) -> IntArray:
+    """Vertices with several fans of faces, whose neighbours are paired half-edges."""
+    number, fan = fans(f, first, second)
+    vertex = np.empty(number, dtype=np.int64)
+    vertex[fan] = f.ravel()
     return np.flatnonzero(np.bincount(vertex) > 1)
 
 

@@ -10,36 +10,21 @@ from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import components, edge_keys, sides
 
-#: Vertices of a loop of the basis at which searches begin, equally spaced, so that none misses a handle along which the
-#: loop runs for a 24th of its length.
-_ROOTS = 24
-#: Reach of the first searches, in mean edge lengths; each further one reaches twice as far. With 3 and 12 the torus,
-#: the kitten and the elephant are cut along the same loops (tried by hand).
-_REACH = 6
-#: Vertices, over all roots, that the exact searches near one loop may visit: those of a tenth of a second. Three roots
-#: are searched from, however many vertices that visits. With half and twice the number the torus, the kitten and the
-#: elephant are cut along the same loops (tried by hand).
-_VISITS, _LEAST_ROOTS = 400_000, 3
-#: A loop is shorter if the ratio of lengths is below this; above it the difference is rounding.
-_SHORTER = 1 - 1e-9
 #: A mean edge in the unit of lengths, which are whole numbers: their sums are exact, so that of loops that are equally
 #: long the same one is taken whatever the units of the mesh, and paths of up to 2^17 such edges stay below 2^53.
 _MEAN_EDGE = 2.0**36
-#: Random values of dual loops are below this: sums along paths stay within int64, and a loop that does not separate the
-#: surface is taken for one that does with a chance of 5e-10.
-_VALUES = 2**31
 
 
-def cutting_loops(v: FloatArray, f: IntArray) -> list[IntArray]:
+def cutting_loops(v: FloatArray, f: IntArray, reach: float = 6.0) -> list[IntArray]:
     """Disjoint simple loops of vertices of a closed connected surface that together do not separate it.
 
-    At least one if there is a handle, and others once those are cut. Searches at the loops of a basis reach further and
-    further until there is one.
+    At least one if there is a handle, and others once those are cut. Searches at the loops of a basis reach so many
+    mean edge lengths far, and then twice as far until there is one.
     """
-    loops, reach = _Loops(v, f), _REACH * _MEAN_EDGE
+    loops = _Loops(v, f)
     if not loops.basis:
         return []
-    while not (found := loops.near_basis(reach)):
+    while not (found := loops.near_basis(reach * _MEAN_EDGE)):
         reach *= 2
     taken: list[IntArray] = []
     blocked = np.zeros(len(v), dtype=bool)
@@ -82,7 +67,9 @@ class _Loops:
         self._left, self._right = there // 3, back // 3
         length = np.linalg.norm(v[self._tail] - v[self._head], axis=1)
         # graphs know no length of 0
-        self._length = np.rint(length * (_MEAN_EDGE / (length.mean() or 1.0))) + 1
+        if length.any():
+            length *= _MEAN_EDGE / length.mean()
+        self._length = np.rint(length) + 1
         number = np.arange(len(there))
         rows, columns = np.append(self._tail, self._head), np.append(self._head, self._tail)
         self._edges = csr_matrix((np.append(number, number) + 1, (rows, columns)), shape=(n, n))
@@ -111,18 +98,18 @@ class _Loops:
         _, first = np.unique(pair, return_index=True)  # two faces may share two edges
         pair, edge = pair[np.sort(first)], free[np.sort(first)]
         weights = np.arange(1, len(pair) + 1)
-        dual = minimum_spanning_tree(
-            csr_matrix((weights, (pair // m, pair % m)), shape=(m, m))
-        ).tocoo()
+        dual_edges = csr_matrix((weights, (pair // m, pair % m)), shape=(m, m))
+        dual = minimum_spanning_tree(dual_edges).tocoo()
         tree = edge[dual.data.astype(np.int64) - 1]
         leftover = np.setdiff1d(free, tree)
         links = coo_matrix((np.ones(len(tree)), (left[tree], right[tree])), shape=(m, m)).tocsr()
         order, parent = breadth_first_order(links, 0, directed=False, return_predecessors=True)
         values = np.zeros(len(tail), dtype=np.int64)
-        values[leftover] = np.random.default_rng(0).integers(1, _VALUES, len(leftover))
+        # Sums along paths stay within int64; a loop is taken for one that separates with a chance of 5e-10.
+        values[leftover] = np.random.default_rng(0).integers(1, 2**31, len(leftover))
         ends = np.zeros(
             m, dtype=np.int64
-        )  # of dual loops in each face: they run up the tree from there
+        )  # of dual loops in faces: they run up the tree from there
         np.add.at(ends, right[leftover], values[leftover])
         np.subtract.at(ends, left[leftover], values[leftover])
         below, above = ends.tolist(), parent.tolist()
@@ -141,15 +128,15 @@ class _Loops:
     def _numbers(self, loop: IntArray) -> IntArray:
         return np.searchsorted(self._keys, edge_keys(loop, np.roll(loop, -1), self._n))
 
-    def near_basis(self, reach: float) -> list[IntArray]:
-        """The shortest loops that don't separate, within `reach` of vertices of the basis.
+    def near_basis(self, reach: float, roots: int = 24) -> list[IntArray]:
+        """The shortest loops that don't separate, within `reach` of so many equally spaced vertices of each basis loop.
 
         A search from a distance d to a loop of length l finds one at most 2 d longer: none begins near an earlier one.
         """
         found: dict[bytes, IntArray] = {}
         covered = np.zeros(self._n, dtype=bool)
-        roots = [_evenly_spaced(loop, _ROOTS) for loop in self.basis]
-        for root in np.unique(np.concatenate(roots)).tolist():
+        begin = [_evenly_spaced(loop, roots) for loop in self.basis]
+        for root in np.unique(np.concatenate(begin)).tolist():
             if covered[root]:
                 continue
             distance, previous = dijkstra(
@@ -161,13 +148,18 @@ class _Loops:
                 found[np.sort(loop).tobytes()] = loop
         return list(found.values())
 
-    def tightened(self, loop: IntArray) -> IntArray:
-        """A loop that does not separate, shortened until no shorter one runs through any of its vertices."""
+    def tightened(
+        self, loop: IntArray, visits: int = 400_000, shorter_by: float = 1e-9
+    ) -> IntArray:
+        """A loop that does not separate, shortened until no shorter one runs through any of its vertices.
+
+        Searches begin at as many of these as together may visit `visits` vertices, some .1 s, and at three at least.
+        """
         while True:
             length = self.length(loop)
             near = dijkstra(self._graph, indices=loop, limit=length / 2, min_only=True)
-            most = max(_LEAST_ROOTS, _VISITS // int(np.isfinite(near).sum()))
-            best, shorter = _SHORTER * length, None
+            most = max(3, visits // int(np.isfinite(near).sum()))
+            best, shorter = (1 - shorter_by) * length, None
             for root in _evenly_spaced(loop, most).tolist():
                 other = self._closed(
                     *dijkstra(self._graph, indices=root, limit=best / 2, return_predecessors=True)
@@ -183,11 +175,8 @@ class _Loops:
         ball = np.flatnonzero(np.isfinite(distance))
         part = self._edges[ball].tocoo()
         inside = np.isfinite(distance[part.col])
-        i, j, edge = (
-            part.row[inside],
-            np.searchsorted(ball, part.col[inside]),
-            part.data[inside] - 1,
-        )
+        i, j = part.row[inside], np.searchsorted(ball, part.col[inside])
+        edge = part.data[inside] - 1
         distance, before = distance[ball], np.searchsorted(ball, previous[ball])
         at_root = distance == 0
         value = np.where(ball[i] < ball[j], self._values[edge], -self._values[edge])

@@ -9,18 +9,6 @@ import numpy as np
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import half_edges_from
 
-#: How much wider each ring of a cap is than the one around it. At 1.3 a cap has two thirds more vertices, and angles at
-#: rims are no closer to those of the closed surface (benchmarks/tried.md).
-_GROWTH = 1.6
-
-#: The first rings of a cap continue the surface, this many: a cap that is bent against the surface along a jagged rim
-#: has angles that do not add up to a turn around its vertices. Holes of 30 percent of the area cost 2.1, 1.2, .76
-#: and .61 degrees at the rim with 0, 1, 2 and 3 such rings, but three intersect each other at narrow rims
-#: (`python -m benchmarks open_surfaces --holes`).
-_ONWARD = 2
-#: Averages (1, 2, 1) / 4 over the directions at the edges of a jagged rim: four shrink jags of two, three and four
-#: edges to 0, .004 and .06 of their size.
-_SMOOTHINGS = 4
 _TINY = np.finfo(np.float64).tiny
 
 
@@ -50,11 +38,20 @@ def simple_rims(rim: Sequence[int], vertex: Sequence[int]) -> Iterator[tuple[lis
     yield path, path[0]
 
 
-def cap(p: FloatArray, onward: FloatArray) -> tuple[FloatArray, IntArray]:
+def cap(
+    p: FloatArray,
+    onward: FloatArray,
+    *,
+    growth: float = 1.6,
+    rings: int = 2,
+    smoothings: int = 4,
+) -> tuple[FloatArray, IntArray]:
     """New vertices and faces that close a rim of positions (k, 3); new vertices are numbered from k on.
 
-    Rings, each spaced wider than the one around it, and a fan inside. The first rings continue the surface along the
-    conormals `onward` (k, 3) of the edges from each vertex to the next; the others run to their centre. Triangles at
+    Rings, each spaced wider by a factor `growth` than the one around it, and a fan inside. The first rings continue the
+    surface along the conormals `onward` (k, 3) of the edges from each vertex to the next, which are averaged over
+    neighbours `smoothings` times: a cap that is bent against the surface along a jagged rim has angles that do not add
+    up to a turn around its vertices. The others run to their centre. Triangles at
     the rim are as large as its edges, which keeps the error of the angles there small; a cap has fewer than 8/3
     vertices for each edge of the rim. A rim of three edges takes one face.
     """
@@ -68,7 +65,7 @@ def cap(p: FloatArray, onward: FloatArray) -> tuple[FloatArray, IntArray]:
     share = (length + np.roll(length, 1)) / (2 * total)
     at = np.append(0, np.cumsum(length) / total)
     onward = onward + np.roll(onward, 1, axis=0)
-    for _ in range(_SMOOTHINGS):
+    for _ in range(smoothings):
         onward = (np.roll(onward, 1, axis=0) + 2 * onward + np.roll(onward, -1, axis=0)) / 4
     onward = onward / np.maximum(np.linalg.norm(onward, axis=1), _TINY)[:, None]
     ring, turn = np.arange(k), at[:-1]
@@ -81,7 +78,7 @@ def cap(p: FloatArray, onward: FloatArray) -> tuple[FloatArray, IntArray]:
     while (inner := radius - 0.9 * spacing) > 0.7 * spacing:
         m = round(2 * np.pi * inner / spacing)
         inner_turn = (np.arange(m) + 0.5) / m
-        if len(points) < _ONWARD:
+        if len(points) < rings:
             p, outer_radius = p + (radius - inner) * onward, inner
         centre, closed = share @ p, np.vstack((p, p[:1]))
         places = np.column_stack([np.interp(inner_turn, at, closed[:, axis]) for axis in range(3)])
@@ -89,7 +86,7 @@ def cap(p: FloatArray, onward: FloatArray) -> tuple[FloatArray, IntArray]:
         inner_ring = np.arange(number, number + m)
         faces.append(_strip(ring, turn, inner_ring, inner_turn))
         ring, turn, radius, number = inner_ring, inner_turn, inner, number + m
-        spacing *= _GROWTH
+        spacing *= growth
     points.append((share @ p)[None])
     faces.append(np.column_stack((ring, np.roll(ring, -1), np.full(len(ring), number))))
     return np.concatenate(points), np.concatenate(faces)

@@ -22,9 +22,6 @@ from .quality import MeshQuality, mesh_quality
 from .repair_mesh import repair_mesh
 from .topology import Topology, topology_of, usable_faces
 
-#: Components that a sentence describes one by one.
-_DESCRIBED = 5
-
 
 @dataclass(frozen=True)
 class MeshInfo:
@@ -110,7 +107,9 @@ def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
     measured = faces[usable_faces(faces, len(vertices))[1]]
     measured = measured[np.all(finite[measured], axis=1)]
     used, numbered = np.unique(measured, return_inverse=True)
-    quality = mesh_quality(vertices[used], numbered.reshape(-1, 3)) if len(used) else None
+    quality: MeshQuality | None = None
+    if len(used):
+        quality = mesh_quality(vertices[used], numbered.reshape(-1, 3))
     topology = topology_of(faces, len(vertices))
     maps_to: str | None = None
     error: str | None = None
@@ -133,19 +132,12 @@ def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
             actions = repair_mesh(vertices, faces, **repair).actions
         except MeshError:
             repair = None
+    if not actions:
+        repair = None
     return MeshInfo(
-        len(vertices),
-        len(faces),
-        int((~finite).sum()),
-        topology,
-        quality,
-        maps_to,
-        error,
-        repair if actions else None,
-        actions,
-        weights,
-        notes,
-    )
+        len(vertices), len(faces), int((~finite).sum()), topology, quality, maps_to, error, repair,
+        actions, weights, notes,
+    )  # fmt: skip
 
 
 def mesh_findings(found: MeshInfo) -> list[Finding]:
@@ -196,14 +188,16 @@ _FAULTS = (
 )
 
 
-def _parts(topology: Topology) -> list[Finding]:
-    """Components, and what is wrong with the lists."""
+def _parts(topology: Topology, described: int = 5) -> list[Finding]:
+    """Components, so many of them one by one, and what is wrong with the lists."""
     several = len(topology.components) > 1
     found = []
-    for part in topology.components[:_DESCRIBED]:
+    for part in topology.components[:described]:
         label = "surface"
-        if several:
-            label = "open part" if part.part is None else f"part {part.part}"
+        if several and part.part is None:
+            label = "open part"
+        elif several:
+            label = f"part {part.part}"
         rim, handles = "closed", "not orientable"
         if part.boundary_loops:
             loops = plural(len(part.boundary_loops), "boundary loop")
@@ -212,7 +206,7 @@ def _parts(topology: Topology) -> list[Finding]:
             handles = plural(part.handles, "handle")
         size = f"{_vertices(part.vertices)}, {plural(part.faces, 'face')}"
         found.append(_text(label, f"{size}, {rim}, {handles}"))
-    more = topology.components[_DESCRIBED:]
+    more = topology.components[described:]
     if more:
         largest = plural(more[0].faces, "face")
         found.append(_text("", f"and {plural(len(more), 'more part')}, of at most {largest}"))

@@ -2,44 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..mesh.arrays import FloatArray, IntArray
+from . import SIX_DIGITS
 from .polygons import cut_polygons
 from .welding import diagonal, open_edges
 
-#: Distance from an edge, in diagonals of the bounding box, up to which a vertex lies on it: files keep six digits.
-_ON_EDGE = 1e-6
 
-
-@dataclass(frozen=True, eq=False)
-class StitchedFaces:
-    """Faces, the face of the input that each is a part of, and how many faces were split."""
-
-    f: IntArray
-    source: IntArray
-    split: int
-
-
-def stitched(v: FloatArray, f: IntArray, tolerance: float) -> StitchedFaces | None:
-    """Split faces at the vertices on open edges that lie on theirs; None if there are none.
+def stitched(v: FloatArray, f: IntArray, tolerance: float) -> tuple[IntArray, IntArray]:
+    """Split faces at the vertices on open edges that lie on theirs; return parts, and the face that each is a part of.
 
     A vertex lies on an edge whose distance is at most `tolerance` diagonals, or rounding, and not at its ends.
 
     >>> v = np.array([[0, 0, 0], [2, 0, 0], [1, 1, 0], [1, 0, 0], [1, -1, 0]], dtype=float)
-    >>> found = stitched(v, np.array([[0, 1, 2], [0, 4, 3], [3, 4, 1]]), 0.0)
-    >>> found.f.tolist(), found.source.tolist()
+    >>> parts, face = stitched(v, np.array([[0, 1, 2], [0, 4, 3], [3, 4, 1]]), 0.0)
+    >>> parts.tolist(), face.tolist()
     ([[2, 0, 3], [2, 3, 1], [0, 4, 3], [3, 4, 1]], [0, 0, 1, 2])
     """
     rows, half, ends, own = open_edges(v, f)
-    near = max(tolerance, _ON_EDGE) * diagonal(own)
+    near = max(tolerance, SIX_DIGITS) * diagonal(own)
     edge, point, share = _on_edges(own, ends, near)
     inner = (f[half[edge] // 3] != rows[point][:, None]).all(axis=1)
     edge, point, share = edge[inner], point[inner], share[inner]
     if not len(edge):
-        return None
+        return f, np.arange(len(f))
     face, side = np.divmod(half[edge], 3)
     faces, number = np.unique(face, return_inverse=True)
     # A polygon begins opposite a side that is split, so that a fan about its first corner is right.
@@ -53,9 +40,7 @@ def stitched(v: FloatArray, f: IntArray, tolerance: float) -> StitchedFaces | No
     whole = np.delete(np.arange(len(f)), faces)
     source = np.concatenate((whole, faces[cut.polygon]))
     order = np.argsort(source, kind="stable")
-    return StitchedFaces(
-        np.concatenate((f[whole], corners[cut.triangles]))[order], source[order], len(faces)
-    )
+    return np.concatenate((f[whole], corners[cut.triangles]))[order], source[order]
 
 
 def _on_edges(

@@ -18,9 +18,7 @@ from ..mesh.arrays import (
     plural,
 )
 from ..mesh.edges import edge_keys
-
-#: Height over the longest side below which a triangle counts as flat: files keep six digits.
-_FLAT = 1e-6
+from . import SIX_DIGITS
 
 
 def triangulated(v: FloatArray, f: ArrayLike) -> tuple[IntArray, IntArray, tuple[str, ...]]:
@@ -99,9 +97,8 @@ def cut_polygons(v: FloatArray, corners: IntArray, sizes: IntArray) -> CutPolygo
     polygon = np.repeat(np.arange(len(sizes)), sizes)
     after = np.arange(len(corners)) + 1
     after[first + sizes - 1] = first
-    p = own_unit(v)[0].take(
-        corners, axis=0, mode="clip"
-    )  # whoever checks the faces refuses indices beyond
+    # whoever checks the faces refuses indices beyond
+    p = own_unit(v)[0].take(corners, axis=0, mode="clip")
     p = p - p[first][polygon]
     normal = np.add.reduceat(np.cross(p, p[after]), first)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -123,9 +120,10 @@ def cut_polygons(v: FloatArray, corners: IntArray, sizes: IntArray) -> CutPolygo
             triangles.append(fan.triangles[new[fan.polygon]])
             owner.append(fan.polygon[new[fan.polygon]])
             edges, left = np.append(edges, keys), left & ~new
-    hard = np.flatnonzero(left).tolist()
-    taken = set(edges.tolist()) if hard else set[int]()
-    for k in hard:
+    taken = set[int]()
+    if left.any():
+        taken = set(edges.tolist())
+    for k in np.flatnonzero(left).tolist():
         places = np.arange(first[k], first[k] + sizes[k])
         ears = _Ears(_in_plane(p[places], normal[k]), corners[places].tolist(), taken, n)
         triangles.append(places[np.array(ears.cut())])
@@ -134,7 +132,7 @@ def cut_polygons(v: FloatArray, corners: IntArray, sizes: IntArray) -> CutPolygo
     return CutPolygons(
         np.concatenate(triangles)[order],
         np.concatenate(owner)[order],
-        np.logical_or.reduceat(turns_in < -_FLAT, first),
+        np.logical_or.reduceat(turns_in < -SIX_DIGITS, first),
     )
 
 
@@ -155,7 +153,7 @@ class _Fans:
 
     def face_one_way(self, p: FloatArray, normal: FloatArray) -> BoolArray:
         """Whether all triangles of each polygon face the way of its normal."""
-        wrong = ~(_shape(p, self.triangles, normal[self.polygon]) > _FLAT)
+        wrong = ~(_shape(p, self.triangles, normal[self.polygon]) > SIX_DIGITS)
         return np.bincount(self.polygon[wrong], minlength=self._m) == 0
 
     def with_new_edges(
@@ -175,7 +173,7 @@ def _shape(p: FloatArray, triangles: IntArray, normal: FloatArray) -> FloatArray
     """Twice the area over the square of the longest side, negative where a triangle faces against its normal."""
     a, b, c = (p[triangles[:, k]] for k in range(3))
     longest = np.max([np.square(side).sum(axis=1) for side in (b - a, c - b, a - c)], axis=0)
-    return np.asarray(np.einsum("ij,ij->i", np.cross(b - a, c - a), normal) / longest)
+    return np.einsum("ij,ij->i", np.cross(b - a, c - a), normal) / longest
 
 
 def _in_plane(p: FloatArray, normal: FloatArray) -> FloatArray:
@@ -222,18 +220,23 @@ class _Ears:
         before, after = int(self._before[tip]), int(self._next[tip])
         a, b, c = self._p[[before, tip, after]]
         longest = max(float(side @ side) for side in (b - a, c - b, a - c))
-        shape = float(_cross(b - a, c - a)) / (longest or 1.0)
-        if not shape > _FLAT:
+        shape = 0.0
+        if longest:
+            shape = float(_cross(b - a, c - a)) / longest
+        if not shape > SIX_DIGITS:
             return -1 + min(shape, 0.0)
         others = self._p[self._there]
         others = others[(others != a).any(axis=1) & (others != b).any(axis=1)]
         others = others[(others != c).any(axis=1)]
         within = np.ones(len(others), dtype=bool)
         for start, stop in ((a, b), (b, c), (c, a)):
-            within &= _cross(stop - start, others - start) > -_FLAT * longest
+            within &= _cross(stop - start, others - start) > -SIX_DIGITS * longest
         if within.any():
             return shape - 1
-        return shape + 1 - (self._key(before, after) in self._taken)
+        score = shape + 1
+        if self._key(before, after) in self._taken:
+            score -= 1
+        return score
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

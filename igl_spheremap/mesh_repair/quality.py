@@ -9,9 +9,8 @@ import numpy as np
 from ..mesh.arrays import FloatArray, IntArray, weld
 from ..mesh.edges import shared_edges, sides
 from ..mesh.measure import corner_angles, enclosed_volume, face_areas
+from . import SIX_DIGITS
 
-#: Distance of vertices that nearly coincide, in diagonals of the bounding box: six digits keep no less apart.
-_NEAR = 1e-6
 #: Share of the mean area up to which a face has none: sides that are off by eps leave about as much.
 _NO_AREA = 4 * np.finfo(float).eps
 
@@ -80,15 +79,18 @@ def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
     angles, areas = corner_angles(p, f), face_areas(p, f)
     opposite = angles.ravel()[first] + angles.ravel()[second]
     closed = 2 * len(first) == f.size and not (start[first] == start[second]).any()
-    places = weld(p)[0]
-    from scipy.spatial import cKDTree  # takes .1 s, which maps don't need
+    volume, places, nearest = np.nan, weld(p)[0], np.ones(1)
+    if closed:
+        volume = enclosed_volume(p, f) * scale * scale * scale
+    if len(places) > 1:
+        from scipy.spatial import cKDTree  # takes .1 s, which maps don't need
 
-    nearest = cKDTree(places).query(places, k=2)[0][:, 1] if len(places) > 1 else np.ones(1)
+        nearest = cKDTree(places).query(places, k=2)[0][:, 1]
     x, y, z = (high / scale - low / scale).tolist()
     return MeshQuality(
         extent=(x * scale, y * scale, z * scale),
         area=float(areas.sum()) * scale * scale,
-        volume=enclosed_volume(p, f) * scale * scale * scale if closed else np.nan,
+        volume=volume,
         shortest_edge=float(length.min()) * scale,
         mean_edge=float(length.mean()) * scale,
         longest_edge=float(length.max()) * scale,
@@ -99,6 +101,6 @@ def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
         # the sum is pi in rectangles, to rounding
         non_delaunay_edges=int((opposite > np.pi + 1e-9).sum()),
         coincident_vertices=n - len(places),
-        near_vertices=int((nearest < _NEAR * np.linalg.norm(np.ptp(p, axis=0))).sum()),
+        near_vertices=int((nearest < SIX_DIGITS * np.linalg.norm(np.ptp(p, axis=0))).sum()),
         largest_valence=int(np.bincount(ends).max()),
     )

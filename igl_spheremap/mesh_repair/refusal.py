@@ -22,22 +22,12 @@ from ..mesh.arrays import (
 )
 from ..mesh.check import check_indices
 from ..mesh.edges import direction_components, pinched_vertices, shared_edges, sides
+from . import REPAIRS
 from .handles import short_loop
 from .polygons import polygons_in, triangulated
 from .seam import TIPS
 from .surface import Surface, holes_text, percent
 from .welding import weld_tolerance
-
-#: Options of repairs and their defaults, in the order in which these are made.
-_REPAIRS = {
-    "weld": 0.0,
-    "keep_largest": False,
-    "holes": "refuse",
-    "handles": "refuse",
-    "rim": None,
-    "cut": None,
-}
-
 
 #: How one part of a file is read.
 _ONE_PART = Remedy("read_mesh", given="'FILE:K'")
@@ -45,8 +35,8 @@ _ONE_PART = Remedy("read_mesh", given="'FILE:K'")
 
 def repair_by(function: str, options: dict[str, Any]) -> Remedy:
     """A repair with those of its options that differ from the defaults."""
-    known = {name: options.get(name, default) for name, default in _REPAIRS.items()}
-    return Remedy(function, {key: value for key, value in known.items() if value != _REPAIRS[key]})
+    known = {name: options.get(name, default) for name, default in REPAIRS.items()}
+    return Remedy(function, {key: value for key, value in known.items() if value != REPAIRS[key]})
 
 
 class Refusal:
@@ -62,11 +52,11 @@ class Refusal:
     ) -> None:
         self.f, self.n, self.v, self.asked, self._work = f, n, v, asked, work
         self._closed = asked.function == "repair_mesh"
-        # random positions coincide nowhere
-        positions = np.random.default_rng(0).random((n, 3)) if v is None else v
-        self._given = (positions, f) if work is None else work.given
-        self._rows = np.arange(n) if work is None else work.vertex_source
-        self._faces = np.arange(len(f)) if work is None else work.face_source
+        if work is None:
+            if v is None:  # random positions coincide nowhere
+                v = np.random.default_rng(0).random((n, 3))
+            work = Surface(v, f)
+        self._given, self._rows, self._faces = work.given, work.vertex_source, work.face_source
 
     def half_edges(self) -> NoReturn:
         """Refuse faces with a repeated index, or edges that are not shared by two opposite faces."""
@@ -115,10 +105,8 @@ class Refusal:
     def several_loops(self, loops: list[IntArray]) -> NoReturn:
         """Refuse several boundary loops of a disk."""
         assert self.v is not None
-        sizes, near = (
-            listed_words(list(map(len, loops))),
-            [place(self.v[each], self.v) for each in loops[:2]],
-        )
+        sizes = listed_words(list(map(len, loops)))
+        near = [place(self.v[each], self.v) for each in loops[:2]]
         joined = repair_by("repair_disk", {**self.asked.options, "cut": max(2, len(loops))})
         self.refuse(
             f"{len(loops)} boundary loops, of {sizes} edges, near {near[0]} and {near[1]}",
@@ -152,7 +140,7 @@ class Refusal:
     def characteristic(self, twin: NDArray[np.int32]) -> NoReturn:
         """Refuse pinched vertices, or else handles."""
         m = len(self.f)
-        pinched = pinched_vertices(sides(self.f)[0], np.arange(3 * m), twin)
+        pinched = pinched_vertices(self.f, np.arange(3 * m), twin)
         if len(pinched):
             self.pinched(pinched)
         genus = (2 - (self.n - 3 * m // 2 + m)) // 2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -11,11 +10,8 @@ from numpy.typing import ArrayLike
 from ..errors import MeshError, check_whole, shown
 from ..gate import takes_mesh
 from ..mesh.arrays import FloatArray, IntArray, check_rows, own_unit, plain_array
-from ..mesh.check import check_indices
 from ..mesh.disk import disk_rim
-from .polygons import triangulated
-from .refusal import Refusal
-from .repair_mesh import RepairedMesh, after_repair, asked_for, repaired
+from .repair_mesh import RepairedMesh, asked_for, repaired
 from .surface import Surface
 
 
@@ -75,33 +71,32 @@ def repair_disk(
     >>> len(disk.v) - len(v)
     5
     """
-    options = {"weld": weld, "keep_largest": keep_largest, "holes": holes, "handles": handles}
     given = {
         name: np.asarray(value).tolist()
         for name, value in (("rim", rim), ("cut", cut))
         if value is not None and np.ndim(value) < 2
     }
-    asked = asked_for("repair_disk", **options, **given)
+    asked = asked_for(
+        "repair_disk", weld=weld, keep_largest=keep_largest, holes=holes, handles=handles, **given
+    )
     if handles == "cut" and cut is None:
         raise ValueError("handles='cut' goes with cut: give the number of points to cut through")
     vertices = check_rows(v, name="vertices")
     near, points = _point(rim, vertices), _points(cut, len(vertices))
-    work = Surface(vertices, *triangulated(vertices, f), closed=False)
-    check_indices(work.f, len(vertices))
-    with after_repair(work):
-        work.clean(keep_largest, weld)
-        if work.sound and (keep_largest or work.parts == 1):
-            if holes == "fill" and points is not None:
-                work.fill_holes()
-            elif holes == "fill" and len(work.rims) > 1:
-                work.fill_holes(_kept(work, near))
-            if handles == "cut" and not work.rims:
-                work.cut_handles()
-            if points is not None:
-                through = points if isinstance(points, int) else _images(work, points)
-                work.cut_open(through, keep_largest)
-        disk_rim(work.f, work.v, partial(Refusal, asked=asked, work=work))
-    return repaired(work)
+
+    def steps(work: Surface) -> None:
+        if holes == "fill" and points is not None:
+            work.fill_holes()
+        elif holes == "fill" and len(work.rims) > 1:
+            work.fill_holes(_kept(work, near))
+        if handles == "cut" and not work.rims:
+            work.cut_handles()
+        if isinstance(points, int):
+            work.cut_open(points, keep_largest)
+        elif points is not None:
+            work.cut_open(_images(work, points), keep_largest)
+
+    return repaired(vertices, f, asked, steps, disk_rim)
 
 
 def _points(cut: ArrayLike | None, n: int) -> IntArray | int | None:
@@ -146,14 +141,10 @@ def _kept(work: Surface, near: FloatArray | None) -> int:
     own, power = own_unit(work.v)
     loops = [own[rim] for rim in work.rims]
     if near is None:
-        return int(
-            np.argmax(
-                [np.linalg.norm(loop - np.roll(loop, 1, axis=0), axis=1).sum() for loop in loops]
-            )
-        )
-    return int(
-        np.argmin([np.linalg.norm(loop - np.ldexp(near, -power), axis=1).min() for loop in loops])
-    )
+        sides = [np.linalg.norm(loop - np.roll(loop, 1, axis=0), axis=1) for loop in loops]
+        return int(np.argmax([side.sum() for side in sides]))
+    gaps = [np.linalg.norm(loop - np.ldexp(near, -power), axis=1).min() for loop in loops]
+    return int(np.argmin(gaps))
 
 
 def _images(work: Surface, points: IntArray) -> IntArray:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal
@@ -14,7 +13,7 @@ from ..errors import MeshError, Remedy, check_number, within
 from ..gate import takes_mesh
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows
 from ..mesh.check import check_indices, checked
-from . import LARGEST_WELD
+from . import LARGEST_WELD, REPAIRS
 from .polygons import triangulated
 from .refusal import Refusal, repair_by
 from .surface import Surface
@@ -52,7 +51,9 @@ class RepairedMesh:
     def caps(self) -> BoolArray | None:
         """The faces that are caps, (m,); None if there are none."""
         caps = self.face_source < 0
-        return caps if caps.any() else None
+        if not caps.any():
+            return None
+        return caps
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.v, self.f))
@@ -73,15 +74,35 @@ def asked_for(function: str, **options: Any) -> Remedy:
     return repair_by(function, options)
 
 
-@contextmanager
-def after_repair(work: Surface) -> Iterator[None]:
-    """Put before an error what the repair had done by then."""
+def repaired(
+    v: FloatArray,
+    f: ArrayLike,
+    asked: Remedy,
+    steps: Callable[[Surface], None],
+    check: Callable[..., object],
+) -> RepairedMesh:
+    """Repair what needs no new geometry, then take further steps, and check what comes out.
+
+    Errors say what the repair had done by then, and suggest calls with the options `asked` of this one.
+    """
+    options: dict[str, Any] = REPAIRS | dict(asked.options)
+    closed = asked.function == "repair_mesh"
+    work = Surface(v, *triangulated(v, f), closed=closed)
+    check_indices(work.f, len(v))
     try:
-        yield
+        work.clean(options["keep_largest"], options["weld"])
+        if closed and not len(work.f):
+            raise MeshError("no face is left; give a closed triangle mesh")
+        if work.sound and (options["keep_largest"] or work.parts == 1):
+            steps(work)
+        check(work.f, work.v, partial(Refusal, asked=asked, work=work))
     except MeshError as error:
         if work.actions:
             error = within(error, f"repair (done: {'; '.join(work.actions)}) is not enough: ")
         raise error from None
+    return RepairedMesh(
+        work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions)
+    )
 
 
 @takes_mesh
@@ -150,33 +171,22 @@ def repair_mesh(
     >>> ism.repair_mesh(v[:4], [[0, 1, 2], [0, 2, 3], [0, 3, 1]], holes="fill").actions
     ('filled 1 hole (3 edges) near (-0.333, -0.333, -0.333)',)
     """
-    options = {"weld": weld, "keep_largest": keep_largest, "holes": holes, "handles": handles}
-    asked = asked_for("repair_mesh", **options)
-    vertices = check_rows(v, name="vertices")
-    work = Surface(vertices, *triangulated(vertices, f))
-    check_indices(work.f, len(vertices))
-    with after_repair(work):
-        work.clean(keep_largest, weld)
-        if not len(work.f):
-            raise MeshError("no face is left; give a closed triangle mesh")
-        if work.sound and (keep_largest or work.parts == 1):
-            if holes == "fill":
-                work.fill_holes()
-            if not work.rims:
-                if handles == "cut":
-                    work.cut_handles()
-                work.turn_outward()
-        check_again(work, asked)
-    return repaired(work)
 
+    def steps(work: Surface) -> None:
+        if holes == "fill":
+            work.fill_holes()
+        if not work.rims:
+            if handles == "cut":
+                work.cut_handles()
+            work.turn_outward()
 
-def check_again(work: Surface, asked: Remedy) -> None:
-    """Check a surface after its repair; the call that an error suggests includes the options `asked` of that."""
-    checked(work.v, work.f, None, partial(Refusal, asked=asked, work=work))
-
-
-def repaired(work: Surface) -> RepairedMesh:
-    """The mesh that a repair has made, and where its rows come from."""
-    return RepairedMesh(
-        work.v, work.f, work.vertex_source, work.face_source, work.image, tuple(work.actions)
+    asked = asked_for(
+        "repair_mesh", weld=weld, keep_largest=keep_largest, holes=holes, handles=handles
+    )
+    return repaired(
+        check_rows(v, name="vertices"),
+        f,
+        asked,
+        steps,
+        lambda f, v, refusal: checked(v, f, None, refusal),
     )

@@ -12,7 +12,7 @@ from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray, own_unit
 from ..mesh.edges import edge_keys, sides
 
-#: Tips that errors suggest to cut through: with 6, 2 of 4 bodies keep their lengths better, 2 worse (tried by hand).
+#: Tips that errors suggest to cut through.
 TIPS = 4
 _TINY = np.finfo(np.float64).tiny
 

@@ -11,6 +11,7 @@ from ..mesh.edges import (
     components,
     direction_components,
     edge_keys,
+    fans,
     marked,
     next_corners,
     rims,
@@ -45,8 +46,13 @@ class Surface:
         closed: bool = True,
     ) -> None:
         self.given = self.v, self.f = v, f
-        self.vertex_source, self.image = np.arange(len(v)), np.arange(len(v))
-        self.face_source = np.arange(len(f)) if rows is None else rows
+        if rows is None:
+            rows = np.arange(len(f))
+        self.vertex_source, self.image, self.face_source = (
+            np.arange(len(v)),
+            np.arange(len(v)),
+            rows,
+        )
         self.actions, self._closed = list(done), closed
         self.welded, self.stitched, self.parts = 0, 0, 0
         self.cleaned = self.sound = False
@@ -96,15 +102,11 @@ class Surface:
         target = np.append(np.arange(len(self.v)), -1)  # -1 stays
         target[rim] = first
         self.f, self.image = target[self.f], target[self.image]
-        near = f", within {tolerance:g} of the diagonal" if tolerance else ""
+        where = "along open edges"
+        if tolerance:
+            where = f"{where}, within {tolerance:g} of the diagonal"
         self.welded = int((rim != first).sum())
-        self._note(
-            "welded",
-            self.welded,
-            "coincident vertex",
-            "coincident vertices",
-            f"along open edges{near}",
-        )
+        self._note("welded", self.welded, "coincident vertex", "coincident vertices", where)
 
     def _drop_repeated_indices(self) -> None:
         a, b, c = self.f.T
@@ -113,28 +115,19 @@ class Surface:
         self._note("dropped", int(bad.sum()), "face", "faces", "with a repeated index")
 
     def _stitch_junctions(self, tolerance: float) -> None:
-        found = stitched(self.v, self.f, tolerance)
-        if found is not None:
-            self.f, self.face_source = found.f, self.face_source[found.source]
-            self.stitched = found.split
-            self._note("split", found.split, "face", "faces", "at vertices on their open edges")
+        self.f, source = stitched(self.v, self.f, tolerance)
+        self.face_source = self.face_source[source]
+        self.stitched = int((np.bincount(source) > 1).sum())
+        self._note("split", self.stitched, "face", "faces", "at vertices on their open edges")
 
     def _drop_copies(self) -> None:
         """Where an edge has more than two faces, keep the first of those with the same corners."""
-        keys = edge_keys(*sides(self.f), len(self.v))
-        _, index, count = np.unique(keys, return_inverse=True, return_counts=True)
-        nonmanifold = (count[index] > 2).reshape(-1, 3).any(axis=1)
-        if not nonmanifold.any():
-            return
-        copy = np.ones(len(self.f), dtype=bool)
-        copy[np.unique(np.sort(self.f, axis=1), axis=0, return_index=True)[1]] = False
-        self._keep_faces(~(copy & nonmanifold))
-        self._note(
-            "dropped",
-            int((copy & nonmanifold).sum()),
-            "surplus copy of a face",
-            "surplus copies of faces",
-        )
+        edge = shared_edges(self.f, len(self.v))[1]
+        surplus = np.any((np.bincount(edge)[edge] > 2).reshape(-1, 3), axis=1)
+        surplus[np.unique(np.sort(self.f, axis=1), axis=0, return_index=True)[1]] = False
+        self._keep_faces(~surplus)
+        lost = int(surplus.sum())
+        self._note("dropped", lost, "surplus copy of a face", "surplus copies of faces")
 
     def _part_sheets(self) -> None:
         parted = part_sheets(own_unit(self.v)[0], self.f)
@@ -159,7 +152,9 @@ class Surface:
         closed = 2 * np.bincount(label[first // 3], minlength=self.parts) == 3 * np.bincount(label)
         if self._closed and closed.any():
             size = _volumes(own_unit(self.v)[0], self.f, label)
-        largest = np.argmax(np.round(size / (size.max() or 1.0), 9))
+        if size.any():
+            size /= size.max()
+        largest = np.argmax(np.round(size, 9))
         self._drop_faces(label != largest, plural(self.parts - 1, "smaller component"))
 
     def _drop_unreferenced(self) -> None:
@@ -193,24 +188,21 @@ class Surface:
 
         Where a rim passes a vertex twice, its fans stay together if caps of both holes will lie between them.
         """
-        first, second = self._twins()
-        (start, stop), corners, n = sides(self.f), self.f.ravel(), len(self.v)
-        keys = edge_keys(start, stop, n)
-        nonmanifold = np.unique(keys, return_counts=True)[1].max(initial=0) > 2
-        if nonmanifold or (start[first] == start[second]).any():
+        start, corners, n = sides(self.f)[0], self.f.ravel(), len(self.v)
+        keys, edge, first, second = shared_edges(self.f, n)
+        if (np.bincount(edge) > 2).any() or (start[first] == start[second]).any():
             return
         self.sound = True
-        shut = ~np.isin(keys[first], cut)
+        shut = ~np.isin(keys[edge[first]], cut)
         first, second = first[shut], second[shut]
-        (tail, head), (other_tail, other_head) = next_corners(first), next_corners(second)
-        fans, fan = components(np.r_[tail, other_tail], np.r_[other_head, head], len(corners))
+        number, fan = fans(self.f, first, second)
         vertex = corners[np.unique(fan, return_index=True)[1]]  # of each fan
         at_rim = np.ones(len(corners), dtype=bool)  # corners from which an open edge runs
-        at_rim[tail] = at_rim[other_tail] = False
-        from_corner = np.flatnonzero(at_rim)
+        at_rim[next_corners(np.r_[first, second])[0]] = False
+        tail = np.flatnonzero(at_rim)
         parts: list[list[int]] = []
-        joined = np.arange(fans)
-        for rim in rims(fan[next_corners(from_corner)[0]], fan[from_corner]):
+        joined = np.arange(number)
+        for rim in rims(fan[next_corners(tail)[0]], fan[tail]):
             found = [(rim, rim[0])]
             if capped:
                 found = list(simple_rims(rim, vertex[rim].tolist()))
@@ -221,11 +213,11 @@ class Surface:
         owner = vertex[kept]
         extra = np.ones(len(kept), dtype=bool)
         extra[np.unique(owner, return_index=True)[1]] = False
-        number = np.empty(fans, dtype=np.int64)
-        number[kept] = np.where(extra, n + np.cumsum(extra) - 1, owner)
-        number = number[joined]
-        self.rims = [number[part] for part in parts]
-        self.f = number[fan].reshape(-1, 3)
+        row = np.empty(number, dtype=np.int64)
+        row[kept] = np.where(extra, n + np.cumsum(extra) - 1, owner)
+        row = row[joined]
+        self.rims = [row[part] for part in parts]
+        self.f = row[fan].reshape(-1, 3)
         self.v = np.concatenate([self.v, self.v[owner[extra]]])
         self.vertex_source = np.concatenate([self.vertex_source, self.vertex_source[owner[extra]]])
         if not len(cut):
@@ -247,21 +239,23 @@ class Surface:
     def cut_open(self, points: IntArray | int, keep_largest: bool) -> None:
         """Cut along edges (k, 2), or a tree that joins the boundary loops and vertices, or loops and tips by number."""
         if not isinstance(points, int) and points.ndim == 2:
-            self.split_fans(edge_keys(points[:, 0], points[:, 1], len(self.v)), capped=False)
-            self.actions.append(f"cut along {plural(len(points), 'edge')}")
+            self._cut(points)
             self._drop_components(keep_largest)
             self._drop_unreferenced()
             return
-        loops = len(self.rims)
-        edges = seam(self.v, self.f, points, self.rims)
-        self.split_fans(edge_keys(edges[:, 0], edges[:, 1], len(self.v)), capped=False)
-        joined = [plural(loops, "boundary loop")] if loops else []
+        loops, joined = len(self.rims), []
+        if loops:
+            joined.append(plural(loops, "boundary loop"))
         if not isinstance(points, int):
             joined.append(plural(len(points), "vertex", "vertices"))
         elif points > loops:
             joined.append(plural(points - loops, "tip"))
-        between = listed_words(joined)
-        self.actions.append(f"cut along {plural(len(edges), 'edge')} between {between}")
+        edges = seam(self.v, self.f, points, self.rims)
+        self._cut(edges, f" between {listed_words(joined)}")
+
+    def _cut(self, edges: IntArray, between: str = "") -> None:
+        self.split_fans(edge_keys(edges[:, 0], edges[:, 1], len(self.v)), capped=False)
+        self.actions.append(f"cut along {plural(len(edges), 'edge')}{between}")
 
     def cut_handles(self) -> None:
         """Cut the handles of a closed surface along short loops, and close the cuts by caps.
@@ -298,11 +292,8 @@ class Surface:
         v, f, n = [self.v], [self.f], len(self.v)
         after = np.concatenate([np.roll(rim, -1) for rim in self.rims])
         onward = conormals(own, self.f, np.concatenate(self.rims), after)
-        for rim, out in zip(
-            self.rims,
-            np.split(onward, np.cumsum([len(rim) for rim in self.rims])[:-1]),
-            strict=True,
-        ):
+        ends = np.cumsum([len(rim) for rim in self.rims])
+        for rim, out in zip(self.rims, np.split(onward, ends[:-1]), strict=True):
             points, faces = cap(own[rim], out)
             v.append(np.ldexp(points, power))
             f.append(np.append(rim, np.arange(n, n + len(points)))[faces])
@@ -335,7 +326,10 @@ class Surface:
 
     def _share(self, f: IntArray) -> float:
         """The share of the input's area that faces have; 0 where it has none."""
-        return float(self._areas(f).sum()) / (self._area or 1.0)
+        area = float(self._areas(f).sum())
+        if not self._area:
+            return area
+        return area / self._area
 
     def _twins(self) -> tuple[IntArray, IntArray]:
         """Half-edges in pairs, of the edges that have exactly two faces."""
@@ -380,5 +374,6 @@ def holes_text(v: FloatArray, rims: list[IntArray], places: bool = True) -> str:
     text = f"{plural(len(rims), 'hole')} ({listed_words(sizes)} edges)"
     if not places:
         return text
-    longest = ", the longest" if len(rims) > 1 else ""
-    return f"{text}{longest} near {place(v[max(rims, key=len)], v)}"
+    if len(rims) > 1:
+        text = f"{text}, the longest"
+    return f"{text} near {place(v[max(rims, key=len)], v)}"

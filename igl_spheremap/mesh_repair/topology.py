@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh.arrays import BoolArray, IntArray
-from ..mesh.edges import components, direction_components, next_corners, shared_edges
+from ..mesh.edges import components, direction_components, fans, next_corners, shared_edges, sides
 
 
 @dataclass(frozen=True)
@@ -97,16 +97,10 @@ def closed_parts(f: IntArray, n: int) -> list[IntArray]:
     of_face = label[np.where(inside, f[:, 0], 0)]
     order = np.flatnonzero(inside & closed[of_face])
     order = order[np.argsort(of_face[order], kind="stable")]
-    parts = np.split(order, np.flatnonzero(np.diff(of_face[order])) + 1) if len(order) else []
+    if not len(order):
+        return []
+    parts = np.split(order, np.flatnonzero(np.diff(of_face[order])) + 1)
     return sorted(parts, key=lambda part: int(part[0]))
-
-
-def _part_of_faces(f: IntArray, n: int) -> IntArray:
-    """The number of the closed part that each face belongs to, -1 where that is open."""
-    number = np.full(len(f), -1)
-    for k, faces in enumerate(closed_parts(f, n)):
-        number[faces] = k
-    return number
 
 
 def usable_faces(f: IntArray, n: int) -> tuple[BoolArray, BoolArray]:
@@ -124,36 +118,32 @@ def topology_of(f: IntArray, n: int) -> Topology:
     (Component(vertices=4, faces=2, boundary_loops=(4,), handles=0, part=None),)
     """
     inside, usable = usable_faces(f, n)
-    part = _part_of_faces(f, n)[usable]
-    f = f[usable]
+    part = np.full(len(f), -1)  # the number of the closed part of each face
+    for k, faces in enumerate(closed_parts(f, n)):
+        part[faces] = k
+    part, f = part[usable], f[usable]
     keys, edge, first, second = shared_edges(f, n)
     start = f.ravel()
     number, label = components(first // 3, second // 3, len(f))
-    clash = start[next_corners(first)[0]] == start[next_corners(second)[0]]
+    clash = sides(f)[0][first] == sides(f)[0][second]
     forward, backward = direction_components(first // 3, second // 3, clash, len(f))
     orientable = np.ones(number, dtype=bool)
     orientable[label[forward == backward]] = False
-    # A fan is a class of corners at one vertex, joined across the edges that two faces share.
-    (tail, head), (other_tail, other_head) = next_corners(first), next_corners(second)
-    ends = np.where(clash, other_tail, other_head), np.where(clash, other_head, other_tail)
-    fans, fan = components(np.r_[tail, head], np.r_[ends], f.size)
+    count, fan = fans(f, first, second)
     one = np.unique(fan, return_index=True)[1]  # a corner of each fan
     rim = np.ones(f.size, dtype=bool)
     rim[first] = rim[second] = False
     half = np.flatnonzero(rim)
     corner = fan.astype(np.int64)
     begin, end = (corner[each] for each in next_corners(half))
-    loop = components(begin, end, fans)[1][begin]
-    loops, where, length = np.unique(loop, return_index=True, return_counts=True)
-    owner = label[half[where] // 3] if len(loops) else loops
-    vertices, faces = (
-        np.bincount(label[one // 3], minlength=number),
-        np.bincount(label, minlength=number),
+    loop = components(begin, end, count)[1][begin]
+    _, where, length = np.unique(loop, return_index=True, return_counts=True)
+    owner = label[half[where] // 3]
+    vertices, faces, inner, outer, around = (
+        np.bincount(each, minlength=number)
+        for each in (label[one // 3], label, label[first // 3], label[half // 3], owner)
     )
-    edges = np.bincount(label[first // 3], minlength=number) + np.bincount(
-        label[half // 3], minlength=number
-    )
-    around = np.bincount(owner, minlength=number)
+    edges = inner + outer
     handles = (2 - (vertices - edges + faces) - around) // 2
     lengths: list[list[int]] = [[] for _ in range(number)]
     for k in np.argsort(-length, kind="stable").tolist():
@@ -161,16 +151,13 @@ def topology_of(f: IntArray, n: int) -> Topology:
     a_face = np.unique(label, return_index=True)[1]
     found = []
     for k in np.argsort(-faces, kind="stable").tolist():
-        closed_part = int(part[a_face[k]])
-        found.append(
-            Component(
-                vertices=int(vertices[k]),
-                faces=int(faces[k]),
-                boundary_loops=tuple(lengths[k]),
-                handles=int(handles[k]) if orientable[k] else None,
-                part=closed_part if closed_part >= 0 else None,
-            )
-        )
+        genus, closed_part = None, None
+        if orientable[k]:
+            genus = int(handles[k])
+        if part[a_face[k]] >= 0:
+            closed_part = int(part[a_face[k]])
+        sizes = int(vertices[k]), int(faces[k])
+        found.append(Component(*sizes, tuple(lengths[k]), genus, closed_part))
     return Topology(
         edges=len(keys),
         components=tuple(found),

@@ -8,9 +8,6 @@ from ..mesh.arrays import FloatArray, IntArray, own_unit, weld
 from ..mesh.edges import components, shared_edges, sides
 from . import LARGEST_WELD
 
-#: Least ratio between distances that a tolerance parts: from here on a power of ten lies between them.
-_GAP = 10.0
-
 
 def welded(v: FloatArray, f: IntArray, tolerance: float) -> tuple[IntArray, IntArray]:
     """The vertices on open edges, and for each the first of those that it is joined with.
@@ -51,7 +48,8 @@ def weld_tolerance(v: FloatArray, f: IntArray) -> float | None:
     widest = int(np.argmax(np.diff(steps)))
     low, high = steps[widest], steps[widest + 1]
     tolerance = 10.0 ** round((low + high) / 2)
-    if high - low < np.log10(_GAP) or tolerance > LARGEST_WELD:
+    # between them lies a power of ten
+    if high - low < 1 or tolerance > LARGEST_WELD:
         return None
     return tolerance
 

@@ -13,6 +13,7 @@ from ..gate import gate
 from ..io.files import own_name
 from ..io.formats import format_of, stem_of
 from ..maps.options import Auto, Method, method_of
+from ..mesh_repair import REPAIRS
 from ..mesh_repair.repair_mesh import asked_for
 from .engine import USUAL, Engine
 from .job import Job, check_places
@@ -22,13 +23,7 @@ from .run_many import run_many
 from .table import Row
 
 _FIELD = re.compile(r"\{(folder|name|stem)\}")
-#: The options of `repair_mesh` with their defaults.
-_REPAIRS: dict[str, Any] = {
-    "weld": 0.0,
-    "keep_largest": False,
-    "holes": "refuse",
-    "handles": "refuse",
-}
+_OF_MESHES = ("weld", "keep_largest", "holes", "handles")
 
 
 @gate
@@ -110,21 +105,26 @@ def map_many(
             raise TypeError(f"sources is {shown(source)}; give the name of a file")
         names.append(os.fspath(source))
     targets = targets_of(out, names)
-    repairs = None
+    repairs: dict[str, Any] | None = None
     if repair is not False:
-        repairs = _REPAIRS | dict(repair if isinstance(repair, Mapping) else {})
-        if unknown := [name for name in repairs if name not in _REPAIRS]:
+        repairs = {name: REPAIRS[name] for name in _OF_MESHES}
+        if isinstance(repair, Mapping):
+            repairs |= repair
+        if unknown := [name for name in repairs if name not in _OF_MESHES]:
             raise ValueError(
-                f"repair has {unknown[0]!r}; give options of repair_mesh: {', '.join(_REPAIRS)}"
+                f"repair has {unknown[0]!r}; give options of repair_mesh: {', '.join(_OF_MESHES)}"
             )
         asked_for("repair_mesh", **repairs)
-    chosen = Auto(polish=None) if method == Auto.name else method_of(method)
+    chosen: Method = Auto(polish=None)
+    if method != Auto.name:
+        chosen = method_of(method)
     task = SphereMapping(chosen, float(balance), repairs, force=force, folder=os.getcwd())
     if report is not None:
         check_page(report)
-    log = manifest or manifest_of(out)
+    if not manifest:
+        manifest = manifest_of(out)
     jobs = [Job(source, target) for source, target in zip(names, targets, strict=True)]
-    rows = run_many(jobs, task, log, engine, listener)
+    rows = run_many(jobs, task, manifest, engine, listener)
     if report is not None:
         write_population_page(report, rows, map_sheet(rows, task), engine.processes)
     return rows
