@@ -39,11 +39,11 @@ class WorkerDied(RuntimeError):
         self.pid, self.status, self.reason = pid, status, reason
 
     def __str__(self) -> str:
-        killed = f"by signal {-self.status}, perhaps for lack of memory"
-        return (
-            self.reason
-            or f"its process ended {killed if self.status < 0 else f'with status {self.status}'}"
-        )
+        if self.reason:
+            return self.reason
+        if self.status < 0:
+            return f"its process ended by signal {-self.status}, perhaps for lack of memory"
+        return f"its process ended with status {self.status}"
 
 
 class Child:
@@ -58,20 +58,18 @@ class Child:
     def call(self, function: Callable[..., T], *args: Any, timeout: float | None = None) -> T:
         """What the function returns; raise WorkerDied if its process ends, or passes some seconds."""
         process = self._running(function, *args)
-        limit = threading.Timer(min(timeout or 0.0, threading.TIMEOUT_MAX), process.kill)
+        limit, reason = threading.Timer(threading.TIMEOUT_MAX, process.kill), ""
         began = time.monotonic()
         try:
             if timeout is not None:
+                limit.interval = min(timeout, threading.TIMEOUT_MAX)
                 limit.start()
             failed, value = _ask(process, function, *args)
         except (EOFError, OSError, pickle.UnpicklingError):
             self.end()
-            late = timeout is not None and time.monotonic() - began >= timeout
-            raise WorkerDied(
-                process.pid,
-                process.returncode,
-                f"it took more than {timeout:g} s, the limit" if late else "",
-            ) from None
+            if timeout is not None and time.monotonic() - began >= timeout:
+                reason = f"it took more than {timeout:g} s, the limit"
+            raise WorkerDied(process.pid, process.returncode, reason) from None
         finally:
             limit.cancel()
         if failed:
@@ -140,7 +138,8 @@ def serve() -> None:
             function, args = pickle.load(calls)
         except EOFError:
             return
-        _reset_peak_memory()
+        with contextlib.suppress(OSError), open("/proc/self/clear_refs", "w") as file:
+            file.write("5")  # from here on the peak of memory is that of the call
         try:
             answer = (False, function(*args))
         except Exception as error:
@@ -165,15 +164,23 @@ class ProcessPool(ThreadPoolExecutor):
 
     def __init__(self, workers: int | None) -> None:
         self._children: list[Child] = []
-        super().__init__(
-            workers or os.cpu_count() or 1, initializer=lambda: self._children.append(own_child())
-        )
+        if workers is None:
+            workers = processors()
+        super().__init__(workers, initializer=lambda: self._children.append(own_child()))
 
     def end(self) -> None:
         """End all processes at once, whatever they do, and take no more calls."""
         self.shutdown(wait=False, cancel_futures=True)
         for child in self._children:
             child.end()
+
+
+def processors() -> int:
+    """How many there are; 1 where the system does not say."""
+    known = os.cpu_count()
+    if known is None:
+        return 1
+    return known
 
 
 def peak_memory() -> float:
@@ -183,8 +190,3 @@ def peak_memory() -> float:
             return next(int(line.split()[1]) / 1024 for line in file if line.startswith("VmHWM"))
     except (OSError, StopIteration):
         return float("nan")
-
-
-def _reset_peak_memory() -> None:
-    with contextlib.suppress(OSError), open("/proc/self/clear_refs", "w") as file:
-        file.write("5")

@@ -6,7 +6,7 @@ import asyncio
 import json
 import os
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -24,13 +24,9 @@ from typing import Any
 from .._version import __version__
 from ..errors import WorkersUnavailable, check_number, check_whole, import_optional, one_line, shown
 from ..gate import check_kinds
-from .child import ProcessPool, WorkerDied
+from .child import ProcessPool, WorkerDied, processors
 from .job import Job, JobT, Task, failed, run_in_child, run_job
 from .manifest import JobResult
-
-_AHEAD = 2  # jobs in flight for each worker: one that runs, and one that waits to follow it
-# seconds for a scheduler to answer: many round trips of a slow network, and a person still waits
-_ANSWER = 6.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,37 +120,36 @@ def results(
     running: dict[Future[JobResult], JobT] = {}
     deaths, mortal = Counter[JobT](), deaths_in(engine.executor)
     while todo or running:
-        while todo and len(running) < _AHEAD * max(1, _count(engine.executor)):
+        # for each worker a job that runs, and one that waits to follow it
+        while todo and len(running) < 2 * max(1, _count(engine.executor)):
             job = todo.popleft()
             running[_submit(engine, job, task)] = job
         for future in wait(running, return_when=FIRST_COMPLETED).done:
             job = running.pop(future)
-            error = future.exception() if not future.cancelled() else CancelledError()
-            if isinstance(error, CancelledError):
+            if future.cancelled() or isinstance(future.exception(), CancelledError):
                 raise WorkersUnavailable(
                     "the executor dropped its jobs, perhaps its scheduler is gone; run it again "
                     "to continue"
                 )
-            if not isinstance(error, mortal):
+            if not isinstance(error := future.exception(), mortal):
                 yield job, future.result()
                 continue
             deaths[job] += 1
             if deaths[job] <= engine.retries:
                 todo.append(job)
-            else:
-                times = f" {deaths[job]} times" if engine.retries else ""
-                yield job, failed(job, task, f"its worker died{times}: {error}")
+                continue
+            times = ""
+            if engine.retries:
+                times = f" {deaths[job]} times"
+            yield job, failed(job, task, f"its worker died{times}: {error}")
 
 
 def deaths_in(executor: Executor | None) -> tuple[type[BaseException], ...]:
     """What an executor raises for a job whose worker died."""
-    if _is_dask(executor):
-        return (
-            BrokenExecutor,
-            WorkerDied,
-            import_optional("distributed", "a Dask executor", "batch").KilledWorker,
-        )
-    return BrokenExecutor, WorkerDied
+    if not _is_dask(executor):
+        return BrokenExecutor, WorkerDied
+    distributed = import_optional("distributed", "a Dask executor", "batch")
+    return BrokenExecutor, WorkerDied, distributed.KilledWorker
 
 
 def _is_dask(executor: Executor | None) -> bool:
@@ -166,39 +161,38 @@ def _count(executor: Executor | None) -> int:
     if _is_dask(executor):
         client: Any = vars(executor)["_client"]
         return sum(client.nthreads().values())
-    return getattr(executor, "_max_workers", os.cpu_count() or 1)
+    return getattr(executor, "_max_workers", processors())
 
 
 def _submit(engine: Engine, job: Job, task: Task[Any]) -> Future[JobResult]:
     assert engine.executor is not None
-    apart = isinstance(engine.executor, ProcessPool) or engine.timeout is not None
+    run: Callable[..., JobResult] = run_job
+    if isinstance(engine.executor, ProcessPool) or engine.timeout is not None:
+        run = partial(run_in_child, timeout=engine.timeout)
     try:
-        return engine.executor.submit(
-            partial(run_in_child, timeout=engine.timeout) if apart else run_job, job, task
-        )
+        return engine.executor.submit(run, job, task)
     except BrokenExecutor as error:  # a pool that broke takes no more jobs
         future: Future[JobResult] = Future()
         future.set_exception(error)
         return future
 
 
-def connect(scheduler: str, seconds: float = _ANSWER) -> Any:
+def connect(scheduler: str, seconds: float = 6.0) -> Any:
     """An executor on the Dask scheduler at an address, or of a scheduler file.
 
     Raise WorkersUnavailable if it does not answer within some seconds, or if a worker has another version.
     """
     distributed = import_optional("distributed", "a Dask scheduler", "batch")
     try:
-        address = (
-            json.loads(Path(scheduler).read_bytes())["address"]
-            if os.path.isfile(scheduler)
-            else scheduler
-        )
+        address = scheduler
+        if os.path.isfile(scheduler):
+            address = json.loads(Path(scheduler).read_bytes())["address"]
         # a client without a scheduler hangs when it is dropped
         asyncio.run(asyncio.wait_for(_greet(address), seconds))
     except Exception as error:  # what listens there may be anything
-        known = str(error) and isinstance(error, OSError | ValueError)
-        reason = one_line(error) if known else f"no valid answer within {seconds:g} s"
+        reason = f"no valid answer within {seconds:g} s"
+        if str(error) and isinstance(error, OSError | ValueError):
+            reason = one_line(error)
         raise WorkersUnavailable(
             f"no Dask scheduler answers at {scheduler} ({reason}); start one by `dask scheduler`"
         ) from None

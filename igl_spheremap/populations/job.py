@@ -93,7 +93,9 @@ class Task(ABC, Generic[JobT]):
 
     def place(self, path: str) -> str:
         """Where a path is, on a machine whose working directory may be another."""
-        return path if os.getcwd() == self.folder else os.path.join(self.folder, path)
+        if os.getcwd() == self.folder:
+            return path
+        return os.path.join(self.folder, path)
 
     def places(self, paths: Sequence[str]) -> list[str]:
         """Where several paths are."""
@@ -130,11 +132,9 @@ def run_job(job: JobT, task: Task[JobT]) -> JobResult:
                 make_folder(os.path.dirname(target))
             row = task.run(job, check)
         except Exception as error:  # one input must not end the others
-            status = next(
-                (status for kind, status in _STATUS.items() if isinstance(error, kind)), "failed"
-            )
-            row = replace(task.empty(job), status=status, notes=one_line(error))
-            if status == "file" or not are_still(sources, read):
+            known = (status for kind, status in _STATUS.items() if isinstance(error, kind))
+            row = replace(task.empty(job), status=next(known, "failed"), notes=one_line(error))
+            if row.status == "file" or not are_still(sources, read):
                 kept = None
     row = replace(
         row, seconds=time.perf_counter() - began, memory=peak_memory(), worker=host_and_process()

@@ -12,8 +12,8 @@ import hashlib
 import json
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any
 
@@ -22,15 +22,14 @@ from ..io.replacing import check_writable, make_folder
 from .table import MAPPED, ROW_ERRORS, JobRow, from_plain, json_lines, plain
 
 _BEGIN = b'{"igl_spheremap run": '
-_BEYOND = 1 << 40  # Windows locks bytes against reading, too: one that no file reaches
 
 
 @dataclass(frozen=True, slots=True)
 class Fingerprint:
-    """Size in bytes, time of the last change in nanoseconds, and SHA-256 of a regular file."""
+    """Size in bytes, time of the last change in nanoseconds, and SHA-256 of a regular file, which makes it equal."""
 
-    size: int
-    mtime_ns: int
+    size: int = field(compare=False)
+    mtime_ns: int = field(compare=False)
     sha256: str
 
 
@@ -44,17 +43,15 @@ def fingerprint(path: str, known: Fingerprint | None = None) -> Fingerprint | No
             return None
         with open(path, "rb") as file:
             stat = os.fstat(file.fileno())
-            if known is not None and (known.size, known.mtime_ns) == (
-                stat.st_size,
-                stat.st_mtime_ns,
-            ):
+            found = stat.st_size, stat.st_mtime_ns
+            if known is not None and (known.size, known.mtime_ns) == found:
                 return known
             digest = hashlib.sha256()
             while block := file.read(1 << 20):
                 digest.update(block)
     except OSError:
         return None
-    return Fingerprint(stat.st_size, stat.st_mtime_ns, digest.hexdigest())
+    return Fingerprint(*found, digest.hexdigest())
 
 
 #: What is at each of several paths.
@@ -63,15 +60,14 @@ Fingerprints = tuple[Fingerprint | None, ...]
 
 def fingerprints(paths: Sequence[str], known: Fingerprints | None = None) -> Fingerprints:
     """The fingerprints of several files."""
-    return tuple(map(fingerprint, paths, known or [None] * len(paths)))
+    if known is None:
+        known = (None,) * len(paths)
+    return tuple(map(fingerprint, paths, known))
 
 
 def are_still(paths: Sequence[str], known: Fingerprints) -> bool:
     """Whether files have the contents of fingerprints; None is that of a file that can't be read."""
-    if len(paths) != len(known):
-        return False
-    now = fingerprints(paths, known)
-    return [one and one.sha256 for one in now] == [one and one.sha256 for one in known]
+    return len(paths) == len(known) and fingerprints(paths, known) == known
 
 
 @dataclass(frozen=True)
@@ -96,8 +92,7 @@ class Manifest:
         make_folder(Path(path).parent)
         check_writable(path, force=True)
         self.path = Path(os.path.realpath(path))
-        self._results: dict[str, JobResult] = {}
-        self._made: dict[str, list[Fingerprints]] = {}
+        self._results: dict[str, list[JobResult]] = {}
         with self._writing():
             # what is written survives this process at once
             self._file = self.path.open("a+b", buffering=0)
@@ -106,13 +101,13 @@ class Manifest:
         except FileError:
             self._file.close()
             raise
-        if self._file.seek(0, os.SEEK_END) and not self._ends_with_a_line():
-            self._file.write(b"\n")  # an earlier run was killed within its last line
+        if self._file.seek(0, os.SEEK_END):
+            self._file.seek(-1, os.SEEK_END)
+            if self._file.read(1) != b"\n":
+                self._file.write(b"\n")  # an earlier run was killed within its last line
         self._append({"igl_spheremap run": dict(run)})
         for key, result in self._earlier():
-            self._results[key] = result
-            if result.row.status in MAPPED:
-                self._made.setdefault(key, []).append(result.written)
+            self._results.setdefault(key, []).append(result)
 
     def _check(self, path: str | os.PathLike[str]) -> None:
         """Raise a FileError if another run writes the file, or if it is not a manifest."""
@@ -147,40 +142,30 @@ class Manifest:
         """Keys and results of earlier runs; other lines are ignored, and results that no file proves."""
         for entry in self._entries():
             with contextlib.suppress(*ROW_ERRORS):
-                read, written = (
-                    entry[name] and tuple(file and Fingerprint(**file) for file in entry[name])
-                    for name in ("read", "written")
-                )
-                row = _printable(from_plain(entry["row"]))
+                read, row = None, _printable(from_plain(entry["row"]))
+                if entry["read"] is not None:
+                    read = _unpacked(entry["read"])
+                written = _unpacked(entry["written"])
                 if row.status not in MAPPED or (len(written) > 0 and all(written)):
                     yield str(entry["key"]), JobResult(row, read, written)
 
-    def _ends_with_a_line(self) -> bool:
-        self._file.seek(-1, os.SEEK_END)
-        return self._file.read(1) == b"\n"
-
     def result(self, key: str, sources: Sequence[str], targets: Sequence[str]) -> JobRow | None:
         """The row of that key, if the sources are the files that were read, and the targets those that were written."""
-        found = self._results.get(key)
-        same = (
-            found
-            and found.read
-            and are_still(sources, found.read)
-            and are_still(targets, found.written)
-        )
-        return found.row if found and same else None
+        for found in self._results.get(key, ())[-1:]:
+            if found.read and are_still(sources, found.read) and are_still(targets, found.written):
+                return found.row
+        return None
 
     def made(self, key: str, targets: Sequence[str]) -> bool:
         """Whether an earlier run wrote what is at the targets now."""
-        return any(are_still(targets, written) for written in self._made.get(key, ()))
+        results = self._results.get(key, ())
+        return any(
+            each.row.status in MAPPED and are_still(targets, each.written) for each in results
+        )
 
     def add(self, key: str, result: JobResult) -> None:
         """Append a result."""
-        read, written = (
-            files and [file and asdict(file) for file in files]
-            for files in (result.read, result.written)
-        )
-        self._append({"key": key, "row": plain(result.row), "read": read, "written": written})
+        self._append({"key": key, **asdict(result), "row": plain(result.row)})
 
     def _append(self, entry: Mapping[str, Any]) -> None:
         line = json.dumps(entry).encode("utf-8") + b"\n"
@@ -193,7 +178,10 @@ class Manifest:
         try:
             yield
         except OSError as error:
-            raise FileError(f"can't write {self.path}: {error.strerror or error}") from error
+            reason = error.strerror
+            if not reason:
+                reason = str(error)
+            raise FileError(f"can't write {self.path}: {reason}") from error
 
     def __enter__(self) -> Manifest:
         return self
@@ -202,14 +190,23 @@ class Manifest:
         self._file.close()
 
 
+def _unpacked(files: Iterable[Any]) -> Fingerprints:
+    """Fingerprints as JSON holds them."""
+    found: list[Fingerprint | None] = []
+    for file in files:
+        if file is None:
+            found.append(None)
+        else:
+            found.append(Fingerprint(**file))
+    return tuple(found)
+
+
 def _printable(row: JobRow) -> JobRow:
     """A row whose texts, which anybody may have put into the file, do nothing to a terminal."""
-    return replace(
-        row,
-        status=printable(row.status),
-        worker=printable(row.worker),
-        notes=printable(row.notes),
-    )
+    texts: dict[str, Any] = {
+        name: printable(getattr(row, name)) for name in ("status", "worker", "notes")
+    }
+    return replace(row, **texts)
 
 
 def _lock(file: IO[bytes]) -> bool:
@@ -221,7 +218,7 @@ def _lock(file: IO[bytes]) -> bool:
         if sys.platform == "win32":
             import msvcrt
 
-            file.seek(_BEYOND)
+            file.seek(1 << 40)  # bytes are locked against reading, too: one that no file reaches
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
         else:
             import fcntl

@@ -49,8 +49,7 @@ class SphereMapping(Task[Job]):
         if self.repair is None:
             return loaded.v, loaded.f, loaded.metadata.get("caps")
         repaired = repair_mesh(loaded.v, loaded.f, **self.repair)
-        caps = repaired.face_source < 0
-        return repaired.v, repaired.f, caps if caps.any() else None
+        return repaired.v, repaired.f, repaired.caps
 
     def run(self, job: Job, check: Callable[[], None]) -> Row:
         """Read, map, write, and measure."""
@@ -60,10 +59,10 @@ class SphereMapping(Task[Job]):
         check()
         v, f, caps = self.repaired(loaded)
         if not (self.force or job.ours) and Path(target).exists():
-            balance = {"balance": self.balance} if self.balance else {}
-            if read_mark(target) != make_mark(
-                v, f, self.method.name, self.method.settings() | balance, caps
-            ):
+            settings = self.method.settings()
+            if self.balance:
+                settings |= {"balance": self.balance}
+            if read_mark(target) != make_mark(v, f, self.method.name, settings, caps):
                 raise FileError(
                     f"{job.target} exists without the mark of this version, method and mesh; it is kept, "
                     f"{REPLACE} replaces it"
@@ -73,21 +72,21 @@ class SphereMapping(Task[Job]):
         notes = [*result.notes]
         if written.moved:
             notes.append(moved_for_float32(written.moved))
-        figures = {
-            "angle": log_figures(result.angle_differences()),
-            "area": log_figures(result.log_area_ratios()),
-            "edge": log_figures(
-                log_length_ratios(result.vertices, result.faces[result.mesh.surface], result.sphere)
-            ),
-        }
-        columns: dict[str, Any] = {
-            f"{kind}_{name}": figures[name][kind]
-            for name in figures
-            for kind in ("mean", "p99", "max")
-        }
+        surface, columns = result.faces[result.mesh.surface], dict[str, Any]()
+        for name, values in (
+            ("angle", result.angle_differences()),
+            ("area", result.log_area_ratios()),
+            ("edge", log_length_ratios(result.vertices, surface, result.sphere)),
+        ):
+            figures = log_figures(values)
+            columns |= {f"{kind}_{name}": figures[kind] for kind in ("mean", "p99", "max")}
+        status, before = "folded", result.certificate.foldings
+        if written.folding_free:
+            status = "certified"
+        if result.rounds:
+            before = result.rounds[0].foldings_before
         return replace(
-            self.empty(job), status="certified" if written.folding_free else "folded", vertices=len(v),
-            foldings_before=result.rounds[0].foldings_before if result.rounds else result.certificate.foldings,
+            self.empty(job), status=status, vertices=len(v), foldings_before=before,
             foldings=written.foldings, energy=result.energy, stretch=result.stretch,
             notes="; ".join(notes), **columns,
         )  # fmt: skip

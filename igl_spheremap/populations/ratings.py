@@ -28,22 +28,17 @@ def failed_in(path: str | os.PathLike[str], sources: Sequence[str]) -> dict[str,
             raise MeshError(
                 "it has no columns 'source' and 'rating'; give a file that a page saved"
             )
-        rows = [
-            row
-            for row in (dict(zip(header, line, strict=False)) for line in lines)
-            if row["rating"]
-        ]
-        for row in rows:
-            if row["rating"] not in (_PASS, _FAIL):
+        rated = {}
+        for line in lines:
+            row = dict(zip(header, line, strict=False))
+            if row["rating"] not in ("", _PASS, _FAIL):
                 raise MeshError(
                     f"{row['source']} is rated {row['rating']!a}; give {_PASS} or {_FAIL}"
                 )
-        rated = {os.path.realpath(row["source"]): row for row in rows}
-        found = {
-            source: rated[place]
-            for source in sources
-            if (place := os.path.realpath(source)) in rated
-        }
+            if row["rating"]:
+                rated[os.path.realpath(row["source"])] = row
+        places = {source: os.path.realpath(source) for source in sources}
+        found = {source: rated[place] for source, place in places.items() if place in rated}
         if rated and not found:
             raise MeshError(
                 f"it rates {len(rated)} files, e.g. {next(iter(rated))}, and none of the {len(sources)} "

@@ -42,7 +42,9 @@ def run_many(
     run = {"options": repr(task), "began": began, "by": host_and_process()}
     with Manifest(manifest, run) as log, started(engine) as running:
         keys = {job: key_of(job, task, str(log.path.parent)) for job in jobs}
-        kept = _earlier_rows(log, keys, engine.retry_failed or task.force) if engine.resume else {}
+        kept = {}
+        if engine.resume:
+            kept = _earlier_rows(log, keys, made_only=any((engine.retry_failed, task.force)))
         todo.extend(
             replace(job, ours=log.made(keys[job], job.targets))
             for job in jobs

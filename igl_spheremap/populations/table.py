@@ -7,8 +7,8 @@ import json
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import MISSING, asdict, dataclass, fields
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -18,9 +18,6 @@ from ..mesh.arrays import HALF_DIGITS, FloatArray
 
 #: Suffixes of tables.
 TABLES = tuple(SEPARATORS)
-_CONVERT: dict[str, Callable[[Any], Any]] = {
-    "bool": bool, "int": int, "str": str, "float": lambda value: math.nan if value is None else float(value),
-}  # fmt: skip
 #: What `from_plain` raises for what is not a row.
 ROW_ERRORS = (AttributeError, KeyError, OverflowError, TypeError, ValueError)
 #: Statuses of rows whose target holds a map, free of foldings or not.
@@ -147,23 +144,25 @@ def plain(row: JobRow) -> dict[str, Any]:
     >>> plain(Row("a.ply", "b.ply", status="no mesh"))["energy"] is None
     True
     """
-    return {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in asdict(row).items()
-    }
+    entry = asdict(row)
+    for key, value in entry.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            entry[key] = None
+    return entry
 
 
 def from_plain(entry: Mapping[str, Any]) -> JobRow:
     """The row that `plain` describes; raises one of ROW_ERRORS where it is something else."""
-    values = {}
+    values: dict[str, Any] = {"source": str(entry["source"]), "target": str(entry["target"])}
     kind = next((kind for kind in _KINDS if entry.keys() >= kind.FIGURES.keys()), Row)
-    for field in fields(kind):
-        text = (
-            entry[field.name] if field.default is MISSING else entry.get(field.name, field.default)
-        )
-        values[field.name] = value = _CONVERT[str(field.type)](text)
-        if isinstance(value, int) and abs(value) > sys.maxsize:
-            raise ValueError(f"{field.name} has {len(str(text))} digits")
+    for field in fields(kind)[2:]:
+        default: Any = field.default
+        value = entry.get(field.name, default)
+        if value is None and isinstance(default, float):
+            value = math.nan
+        values[field.name] = converted = type(default)(value)
+        if isinstance(converted, int) and abs(converted) > sys.maxsize:
+            raise ValueError(f"{field.name} has {len(str(value))} digits")
     return kind(**values)
 
 
@@ -175,7 +174,10 @@ def check_table(path: str | os.PathLike[str]) -> None:
 
 def write_table(path: str | os.PathLike[str], rows: Sequence[JobRow]) -> None:
     """Write a table; cells of numbers that are not finite are empty."""
-    names = [field.name for field in fields(rows[0] if rows else Row)]
+    first: JobRow = Row("", "")
+    if rows:
+        first = rows[0]
+    names = [field.name for field in fields(first)]
     write_cells(path, [names, *(list(plain(row).values()) for row in rows)], force=True)
 
 
@@ -192,7 +194,9 @@ def json_lines(file: io.TextIOBase | io.TextIOWrapper) -> Iterator[dict[str, Any
 
 def figures_of(rows: Sequence[JobRow]) -> Mapping[str, str]:
     """Names and labels of the figures of a table's rows."""
-    return rows[0].FIGURES if rows else Row.FIGURES
+    if not rows:
+        return Row.FIGURES
+    return rows[0].FIGURES
 
 
 def excess(rows: Sequence[JobRow]) -> FloatArray:
@@ -233,9 +237,9 @@ def _quartiles(rows: Sequence[JobRow]) -> Iterator[tuple[FloatArray, float, floa
     for name in figures_of(rows):
         column = np.array([getattr(row, name) for row in rows], dtype=np.float64)
         finite = column[np.isfinite(column)]
-        low, high = (
-            np.percentile(finite, [25, 75]).tolist() if len(finite) else (math.nan, math.nan)
-        )
+        low = high = math.nan
+        if len(finite):
+            low, high = np.percentile(finite, [25, 75]).tolist()
         yield column, low, high
 
 
