@@ -13,13 +13,10 @@ from .flat_faces import FaceImages, FlatFaces, log_areas
 
 #: Faces at a time: what they need stays in the processor's cache, which halves the time of a large mesh.
 _CHUNK = 8192
-#: Eigenvalues of a face's Hessian, in logarithms of stretches, are raised to this share of phi''. With 1e-2 and 1e-4
-#: eight samples and meshes end alike to .2 percent, in as many steps (`python -m benchmarks versions . MESH ...
-#: --of balance --set balance.energy._FLOOR=1e-2`).
+#: Eigenvalues of a face's Hessian, in logarithms of stretches, are raised to this share of phi''.
 _FLOOR = 1e-3
 #: A twist's curvature is raised to this share: a rotation costs no energy, but as vertices move along straight lines
-#: it strains faces by the square of its angle. With .01 eight samples and meshes end alike to 1 percent, with .2 areas
-#: of one are off by 13 percent more, after 1.07 of the steps.
+#: it strains faces by the square of its angle.
 _TWIST_FLOOR = 0.05
 #: Where tanh(q / 2) is below this, rounding decides the quotient in (8), and the limit for round faces is taken.
 _ROUND = 1e-6
@@ -93,7 +90,7 @@ class BalancedEnergy:
     def phi(self, ratio: FloatArray) -> FloatArray:
         """u^2, or 2 (cosh(k u) - 1) / k^2, of the logarithm u of a ratio, docs/balance.md (4)."""
         if self.power == 0:
-            return np.asarray(np.log(ratio) ** 2)
+            return np.log(ratio) ** 2
         power = ratio**self.power
         return np.asarray((power - 1) ** 2 / (power * self.power**2))  # balance (4)
 

@@ -29,34 +29,14 @@ from .energy import BalancedEnergy
 from .flat_faces import FlatFaces, log_areas
 from .kept_factor import KeptFactor
 
-#: Weight of the areas at most: at 1 nothing would hold the angles, and .03 costs areas two percent.
+#: Weight of the areas at most: at 1 nothing would hold the angles.
 MOST_WEIGHT = 0.97
-#: k of the final energy. 1 is polyconvex, .9 up to s1 = 5 s2, but areas and angles end 6 percent and .1 degrees lower
-#: (medians of 11 meshes); at .8 single faces and the tips of limbs stay distorted (benchmarks/tried.md).
+#: k of the final energy: 1 is polyconvex, .9 up to s1 = 5 s2, and ends lower.
 POWER = 0.9
-#: The squares of logarithms are minimised first (stage "opening") where the energy is this many times theirs: up to 4
-#: times balanced maps take 1.2 of the time (benchmarks/tried.md).
-_FAR = 1.05
-#: In the opening areas count no more than angles, and a rough minimum is enough: with a tolerance of .05 maps take 1.04
-#: of the time, with .3 up to 1.9; at balance .5 weights of .3 and .4 take 1.2 of it (benchmarks/tried.md).
-_OPENING_WEIGHT, _OPENING_TOLERANCE = 0.5, 0.1
 #: Share of the energy that the last step may gain at the end.
 TOLERANCE = 0.005
-#: Steps of both stages: what converges took at most 32 in each.
-_STEPS = 80
-#: Where steps are shortened, the gains of this many of them must be small before the run has converged.
-_PATIENCE = 3
-#: Bound on the ratio of the last two gains: their geometric series must converge.
-_LARGEST_RATIO = 0.9
 #: No image edge of a stretched start is shorter than exp(-this): half of float64's digits are left to move it.
 _STRETCHED = floor_of(np.float32)
-#: Image areas that are off by more than this on average, in logarithms, are short of what was asked: of 44 samples and
-#: meshes those of 6 at balance 1 (docs/balance_figures.md).
-_SHORT = 0.3
-#: Averages over neighbours that take the noise of single faces out of the conformal factor. Without them areas of one
-#: of eight meshes are off by 12 percent more, with 4 all end alike to 2 percent (`python -m benchmarks versions .
-#: MESH ... --of balance --set balance.family._SMOOTHINGS=0`).
-_SMOOTHINGS = 2
 
 
 def balanced_map(
@@ -66,10 +46,12 @@ def balanced_map(
     balance: float,
     listener: Listener | None = None,
     backend: str = "auto",
+    most_off: float = 0.3,
 ) -> tuple[FloatArray, Certificate, Run]:
     """The map of a balance from a map x without foldings, and how the minimisation ended.
 
-    `conformal` is the conformal map of the mesh. The result is turned to the Gauss map.
+    `conformal` is the conformal map of the mesh. The result is turned to the Gauss map. It is short of what was asked
+    if its image areas are off by more than `most_off` on average, in logarithms.
     """
     source = FlatFaces.of(mesh.unit, mesh.f)
     energy = balanced_energy(source, conformal, balance)
@@ -81,10 +63,10 @@ def balanced_map(
             stretched(mesh, x, backend),
             listener,
         )
-    short, notes = energy.area_error(last.x), tuple[str, ...]()
-    if short > _SHORT and status is not Status.STOPPED:
+    off, notes = energy.area_error(last.x), tuple[str, ...]()
+    if off > most_off and status is not Status.STOPPED:
         notes = (
-            f"areas are off what balance {balance:g} aims at by a factor of {as_factor(short)} on average; "
+            f"areas are off what balance {balance:g} aims at by a factor of {as_factor(off)} on average; "
             f"{status.value}",
         )
         status = Status.SHORT
@@ -110,49 +92,56 @@ def minimize_balanced(
     energy: BalancedEnergy,
     x: FloatArray,
     listener: Listener | None = None,
+    *,
+    far: float = 1.05,
+    rough: float = 0.1,
+    steps: int = 80,
 ) -> tuple[Iterate, Status]:
     """Minimise from a map free of foldings; where its areas are far off, by squares of logarithms first.
 
-    `problem` says on what surface maps of an energy lie, and what else they may not do.
+    `problem` says on what surface maps of an energy lie, and what else they may not do. Areas are far off where the
+    energy is `far` times that of squares. In this opening areas count no more than angles, and a rough minimum is
+    enough.
     """
-    search, squares, left = KeptFactor(system, TOLERANCE), replace(energy, power=0), _STEPS
-    if energy.by_face(x).sum() > _FAR * squares.by_face(x).sum():
-        opening = replace(squares, weight=min(energy.weight, _OPENING_WEIGHT))
-        search.tolerance = _OPENING_TOLERANCE
-        opened, status = minimize(
-            balanced_iterates(problem(opening), search, x),
-            Stage.OPENING,
-            tolerance=_OPENING_TOLERANCE,
-            max_iterations=_STEPS // 2,
+    search, squares, left = KeptFactor(system, TOLERANCE), replace(energy, power=0), steps
+
+    def minimum(
+        energy: BalancedEnergy, stage: Stage, tolerance: float, most: int
+    ) -> tuple[Iterate, Status]:
+        search.tolerance = tolerance
+        return minimize(
+            balanced_iterates(problem(energy), search, x),
+            stage,
+            tolerance=tolerance,
+            max_iterations=most,
             listener=listener,
         )
+
+    if energy.by_face(x).sum() > far * squares.by_face(x).sum():
+        opening = replace(squares, weight=min(energy.weight, 0.5))
+        opened, status = minimum(opening, Stage.OPENING, rough, steps // 2)
         if status is Status.STOPPED:
             return opened, status
-        x, left = opened.x, _STEPS - opened.iteration
-    search.tolerance = TOLERANCE
-    return minimize(
-        balanced_iterates(problem(energy), search, x),
-        Stage.BALANCE,
-        tolerance=TOLERANCE,
-        max_iterations=left,
-        listener=listener,
-    )
+        x, left = opened.x, steps - opened.iteration
+    return minimum(energy, Stage.BALANCE, TOLERANCE, left)
 
 
 def balanced_iterates(problem: FaceProblem, search: KeptFactor, x: FloatArray) -> Iterator[State]:
     """Newton iterates from a map free of foldings; the residual is the share of the energy that is still to gain.
 
-    After a full step that is the geometric series of the last two gains, after a shortened one the largest of the last,
-    and after one with an old factor what it was predicted to gain.
+    After a full step that is the geometric series of the last two gains, whose ratio counts as .9 at most, after a
+    shortened one the largest of the last three, and after one with an old factor what it was predicted to gain.
     """
-    value, gains = problem.value(x), [1.0] * _PATIENCE
+    value, gains, residual = problem.value(x), [1.0] * 3, np.inf
     zero = np.finfo(float).eps * problem.energy.area.sum()
-    yield State(0, x, value, 0.0 if value < zero else np.inf)
+    if value < zero:
+        residual = 0.0
+    yield State(0, x, value, residual)
     for k, trial in enumerate(newton(problem, search, x), 1):
         gains.append((value - trial.value) / max(trial.value, zero))
-        value, ratio = trial.value, min(gains[-1] / gains[-2], _LARGEST_RATIO)
-        residual = max(gains[-_PATIENCE:])
+        value, residual = trial.value, max(gains[-3:])
         if search.length == 1:
+            ratio = min(gains[-1] / gains[-2], 0.9)
             residual = gains[-1] * ratio / (1 - ratio)
         residual = min(residual, search.ahead)
         if value < zero:
@@ -176,12 +165,12 @@ def stretched(mesh: Mesh, x: FloatArray, backend: str) -> FloatArray:
     return repair_locally(mesh, y)[0]
 
 
-def log_factor(source: FlatFaces, x: FloatArray) -> FloatArray:
-    """Logarithm of image area over source area by face, averaged over neighbours."""
+def log_factor(source: FlatFaces, x: FloatArray, averages: int = 2) -> FloatArray:
+    """Logarithm of image area over source area by face, averaged over neighbours, which takes out noise of faces."""
     value = log_areas(source, x)
     corners, share = source.f.ravel(), np.repeat(source.area, 3)
     around = np.bincount(corners, share, source.n)
-    for _ in range(_SMOOTHINGS):
+    for _ in range(averages):
         at_vertices = np.bincount(corners, share * np.repeat(value, 3), source.n) / around
         value = at_vertices[source.f].mean(axis=1)  # balance (9)
     return value

@@ -156,10 +156,8 @@ class FaceImages:
         """Images whose corner 1 lies at (first, 0), and corner 2 at (across, up)."""
         first, across, up = corners
         straight, turned = first * hats[:, 0] + across * hats[:, 1], up * hats[:, 1]
-        alpha, beta = (
-            (straight[0] + turned[1], turned[0] - straight[1]),
-            (straight[0] - turned[1], turned[0] + straight[1]),
-        )
+        alpha = straight[0] + turned[1], turned[0] - straight[1]
+        beta = straight[0] - turned[1], turned[0] + straight[1]
         sizes = [np.sqrt(real * real + imag * imag) for real, imag in (alpha, beta)]
         s1 = (sizes[0] + sizes[1]) / 2
         s2 = first * up / (2 * area * np.where(s1 > 0, s1, 1.0))  # balance (1)
@@ -169,7 +167,9 @@ class FaceImages:
         """The images of some of the faces."""
 
         def cut(part: Any) -> Any:
-            return part[..., faces] if isinstance(part, np.ndarray) else tuple(map(cut, part))
+            if isinstance(part, np.ndarray):
+                return part[..., faces]
+            return tuple(map(cut, part))
 
         return FaceImages(*map(cut, vars(self).values()))
 
@@ -188,10 +188,8 @@ class FaceImages:
         u, v = self.plane
         # The plane of projection turns with the corners, by their sum's share across it.
         turn = self.heights[0] * self.hats[:, 0] + self.heights[1] * self.hats[:, 1]
-        hats = (
-            np.stack((-self.hats[:, 0] - self.hats[:, 1], self.hats[:, 0], self.hats[:, 1]), axis=1)
-            - turn[:, None]
-        )
+        one, two = self.hats[:, 0], self.hats[:, 1]
+        hats = np.stack((-one - two, one, two), axis=1) - turn[:, None]
         right = np.stack((cos * hats[0] - sin * hats[1], cos * hats[1] + sin * hats[0]))
         return (left_cos * u + left_sin * v, left_cos * v - left_sin * u), right
 
@@ -215,7 +213,7 @@ class FaceImages:
 def log_areas(source: FlatFaces, x: FloatArray) -> FloatArray:
     """Logarithm p of image area over source area by face, of a map free of foldings."""
     images = source.images(x)
-    return np.asarray(np.log(np.maximum(images.s1 * images.s2, np.finfo(float).tiny)))
+    return np.log(np.maximum(images.s1 * images.s2, np.finfo(float).tiny))
 
 
 def _dots(a: FloatArray, b: FloatArray) -> FloatArray:

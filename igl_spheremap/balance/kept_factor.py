@@ -9,15 +9,6 @@ from ..newton.loop import LineSearch, Model, NewtonProblem, Trial
 from ..newton.system import VertexSystem
 from ..operators.factor.factor import Factor
 
-#: A step is predicted well if its gain is off by less than this share: then the factor may serve for the next one, too.
-#: With .05 and .4 eight samples and meshes end alike to 1.3 percent, in as many steps (`python -m benchmarks versions .
-#: MESH ... --of balance --set balance.kept_factor._FAITHFUL=.05`).
-_FAITHFUL = 0.15
-#: Gains of Newton's steps, as shares of the value, fall quadratically or faster: the next one can be expected to be
-#: below t only if the square of the last is below this times t. With 2 and 50 eight samples and meshes end alike to 1.3
-#: percent, in as many steps.
-_SQUARES = 10.0
-
 
 class KeptFactor(LineSearch):
     """A line search that uses the last factor again for a step that is predicted to gain less than a share.
@@ -32,6 +23,11 @@ class KeptFactor(LineSearch):
         Where the last step was taken with an old factor, the share of the value that it was predicted to gain; else
         infinite.
     """
+
+    #: The gain of a step that was predicted well is off by less than this share.
+    faithful = 0.15
+    #: Gains fall quadratically: the next one is below t only if the square of the last is below this times t.
+    squares = 10.0
 
     def __init__(self, system: VertexSystem, tolerance: float) -> None:
         super().__init__(system)
@@ -52,9 +48,7 @@ class KeptFactor(LineSearch):
         trial, self._kept = super().search(problem, x, model, factor), None
         if trial is not None:
             off = abs(model.value - trial.value - self.predicted)
-            faithful = self.length == 1 and off < _FAITHFUL * abs(self.predicted)
-            self._kept = None
-            if faithful:
+            if self.length == 1 and off < self.faithful * abs(self.predicted):
                 self._kept = factor, x, model.axes, model.value
         return trial
 
@@ -67,7 +61,7 @@ class KeptFactor(LineSearch):
         if self._kept is None:
             return None
         factor, before, axes, value = self._kept
-        if (value / model.value - 1) ** 2 > _SQUARES * self.tolerance:
+        if (value / model.value - 1) ** 2 > self.squares * self.tolerance:
             return None
         c = _turned(self.system.f, before, axes, x, model.axes)
         load = c.conj() * (model.gradient[0] + 1j * model.gradient[1])

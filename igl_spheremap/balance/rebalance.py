@@ -12,7 +12,9 @@ from .family import balanced_map
 
 def rebalanced(result: SphereMap, balance: float, listener: Listener | None) -> SphereMap:
     """A map without foldings at another balance, from where it is."""
-    conformal = result.conformal or result
+    conformal = result
+    if result.conformal is not None:
+        conformal = result.conformal
     backend = conformal.settings.get("backend", "auto")
     if backend not in available_backends():  # of a map from a file
         backend = "auto"

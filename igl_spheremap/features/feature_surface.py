@@ -11,19 +11,12 @@ from numpy.typing import ArrayLike
 
 from ..errors import MeshError, check_number
 from ..gate import takes_mesh
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import ROUNDING, FloatArray
 from ..mesh.check import Mesh, check_mesh
 from ..operators.factor.factor import Factor
 from ..operators.factor.factorize import factorize
 from ..operators.laplacian import usable_laplacian
 from ..sphere.rows import weighted_sum
-
-# radians that the surface is smoothed by to distinguish outward folds from inward ones
-_DEPTH = 0.6
-# radians that curvature is smoothed by: below, that of a marching-cubes mesh is noise
-_NOISE = 0.16
-_CONSTANT = 1e-12  # spread of values, as a share of the largest, that is rounding
-_NARROWEST = 1e-3  # widths below it are less than the edges of any mesh that fits into memory
 
 
 class FeatureSurface:
@@ -46,7 +39,7 @@ class FeatureSurface:
         """Mean 0 and variance 1 over the area."""
         weights = self.areas / self.areas.sum()
         centred = values - weighted_sum(weights, values)
-        return np.asarray(centred / np.sqrt(weighted_sum(weights, centred**2)))
+        return centred / np.sqrt(weighted_sum(weights, centred**2))
 
     @cached_property
     def _bending(self) -> FloatArray:
@@ -71,9 +64,9 @@ class FeatureSurface:
         curvature = self._bending / (2 * self.areas)
         # so that tips and creases do not outweigh the rest
         curvature = np.arctan(curvature / 2)[:, None]
-        return self.standardize(
-            np.column_stack((self.diffuse(curvature, _NOISE, steps=1), self.depth(_DEPTH)))
-        )
+        # below .16 radians the curvature of a marching-cubes mesh is noise; .6 tell outward folds from inward ones
+        smooth = self.diffuse(curvature, 0.16, steps=1)
+        return self.standardize(np.column_stack((smooth, self.depth(0.6))))
 
     def depth(self, sigma: float) -> FloatArray:
         """How far the surface lies outside of itself smoothed by that width."""
@@ -129,7 +122,9 @@ def depth_potential(
     >>> int(depth_potential(v, f, ell=0.7).argmax()) == int(v[:, 2].argmax())  # the pear's tip
     True
     """
-    check_number(ell, "ell", _NARROWEST)
+    check_number(
+        ell, "ell", 1e-3
+    )  # below, it is less than the edges of any mesh that fits into memory
     return FeatureSurface(check_mesh(v, f, caps=caps)).potential(ell)
 
 
@@ -137,7 +132,7 @@ def check_varies(values: FloatArray, name: str) -> None:
     """Raise a MeshError if a column is constant: it carries no information on position."""
     halves = 0.5 * values  # the difference of two of them is a float64 number
     # or 0 over 0
-    constant = np.flatnonzero(~(np.ptp(halves, axis=0) > _CONSTANT * np.abs(halves).max(axis=0)))
+    constant = np.flatnonzero(~(np.ptp(halves, axis=0) > ROUNDING * np.abs(halves).max(axis=0)))
     if len(constant):
         raise MeshError(
             f"{name} are constant in column {constant[0]}; give data that vary over the surface"

@@ -21,9 +21,6 @@ from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from ..verify.signs import determinant_signs
 
 _BLOCK = 1 << 13  # queries at once, so that their candidates stay in cache
-_FAN = 4  # children of a node of the tree
-_BITS = 21  # of each coordinate's rank in the order of the curve: three of them fit into an int64
-_EPS = np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,11 +115,14 @@ class SphereLocator:
 
     @gate
     def __init__(self, x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> None:
-        certificate = x.certificate if isinstance(x, SphereMap) and f is None else None
+        certificate: Certificate | None = None
+        if isinstance(x, SphereMap) and f is None:
+            certificate = x.certificate
         x, f = rows_and_faces(x, f)
         self.x = check_rows(x)
         self.f = check_faces(f, len(self.x))
-        certificate = certificate or Certificate.of(self.x, self.f)
+        if certificate is None:
+            certificate = Certificate.of(self.x, self.f)
         if not certificate.folding_free:
             raise FoldingsRemain(
                 f"points can't be located on a map that is {certificate}; repair it "
@@ -154,23 +154,20 @@ class SphereLocator:
             If a point is not finite or at the origin.
         """
         q = unit_rows(check_directions(points, name="points"))
-        face = np.empty(len(q), dtype=np.int64)
+        first = np.full(len(q), len(self.f))
         order = self._tree.order_of(q)
         for start in counted("locating", range(0, len(q), _BLOCK)):
             block = order[start : start + _BLOCK]
-            face[block] = self._locate_block(q[block])
-        return Location(face, barycentric_weights(q, *(self.x[self.f[face, k]] for k in range(3))))
+            query, face = self._tree.candidates(q[block])
+            query, corners = block[query], self._corners(face)
+            inside = np.ones(len(face), dtype=bool)
+            for k in range(3):
+                inside &= determinant_signs(q[query], corners[k], corners[k - 2]) >= 0
+            np.minimum.at(first, query[inside], face[inside])
+        return Location(first, barycentric_weights(q, *self._corners(first)))
 
-    def _locate_block(self, q: FloatArray) -> IntArray:
-        query, face = self._tree.candidates(q)
-        corners = [self.x[self.f[face, k]] for k in range(3)]
-        points = q[query]
-        inside = np.ones(len(face), dtype=bool)
-        for k in range(3):
-            inside &= determinant_signs(points, corners[k], corners[k - 2]) >= 0
-        found = np.full(len(q), len(self.f))
-        np.minimum.at(found, query[inside], face[inside])
-        return found
+    def _corners(self, face: IntArray) -> list[FloatArray]:
+        return [self.x[self.f[face, k]] for k in range(3)]
 
 
 _LOCATORS: WeakKeyDictionary[SphereMap, SphereLocator] = WeakKeyDictionary()
@@ -203,7 +200,7 @@ def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArr
     weights = np.maximum(weights, 0.0)  # rounding only: the exact ones are not negative
     flat = ~weights.any(axis=1)  # seen from q, which is a corner or nearer to one than numbers tell
     weights[flat] = (longest == longest.min(axis=0)).T[flat]
-    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+    return weights / weights.sum(axis=1, keepdims=True)
 
 
 def _face_boxes(x: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -216,7 +213,7 @@ def _face_boxes(x: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
     longest = np.max([row_dots(u, u) for u in (b - a, c - b, a - c)], axis=0)
     bulge = 1 - np.sqrt(np.maximum(1 - longest / 3, 0))
     # For rounding of coordinates of size 1, and for rows that are not quite on the unit sphere.
-    room = (bulge * (1 + UNIT_TOLERANCE) + 4 * _EPS)[:, None]
+    room = (bulge * (1 + UNIT_TOLERANCE) + 4 * np.finfo(float).eps)[:, None]
     return np.minimum(np.minimum(a, b), c) - room, np.maximum(np.maximum(a, b), c) + room
 
 
@@ -226,6 +223,9 @@ class BoxTree:
     Ranks do not depend on scale: where boxes are twelve orders of magnitude smaller than elsewhere the tree is as good.
     """
 
+    #: Children of a node, and bits of a rank: those of three ranks fit into an int64.
+    fan, bits = 4, 21
+
     def __init__(self, low: FloatArray, high: FloatArray) -> None:
         centre = (low + high) / 2
         self._sorted = np.sort(centre, axis=0)
@@ -233,11 +233,9 @@ class BoxTree:
         low, high = (np.ascontiguousarray(corner[self._boxes].T) for corner in (low, high))
         self._levels = [(low, high)]
         while low.shape[1] > 1:
-            start = np.arange(0, low.shape[1], _FAN)
-            low, high = (
-                np.minimum.reduceat(low, start, axis=1),
-                np.maximum.reduceat(high, start, axis=1),
-            )
+            start = np.arange(0, low.shape[1], self.fan)
+            low = np.minimum.reduceat(low, start, axis=1)
+            high = np.maximum.reduceat(high, start, axis=1)
             self._levels.append((low, high))
 
     def order_of(self, points: FloatArray) -> IntArray:
@@ -250,8 +248,8 @@ class BoxTree:
         point, node = np.arange(len(points)), np.zeros(len(points), dtype=np.int64)
         point, node = self._inside(coordinates, point, node, len(self._levels) - 1)
         for level in range(len(self._levels) - 2, -1, -1):
-            node = (_FAN * node[:, None] + np.arange(_FAN)).ravel()
-            point = np.repeat(point, _FAN)
+            node = (self.fan * node[:, None] + np.arange(self.fan)).ravel()
+            point = np.repeat(point, self.fan)
             exists = node < self._levels[level][0].shape[1]
             if not exists.all():
                 point, node = point[exists], node[exists]
@@ -273,7 +271,7 @@ class BoxTree:
         code = np.zeros(len(points), dtype=np.int64)
         for axis in range(3):
             rank = np.searchsorted(self._sorted[:, axis], points[:, axis])
-            code |= _with_gaps((rank * (2**_BITS - 1)) // len(self._sorted)) << axis
+            code |= _with_gaps((rank * (2**self.bits - 1)) // len(self._sorted)) << axis
         return code
 
 

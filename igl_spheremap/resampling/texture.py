@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -16,13 +17,8 @@ from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.edges import edge_keys
 from ..sphere.rows import unit_rows
 
-#: Texels of bounding boxes of faces that are looked at together: some 1 GB.
-_TEXELS = 1 << 22
 #: Side of a picture in texels: 64 for each of a checkerboard's 16 squares.
 SIDE = 1024
-#: The checkerboard's colours run from the darkest to the brightest along u in red and along v in green; blue stays, in
-#: the middle, so that no square is black or white. Dark squares have less than half of the light.
-_DIMMEST, _BRIGHTEST, _BLUE, _SHADE = 60, 255, 160, 0.45
 
 Projection = Literal["equirectangular", "octahedral"]
 
@@ -69,7 +65,7 @@ class Atlas:
         (k,) or (k, d) float64 array
             Linear along cut edges.
         """
-        return np.asarray(self.weights @ plain_array(values, "values").astype(np.float64))
+        return self.weights @ plain_array(values, "values").astype(np.float64)
 
 
 @gate
@@ -127,14 +123,17 @@ def texture_atlas(
         raise ValueError(
             "the octahedral projection cuts faces; choose equirectangular, or cut=True"
         )
-    planes = () if not cut else (0, 1, 2) if projection == "octahedral" else (0, 1)
+    planes: tuple[int, ...] = 0, 1
+    chart = _CHARTS[projection]
+    if projection == "octahedral":
+        planes = (0, 1, 2)
+    elif not cut:
+        planes, chart = (), _unwrapped
     pieces = cut_along_planes(unit_rows(points), faces, planes)
-    uv = _CHARTS[projection](pieces) if cut else _unwrapped(pieces)
+    uv = chart(pieces)
     # Away from the seam a vertex has the same coordinates in all its faces.
-    corner = pieces.f.ravel()
-    values, index = np.unique(
-        np.column_stack([corner, uv.reshape(-1, 2)]), axis=0, return_inverse=True
-    )
+    corners = np.column_stack([pieces.f.ravel(), uv.reshape(-1, 2)])
+    values, index = np.unique(corners, axis=0, return_inverse=True)
     vertex = values[:, 0].astype(np.int64)
     return Atlas(
         np.ascontiguousarray(values[:, 1:]),
@@ -155,7 +154,12 @@ def plane_atlas(uv: FloatArray, f: IntArray, vertex: IntArray, n: int) -> Atlas:
 
 
 def bake(
-    atlas: Atlas, f: IntArray, uv: FloatArray, image: NDArray[np.uint8], size: int = SIDE
+    atlas: Atlas,
+    f: IntArray,
+    uv: FloatArray,
+    image: NDArray[np.uint8],
+    size: int = SIDE,
+    texels: int = 1 << 22,
 ) -> NDArray[np.uint8]:
     """Draw the texture of a surface anew, for the coordinates of an atlas.
 
@@ -171,6 +175,8 @@ def bake(
         That texture, rows from above.
     size : int
         Of the new one, in texels.
+    texels : int
+        Texels of bounding boxes of faces that are looked at together; the default takes some 1 GB.
 
     Returns
     -------
@@ -194,23 +200,20 @@ def bake(
     place = np.full((size, size, 2), np.nan)
     here = atlas.uv[atlas.f] * size - 0.5
     low = np.clip(np.ceil(here.min(axis=1)), 0, size).astype(np.int64)
-    sides = np.maximum(
-        np.clip(np.floor(here.max(axis=1)), -1, size - 1).astype(np.int64) - low + 1, 0
-    )
+    high = np.clip(np.floor(here.max(axis=1)), -1, size - 1).astype(np.int64)
+    sides = np.maximum(high - low + 1, 0)
     total = np.cumsum(sides.prod(axis=1))
-    for part in np.split(
-        np.arange(len(here)), np.searchsorted(total, np.arange(_TEXELS, total[-1], _TEXELS))
-    ):
+    ends = np.searchsorted(total, np.arange(texels, total[-1], texels))
+    for part in np.split(np.arange(len(here)), ends):
         count = sides[part].prod(axis=1)
         face = np.repeat(part, count)
         k = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-        texel = low[face] + np.column_stack(
-            (k % np.maximum(sides[face, 0], 1), k // np.maximum(sides[face, 0], 1))
-        )
+        row, column = np.divmod(k, sides[face, 0])
+        texel = low[face] + np.column_stack((column, row))
         a, b, c = here[face].transpose(1, 0, 2)
         whole = _cross(b - a, c - a)
-        ends = ((b - texel, c - texel), (c - texel, a - texel), (a - texel, b - texel))
-        share = np.column_stack([_cross(*pair) for pair in ends])
+        a, b, c = a - texel, b - texel, c - texel
+        share = np.column_stack([_cross(b, c), _cross(c, a), _cross(a, b)])
         inside = (share * np.sign(whole)[:, None] >= 0).all(axis=1) & (whole != 0)
         t = share[inside] / whole[inside, None]
         column, row = texel[inside].T
@@ -228,7 +231,7 @@ def bake(
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
 def _equirectangular(cut: CutMesh) -> FloatArray:
@@ -262,7 +265,7 @@ def _angle(y: FloatArray, x: FloatArray) -> FloatArray:
 
 
 def _is_pole(x: FloatArray) -> BoolArray:
-    return np.asarray((x[..., 0] == 0) & (x[..., 1] == 0))
+    return (x[..., 0] == 0) & (x[..., 1] == 0)
 
 
 def _octahedral(cut: CutMesh) -> FloatArray:
@@ -273,7 +276,7 @@ def _octahedral(cut: CutMesh) -> FloatArray:
     inner = flat[..., :2]
     outer = 1 - flat[..., 1::-1]
     uv = side[:, None, :2] * np.where(side[:, None, 2:] > 0, inner, outer)
-    return np.asarray((1 + uv) / 2)
+    return (1 + uv) / 2
 
 
 def _sides(corners: FloatArray) -> FloatArray:
@@ -282,7 +285,10 @@ def _sides(corners: FloatArray) -> FloatArray:
     return np.where(np.take_along_axis(corners, furthest[:, None], axis=1)[:, 0] < 0, -1.0, 1.0)
 
 
-_CHARTS = {"equirectangular": _equirectangular, "octahedral": _octahedral}
+_CHARTS: dict[str, Callable[[CutMesh], FloatArray]] = {
+    "equirectangular": _equirectangular,
+    "octahedral": _octahedral,
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,12 +326,9 @@ def _cut(mesh: CutMesh, axis: int) -> CutMesh:
     crossing = side[f] * side[f[:, [1, 2, 0]]] < 0  # of edge k, from corner k to the next
     count = crossing.sum(axis=1)
     # Renumber the corners: two crossed edges become the first and the last of their face, a single one the second.
-    first = np.where(
-        count == 2, (np.argmin(crossing, axis=1) + 2) % 3, (np.argmax(crossing, axis=1) + 2) % 3
-    )
-    corner = np.take_along_axis(f, (first[:, None] + np.arange(3)) % 3, axis=1)
-    a, b, c = corner.T
     one, two = count == 1, count == 2
+    first = np.where(two, np.argmin(crossing, axis=1), np.argmax(crossing, axis=1)) + 2
+    a, b, c = np.take_along_axis(f, (first[:, None] + np.arange(3)) % 3, axis=1).T
     starts = np.concatenate([a[two], c[two], b[one]])
     stops = np.concatenate([b[two], a[two], c[one]])
     edges, index = np.unique(edge_keys(starts, stops, n), return_inverse=True)
@@ -358,6 +361,7 @@ def checker_image(size: int = SIDE, squares: int = 16) -> NDArray[np.uint8]:
     place = (np.arange(size) + 0.5) / size
     u, v = np.meshgrid(place, 1 - place)
     dark = ((u * squares).astype(int) + (v * squares).astype(int)) % 2
-    red, green = (_DIMMEST + (_BRIGHTEST - _DIMMEST) * share for share in (u, v))
-    colour = np.stack([red, green, np.full_like(u, _BLUE)], axis=-1)
-    return np.asarray(colour * np.where(dark, _SHADE, 1.0)[..., None], dtype=np.uint8)
+    # No square is black or white; dark ones have less than half of the light.
+    red, green = (60 + (255 - 60) * share for share in (u, v))
+    colour = np.stack([red, green, np.full_like(u, 160)], axis=-1)
+    return np.asarray(colour * np.where(dark, 0.45, 1.0)[..., None], dtype=np.uint8)

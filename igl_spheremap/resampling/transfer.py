@@ -85,10 +85,9 @@ def interpolate(
     """
     values = plain_array(values, "values")
     n = int(f.max()) + 1
-    if not values.ndim or len(values) != n:
-        raise MeshError(
-            f"{len(values) if values.ndim else 1} values for {n} vertices; give one for each"
-        )
+    given = len(np.atleast_1d(values))
+    if not values.ndim or given != n:
+        raise MeshError(f"{given} values for {n} vertices; give one for each")
     return weighted(values, f[location.face], location.weights, labels)
 
 
@@ -229,20 +228,23 @@ def transfer_matrix(
             raise TypeError(
                 'method="adaptive-area" needs the faces of the target: give a SphereMap, (x, f) or ico:K'
             )
-        there = target if isinstance(target, SphereMap) else sphere_mesh(target)
-        found = adaptive_area(check_map(source), there)
+        own: FloatArray | None = None
+        if isinstance(target, SphereMap):
+            own = target.vertices
+        found = adaptive_area(check_map(source), *sphere_mesh(target), own)
     else:
         locator = _locator(source)
         location = locator.locate(_points(target))
         found = TransferMatrix(linear_matrix(locator.f, location, len(locator.x)))
-    return TransferMatrix(largest(found.matrix)) if labels else found
+    if labels:
+        return TransferMatrix(largest(found.matrix))
+    return found
 
 
 def _points(target: Any) -> FloatArray:
     """Return points of the sphere, or the vertices of a mesh of it."""
-    if isinstance(target, str | SphereMap) or (
-        isinstance(target, tuple) and np.ndim(target[0]) == 2
-    ):
+    pair = isinstance(target, tuple) and np.ndim(target[0]) == 2
+    if pair or isinstance(target, str | SphereMap):
         return sphere_mesh(target)[0]
     return check_rows(target, name="points")
 
@@ -251,12 +253,10 @@ def sphere_mesh(target: str | SphereMap | tuple[Any, Any]) -> tuple[FloatArray, 
     """Return points and faces of a regular mesh by its name, of a map's image, or of any closed mesh of the sphere."""
     if isinstance(target, str):
         target = regular_mesh(target)
-    known = "ico:K, a map, or points and faces of a sphere"
-    x, f = (
-        (target.sphere, target.mesh)
-        if isinstance(target, SphereMap)
-        else check_list(target, "target", 2, known)
-    )
+    if isinstance(target, SphereMap):
+        x, f = target.sphere, target.mesh
+    else:
+        x, f = check_list(target, "target", 2, "ico:K, a map, or points and faces of a sphere")
     x = check_rows(x, name="points")
     return x, check_faces(f, len(x))
 

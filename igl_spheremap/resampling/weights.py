@@ -14,7 +14,7 @@ from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import FloatArray, IntArray, check_directions, own_unit, plain_array
 from ..mesh.measure import vertex_areas
 from ..sphere.rows import unit_rows
-from .locate import Location, SphereLocator
+from .locate import Location, SphereLocator, locator_of
 
 #: How a target takes its data: from the corners of the face that holds it, or so that integrals are kept.
 Resampling = Literal["linear", "adaptive-area"]
@@ -87,26 +87,22 @@ def apply_matrix(matrix: csr_array, values: ArrayLike, labels: bool = False) -> 
 
 
 def adaptive_area(
-    source: SphereMap, target: SphereMap | tuple[FloatArray, IntArray]
+    source: SphereMap, x: FloatArray, f: IntArray, v: FloatArray | None = None
 ) -> TransferMatrix:
-    """Compute weights that keep integrals; a target (x, f) has the areas of the source's surface resampled there."""
-    x, f = (target.sphere, target.faces) if isinstance(target, SphereMap) else target
-    here, there = (
-        SphereLocator(source.sphere, source.mesh),
-        SphereLocator(unit_rows(check_directions(x)), f),
-    )
+    """Compute weights that keep integrals, at the vertices of a surface v: by default the source's resampled there."""
+    here, there = locator_of(source), SphereLocator(unit_rows(check_directions(x)), f)
     forward = linear_matrix(here.f, here.locate(there.x), len(here.x))
     reverse = csr_array(linear_matrix(there.f, there.locate(here.x), len(there.x)).T)
-    v, unit = own_unit(
-        target.vertices if isinstance(target, SphereMap) else forward @ source.vertices
-    )
+    if v is None:
+        v = forward @ source.vertices
+    v, unit = own_unit(v)
     own, source_unit = own_unit(source.vertices)
     source_areas = vertex_areas(own, source.faces[source.mesh.surface])
     areas = vertex_areas(v, there.f)
 
     both = (forward > 0).multiply(reverse > 0).sum(axis=1)
     # rows of `forward` that leave out vertices of the source
-    skipping = (both < (reverse > 0).sum(axis=1)) * 1.0
+    skipping = (both < (reverse > 0).sum(axis=1)).astype(np.float64)
     gathered = diags_array(1 - skipping) @ forward + diags_array(skipping) @ reverse
     scattered = diags_array(_positive(areas)) @ gathered
     scattered = csr_array(scattered @ diags_array(_positive(source_areas) / scattered.sum(axis=0)))
@@ -114,10 +110,7 @@ def adaptive_area(
     matrix = csr_array(diags_array(1 / received) @ scattered)
     matrix.eliminate_zeros()
     matrix.sort_indices()
-    received, source_areas = (
-        np.ldexp(received, 2 * source_unit),
-        np.ldexp(source_areas, 2 * source_unit),
-    )
+    received, source_areas = (np.ldexp(each, 2 * source_unit) for each in (received, source_areas))
     return TransferMatrix(matrix, received, np.ldexp(areas, 2 * unit), source_areas)
 
 
