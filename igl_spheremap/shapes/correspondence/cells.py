@@ -56,10 +56,8 @@ def _sides(A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: Segments)
     own = ~cut_b.along  # the others are segments of A, too
     g, h, p, q = A.forward[cut_a.edge], B.forward[cut_b.edge[own]], cut_a.half, cut_b.half[own]
     back = np.where(cut_a.along, B.twin[p], p)
-    face_a, face_b = (
-        np.concatenate((g, A.twin[g], q, q)) // 3,
-        np.concatenate((p, back, h, B.twin[h])) // 3,
-    )
+    face_a = np.concatenate((g, A.twin[g], q, q)) // 3
+    face_b = np.concatenate((p, back, h, B.twin[h])) // 3
     start = np.concatenate((cut_a.start, cut_a.end, cut_b.start[own], cut_b.end[own]))
     end = np.concatenate((cut_a.end, cut_a.start, cut_b.end[own], cut_b.start[own]))
     cell = face_a * len(B.f) + face_b
@@ -105,18 +103,14 @@ class Coincidences:
         beside = touching(self.faces, marked(self.faces[flat], n))
         self._whole = marked(self.faces[beside], n)  # nodes whose faces are all in the complex
         near = np.flatnonzero(touching(self.faces, self._whole))
-        self._complex = Complex(
-            dict(zip(near.tolist(), map(tuple, self.faces[near].tolist()), strict=True))
-        )
+        corners = map(tuple, self.faces[near].tolist())
+        self._complex = Complex(dict(zip(near.tolist(), corners, strict=True)))
         self._bad = set(flat.tolist())
         while any([self._collapse(i) for i in flat.tolist() if i in self._bad]):
             pass
         kept = list(self._complex.faces)
-        self.left[near] = False
-        self.left[kept], self.faces[kept] = (
-            True,
-            np.reshape(list(self._complex.faces.values()), (-1, 3)),
-        )
+        self.left[near], self.left[kept] = False, True
+        self.faces[kept] = np.reshape(list(self._complex.faces.values()), (-1, 3))
         return len(self._bad)
 
     def _flat(self, faces: IntArray, owners: IntArray) -> BoolArray:
@@ -125,13 +119,10 @@ class Coincidences:
         flat, square = np.zeros(len(faces), dtype=bool), np.zeros((3, len(faces)))
         for p, normals, owner in zip(self.on, self._normals, owners, strict=True):
             a, b, c = p[faces].transpose(1, 0, 2)
-            normal, own = (
-                normals[owner],
-                np.stack([_squares(side) for side in (b - a, c - b, a - c)]),
-            )
-            flat |= ~(
-                row_dots(row_crosses(b - a, c - a), normal) > _FLAT * own.max(axis=0)
-            ) & normal.any(axis=1)
+            normal = normals[owner]
+            own = np.stack([_squares(side) for side in (b - a, c - b, a - c)])
+            positive = row_dots(row_crosses(b - a, c - a), normal) > _FLAT * own.max(axis=0)
+            flat |= ~positive & normal.any(axis=1)
             square = np.maximum(square, own)
         return flat | (square.min(axis=0) <= _ROUNDING**2)
 
@@ -178,11 +169,9 @@ class Coincidences:
 
         Whole limbs of one surface may lie in one point of the other: their faces have no area there.
         """
+        faces, owners = self.faces[self.left], self.owners[:, self.left]
         first, second = (
-            _join(p, self.faces[self.left], normals[owners[self.left]], held)
-            for p, normals, owners, held in zip(
-                self.on, self._normals, self.owners, self._vertex, strict=True
-            )
+            _join(self.on[k], faces, self._normals[k][owners[k]], self._vertex[k]) for k in (0, 1)
         )
         return first, second
 

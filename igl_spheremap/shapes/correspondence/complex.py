@@ -1,4 +1,4 @@
-"""A part of a closed triangulation that can be edited: faces and sides are divided, sides collapse."""
+"""A part of a closed triangulation whose sides collapse."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ Faces = Mapping[int, tuple[int, ...]]
 class Complex:
     """Triangles by their numbers, and the triangles around each vertex.
 
-    Each side at a vertex whose triangles are all here has two of them, which run it in opposite directions. The edits
-    keep that. They return the faces that they would make, each in the place of the one of its number; `put` makes them.
+    Each side at a vertex whose triangles are all here has two of them, which run it in opposite directions. Collapses
+    keep that. `collapsed` returns the faces that it would make, each in the place of the one of its number; `put` makes
+    them.
 
     Attributes
     ----------
@@ -41,10 +42,6 @@ class Complex:
         """Return the other ends of the sides at a vertex."""
         return {w for i in self.around[v] for w in self.faces[i]} - {v}
 
-    def beside(self, p: int, q: int) -> list[int]:
-        """Return the faces at the side between two vertices."""
-        return sorted(self.around[p] & self.around[q])
-
     def collapsed(self, out: int, into: int) -> tuple[Faces, set[int]] | None:
         """Return the faces around a side once `out` lies at `into`, and the two faces at the side, which go.
 
@@ -54,18 +51,5 @@ class Complex:
             return None
         gone = self.around[out] & self.around[into]
         kept = (self.around[out] | self.around[into]) - gone
-        return {i: tuple(into if v == out else v for v in self.faces[i]) for i in kept}, gone
-
-    def divided(self, i: int, new: int, number: int) -> Faces:
-        """Divide a face in three at a vertex within it; the new ones have `number` and the next."""
-        a, b, c = self.faces[i]
-        return {i: (new, b, c), number: (a, new, c), number + 1: (a, b, new)}
-
-    def halved(self, p: int, q: int, new: int, number: int) -> Faces:
-        """Divide the two faces at a side in two each at a vertex on it; the new ones have `number` and the next."""
-        both = self.beside(p, q)
-        return {
-            row: tuple(new if v == end else v for v in self.faces[i])
-            for end, rows in ((p, both), (q, (number, number + 1)))
-            for i, row in zip(both, rows, strict=True)
-        }
+        moved = {out: into}
+        return {i: tuple(moved.get(v, v) for v in self.faces[i]) for i in kept}, gone

@@ -23,9 +23,6 @@ from .flow import meet
 from .levels import Level
 from .strain import ComposedStrain, log_strain
 
-#: Steps towards an objective end where two in turn gain less than this share of their energy each: after one, landmarks
-#: far from each other were left unmet more often.
-_GAIN = 2e-3
 #: Weight of a soft landmark's squared chord: it leaves distances of some .01.
 _SOFT = 10.0
 
@@ -55,6 +52,12 @@ class Objective(NamedTuple):
     weight: float
     guard: float
     steps: int
+
+    def work(self, own: int) -> int:
+        """Points of the level, of which the surface's own mesh has that many."""
+        if self.size is None:
+            return own
+        return self.size
 
 
 #: Takes the objective, the level, an iterate on it, and its energy.
@@ -87,17 +90,10 @@ class Descent:
         goals: FloatArray,
         soft: bool = False,
     ) -> None:
-        self.source, self.target, self.pair, self._goals, self._soft = (
-            source,
-            target,
-            pair,
-            goals,
-            soft,
-        )
-        self._plan = [
-            (size, list(each))
-            for size, each in groupby(objectives, key=lambda objective: objective.size)
-        ]
+        self.source, self.target, self.pair = source, target, pair
+        self._goals, self._soft = goals, soft
+        by_size = groupby(objectives, key=lambda objective: objective.size)
+        self._plan = [(size, list(each)) for size, each in by_size]
         self._levels: dict[int | None, tuple[Level, Level]] = {None: (source, target)}
 
     def start(
@@ -121,10 +117,8 @@ class Descent:
         best = 0
         if len(starts) > 1:
             best = int(np.argmin([self.outlook(start) for start in counted("starts", starts)]))
-        return starts[best], (
-            candidates[best],
-            *(each for k, each in enumerate(candidates) if k != best),
-        )
+        chosen = candidates.pop(best)
+        return starts[best], (chosen, *candidates)
 
     def turned(self, rotation: FloatArray) -> FloatArray:
         """Rotate the source's sphere."""
@@ -149,12 +143,12 @@ class Descent:
         own, steps = len(self.source.map.sphere), Counter[Objective]()
         plan = [objective for _, objectives in self._plan for objective in objectives]
         *before, total = accumulate(
-            ((objective.size or own) * objective.steps for objective in plan), initial=0
+            (objective.work(own) * objective.steps for objective in plan), initial=0
         )
         ahead = dict(zip(plan, before, strict=True))
 
         def take(objective: Objective, level: Level, y: FloatArray, energy: float) -> None:
-            log_share("steps", ahead[objective] + (objective.size or own) * steps[objective], total)
+            log_share("steps", ahead[objective] + objective.work(own) * steps[objective], total)
             steps[objective] += 1
             report(objective, level, y, energy)
 
@@ -179,10 +173,12 @@ class Descent:
         y: FloatArray,
         objectives: Sequence[Objective],
         report: Report | None = None,
+        enough: float = 2e-3,
     ) -> tuple[Level, FloatArray]:
         """Bring landmarks to their goals, hold them, and lower the strain; return the level, maybe split, and the map.
 
-        If landmarks can't be brought to their goals, the map is the one that came nearest.
+        If landmarks can't be brought to their goals, the map is the one that came nearest. Steps towards an objective
+        end where two in turn gain less than the share `enough` of their energy each.
         """
         held = None
         if len(self._goals) and not self._soft:
@@ -200,7 +196,7 @@ class Descent:
                 if report is not None:
                     report(objective, source, y, value)
                 small += 1
-                if gain >= _GAIN * (value + gain):
+                if gain >= enough * (value + gain):
                     small = 0
                 if small == 2 or k == objective.steps:
                     break
@@ -244,4 +240,4 @@ def similar(p: FloatArray, q: FloatArray, weights: FloatArray, points: FloatArra
     R = best_rotation(P, Q, weights)
     W = weights[:, None]
     scale = inner(W * (P @ R), Q) / inner(W * P, P)
-    return np.asarray(scale * (points - centre) @ R + goal)
+    return scale * (points - centre) @ R + goal

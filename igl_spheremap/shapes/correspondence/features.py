@@ -19,9 +19,7 @@ from ..harmonics.rotation import RotationCandidate, best_rotations
 from .fits import Report, Target, fit_moebius
 from .levels import Level
 
-_BAND = 32  # of the correlation over rotations: steps of 5.6 degrees, refined by Newton's method
 _ENDS = "source", "target"
-_OVERSAMPLING = 2.0  # finer grids change no registration
 
 
 def smooth_function(level: Level, values: FloatArray) -> Target:
@@ -78,30 +76,25 @@ class FeaturePair:
         self._surfaces = FeatureSurface(source.map.mesh), FeatureSurface(target.map.mesh)
         surfaces = self._surfaces
         self.weights = surfaces[0].areas / surfaces[0].areas.sum()
-        checked = None
-        if given is not None:
-            checked = _checked(given, (len(source.map.sphere), len(target.map.sphere)))
-        self._by_width: dict[float, list[FloatArray]] = {
-            width: [
-                s.standardize(
-                    s.potential(width)[:, None] if checked is None else s.diffuse(checked[k], width)
-                )
-                for k, s in enumerate(surfaces)
-            ]
-            for width in widths
-        }
-        if checked is None:
+        self._by_width: dict[float, list[FloatArray]] = {}
+        if given is None:
+            for width in widths:
+                self._by_width[width] = [
+                    s.standardize(s.potential(width)[:, None]) for s in surfaces
+                ]
             for values, name in zip(self._by_width[widths[0]], _ENDS, strict=True):
                 check_varies(values, f"depths of the {name}")
-        self._raw = [
-            np.concatenate([pair[k] for pair in self._by_width.values()], axis=1)
-            if checked is None
-            else s.standardize(checked[k])
-            for k, s in enumerate(surfaces)
-        ]
+            pairs = zip(*self._by_width.values(), strict=True)
+            self._raw = [np.concatenate(columns, axis=1) for columns in pairs]
+        else:
+            checked = _checked(given, (len(source.map.sphere), len(target.map.sphere)))
+            data = list(zip(surfaces, checked, strict=True))
+            for width in widths:
+                self._by_width[width] = [s.standardize(s.diffuse(own, width)) for s, own in data]
+            self._raw = [s.standardize(own) for s, own in data]
 
-    def smoothed(self, width: float) -> list[Level]:
-        """Return both surfaces with the positions that they have when they are smoothed by that width."""
+    def smoothed(self, width: float = 0.15) -> list[Level]:
+        """Return both surfaces with positions smoothed by that width: depths of folds differ between bodies."""
         return [
             replace(level, metric=surface.diffuse(surface.v, width))
             for level, surface in zip(self._levels, self._surfaces, strict=True)
@@ -116,13 +109,18 @@ class FeaturePair:
         values = np.concatenate([self._by_width[width][1] for width in widths], axis=1)
         return smooth_function(self._levels[1], values)
 
-    def rotations(self, width: float, most: int = 4) -> list[RotationCandidate]:
-        """Rotations of the source's sphere for which the features of one width agree best, the best first."""
+    def rotations(
+        self, width: float, most: int = 4, band: int = 32, oversampling: float = 2.0
+    ) -> list[RotationCandidate]:
+        """Rotations of the source's sphere for which the features of one width agree best, the best first.
+
+        Band 32 has steps of 5.6 degrees, which Newton's method refines.
+        """
         source, target = (
-            expand(locator_of(level.map), values, _BAND, _OVERSAMPLING)
+            expand(locator_of(level.map), values, band, oversampling)
             for level, values in zip(self._levels, self._by_width[width], strict=True)
         )
-        return best_rotations(target, source, _BAND, most)
+        return best_rotations(target, source, band, most)
 
     def fit_moebius(
         self, x: FloatArray, width: float, report: Report = lambda *_: None

@@ -16,11 +16,6 @@ Target = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 #: Takes each iterate and its cost.
 Report = Callable[[FloatArray, float], None]
 
-#: Penalty on the square of the boost, beside features of unit variance: boosts that these leave open stay short.
-_RIDGE = 1e-3
-#: A fit by Moebius maps ends at a gain of this share, or after this number of steps: unlike surfaces gain little each.
-_SMALLEST_MOEBIUS_GAIN, _MOEBIUS_STEPS = 1e-7, 30
-
 
 def fit_moebius(
     x: FloatArray,
@@ -29,11 +24,15 @@ def fit_moebius(
     features: FloatArray,
     target: Target,
     report: Report,
+    ridge: float = 1e-3,
+    least_gain: float = 1e-7,
+    steps: int = 30,
 ) -> FloatArray:
     """Lower the weighted square of features - target(m(x)) over Moebius maps m, and return the best m(x).
 
-    The features (n, k) have unit variance, the weights sum 1. A step that folds a face is shortened: the map moves
-    vertices, not edges, and slivers can flip.
+    The features (n, k) have unit variance, the weights sum 1. A `ridge` on the square of the boost keeps boosts short
+    that features leave open. The fit ends at a gain of the share `least_gain`. A step that folds a face is shortened:
+    the map moves vertices, not edges, and slivers can flip.
     """
     # takes .2 s, which registrations by rotation don't need
     from scipy.optimize import least_squares
@@ -51,7 +50,7 @@ def fit_moebius(
         last = y, root * (features - values), gradients  # shapes (8)
         if folded_faces(y, f).any():
             return np.full(features.size + 3, np.inf)
-        return np.append(last[1], np.sqrt(_RIDGE) * t[3:])
+        return np.append(last[1], np.sqrt(ridge) * t[3:])
 
     def jacobian(t: FloatArray) -> FloatArray:
         """Return derivatives at the last map tried, which was accepted, and report it."""
@@ -65,19 +64,19 @@ def fit_moebius(
             J[:-3, k] = -(
                 root * np.einsum("nki,ni->nk", gradients, (_moved(x, t + h) - y) / HALF_DIGITS)
             ).ravel()
-        J[-3:, 3:] = np.sqrt(_RIDGE) * np.eye(3)
+        J[-3:, 3:] = np.sqrt(ridge) * np.eye(3)
         return J
 
-    least_squares(
-        residuals, np.zeros(6), jacobian, ftol=_SMALLEST_MOEBIUS_GAIN, max_nfev=_MOEBIUS_STEPS + 1
-    )
+    least_squares(residuals, np.zeros(6), jacobian, ftol=least_gain, max_nfev=steps + 1)
     return found
 
 
 def _moved(x: FloatArray, t: FloatArray) -> FloatArray:
     """Boost x by the last three entries of t, then rotate it by the first three."""
-    length = float(np.linalg.norm(t[3:]))
-    centre = -t[3:] * (np.tanh(length / 2) / length if length else 0.5)
+    length, share = float(np.linalg.norm(t[3:])), 0.5
+    if length:
+        share = np.tanh(length / 2) / length
+    centre = -t[3:] * share
     return moebius(x, centre) @ Rotation.from_rotvec(t[:3]).as_matrix().T
 
 

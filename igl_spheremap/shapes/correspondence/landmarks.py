@@ -18,7 +18,6 @@ from ...resampling.locate import Location, at_vertices, joined, take_points
 from ...resampling.transfer import interpolate
 from ...sphere.rows import row_crosses, row_dots, row_lengths, unit_rows
 from ...untangle.local_repair import unfolded
-from .complex import Complex
 from .surface_map import checked_location, nearest
 
 #: Vertices, or places by face and weights.
@@ -60,32 +59,20 @@ class LandmarkPairs:
     ) -> LandmarkPairs:
         """Check the points; a MeshError names the one that is wrong."""
         pairs, names = [(Location(np.empty(0, dtype=np.int64), np.empty((0, 3))),) * 2], list[str]()
-        given = []
         if landmarks is not None:
-            given.append(("landmark", "", landmarks))
-        for one, curve, pair in (
-            *given,
-            *(("point", f"curve {k}", pair) for k, pair in enumerate(curves)),
-        ):
-            if not isinstance(pair, Sequence) or len(pair) != 2:
-                raise MeshError(
-                    f"no pair for {curve or 'landmarks'}; give (points of the source, points of the "
-                    "target)"
-                )
-            within = f" of {curve}" if curve else ""
-            points, goals = (
-                _points(each, result, one, f"{curve} of {name}" if curve else name)
-                for each, result, name in zip(pair, (source, target), _ENDS, strict=True)
-            )
-            if curve:
-                goals = _at_the_same_length(points, goals, source, target, curve)
-            elif len(points.face) != len(goals.face):
+            points, goals = _pair(landmarks, source, target, "landmark")
+            if len(points.face) != len(goals.face):
                 raise MeshError(
                     f"{len(points.face)} landmarks of the source have {len(goals.face)} points of the "
                     "target; give one for each"
                 )
             pairs.append((points, goals))
-            names += [f"{one} {k}{within}" for k in range(len(points.face))]
+            names += [f"landmark {k}" for k in range(len(points.face))]
+        for number, each in enumerate(curves):
+            curve = f"curve {number}"
+            points, goals = _pair(each, source, target, "point", curve)
+            pairs.append((points, _at_the_same_length(points, goals, source, target, curve)))
+            names += [f"point {k} of {curve}" for k in range(len(points.face))]
         points, goals = (joined(*each) for each in zip(*pairs, strict=True))
         surface, places, vertices = with_vertices(source, points)
         there = interpolate(target.sphere, target.faces, goals)
@@ -110,6 +97,18 @@ class LandmarkPairs:
         """Interpolate features over the source's own vertices at the vertices of `surface`."""
         values = check_values(values, len(source.sphere), "features of the source")
         return np.concatenate((values, interpolate(values, source.faces, self.places)))
+
+
+def _pair(
+    pair: tuple[Points, Points], source: SphereMap, target: SphereMap, one: str, curve: str = ""
+) -> tuple[Location, Location]:
+    """Check two lists of points, landmarks or those of a curve."""
+    ends, what = _ENDS, "landmarks"
+    if curve:
+        what, ends = curve, (f"{curve} of {_ENDS[0]}", f"{curve} of {_ENDS[1]}")
+    if not isinstance(pair, Sequence) or len(pair) != 2:
+        raise MeshError(f"no pair for {what}; give (points of the source, points of the target)")
+    return _points(pair[0], source, one, ends[0]), _points(pair[1], target, one, ends[1])
 
 
 def _points(values: Points, result: SphereMap, one: str, name: str) -> Location:
@@ -157,59 +156,47 @@ def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Locat
     """
     f, n = result.faces, len(result.sphere)
     near = np.flatnonzero(touching(f, marked(f[points.face], n)))
-    complex = Complex(dict(zip(near.tolist(), map(tuple, f[near].tolist()), strict=True)))
-    owner = np.arange(len(f))  # the face that each one is a part of
-    vertices, added = (
-        np.empty(len(points.face), dtype=np.int64),
-        list[tuple[IntArray, FloatArray]](),
-    )
+    # parts of faces, the face of each, and its corners' weights there
+    parts, owner, corners = f[near], near, np.tile(np.eye(3), (len(near), 1, 1))
+    vertices, added = np.empty(len(points.face), dtype=np.int64), list[FloatArray]()
     for k, (face, w) in enumerate(zip(*points, strict=True)):
         w = np.where(w < HALF_DIGITS, 0.0, w)
-        w, parts = w / w.sum(), np.flatnonzero(owner == face)
-        corners = np.array([complex.faces[i] for i in parts.tolist()])
-        height = _heights(
-            w,
-            np.array([[_weights(u, f[face], n, added) for u in part] for part in corners.tolist()]),
-        )
+        w, here = w / w.sum(), np.flatnonzero(owner == face)
+        height = _heights(w, corners[here])
         best = height.min(axis=1).argmax()
-        beside = np.flatnonzero(height[best] < HALF_DIGITS)
+        ends, beside = parts[here[best]], np.flatnonzero(height[best] < HALF_DIGITS)
         if len(beside) > 1:
-            vertices[k] = corners[best, height[best].argmax()]
+            vertices[k] = ends[height[best].argmax()]
             continue
         vertices[k] = new = n + len(added)
-        added.append((f[face], w))
+        added.append(w)
+        divided = here[[best]]
         if len(beside):
-            i, j = np.delete(corners[best], beside[0]).tolist()
-            divided, edit = complex.beside(i, j), complex.halved(i, j, new, len(owner))
-        else:
-            divided, edit = [parts[best]] * 2, complex.divided(int(parts[best]), new, len(owner))
-        complex.put(edit)
-        owner = np.append(owner, owner[divided])
+            ends = np.delete(ends, beside[0])
+            divided = np.flatnonzero(np.isin(parts, ends).sum(axis=1) == 2)
+        # each part once for each of the ends, which the vertex replaces
+        taken = parts[divided] == ends[:, None, None]
+        own = ((f[owner[divided]][:, :, None] == f[face]) * w).sum(axis=2)
+        parts[divided], *others = np.where(taken, new, parts[divided])
+        parts = np.concatenate((parts, *others))
+        corners[divided], *others = np.where(taken[..., None], own[:, None], corners[divided])
+        corners = np.concatenate((corners, *others))
+        owner = np.concatenate((owner, *[owner[divided]] * len(others)))
     if not added:
         return result, take_points(points, slice(0, 0)), vertices
     first = np.array([np.flatnonzero(vertices == n + k)[0] for k in range(len(added))])
-    places = Location(points.face[first], np.array([w for _, w in added]))
+    places = Location(points.face[first], np.array(added))
     v, x = (
         np.concatenate((p, interpolate(p, f, places))) for p in (result.vertices, result.sphere)
     )
-    faces = np.concatenate((f, np.empty((len(owner) - len(f), 3), dtype=np.int64)))
-    faces[list(complex.faces)] = list(complex.faces.values())
+    faces = np.concatenate((f, parts[len(near) :]))
+    faces[near] = parts[: len(near)]
     caps = result.mesh.caps
     if caps is not None:
-        caps = caps[owner]
+        caps = np.append(caps, caps[owner[len(near) :]])
     mesh = check_mesh(v, faces, caps=caps)
     found = certified(mesh, unfolded(mesh, unit_rows(x)))
     return replace(found, run=result.run), places, vertices
-
-
-def _weights(
-    vertex: int, face: IntArray, n: int, added: list[tuple[IntArray, FloatArray]]
-) -> FloatArray:
-    """Return the weights of a vertex by the corners of a face; `added` are the faces and weights of new vertices."""
-    if vertex < n:
-        return (face == vertex).astype(float)
-    corners, weights = added[vertex - n]
-    return np.asarray(((corners == face[:, None]) * weights).sum(axis=1))
 
 
 def _heights(w: FloatArray, parts: FloatArray) -> FloatArray:

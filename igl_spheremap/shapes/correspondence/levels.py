@@ -120,9 +120,11 @@ class Level:
         caps = own.caps
         if caps is not None:
             caps = caps[parts]
-        return Level(
-            certified(check_mesh(v, f, caps=caps), x), metric, self.landmarks, self.own or self
-        ), z
+        own_mesh = self
+        if self.own is not None:
+            own_mesh = self.own
+        found = certified(check_mesh(v, f, caps=caps), x)
+        return Level(found, metric, self.landmarks, own_mesh), z
 
 
 def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArray, IntArray]:

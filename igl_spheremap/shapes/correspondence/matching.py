@@ -33,9 +33,6 @@ from .registration import reflected
 from .stretch import LOST, Distortion
 from .surface_map import SurfaceMap
 
-#: From _ENOUGH landmarks on, they determine the Moebius map at the start; _STIFFNESS is the weight of its squared boost
-#: beside their mean squared distance.
-_ENOUGH, _STIFFNESS = 3, 1e-2
 #: Weight of curvature and depth on the way: strain alone pairs the folds of cortices wrongly (docs/correspondence.md).
 _GUIDE = 0.4
 #: Points of the coarse levels, of which none is finer than the source. The first is fast enough for every start; from
@@ -43,14 +40,8 @@ _GUIDE = 0.4
 _SIZES = (642, 2562)
 #: Shares of the surfaces' metrics, beside the spheres', in turn; each with radians that features are smoothed by.
 _SHARES = {0.25: 0.5, 0.5: 0.3, 0.75: 0.2, 0.9: 0.12, 0.97: 0.07, 1.0: 0.04}
-#: Weights of the sphere's strain, and Newton steps at most: on the way, and at the end, where a larger weight keeps the
-#: map off its minimum. Set by hand, small beside 1, the weight of the strain between the surfaces.
-_GUARD, _LAST_GUARD = 0.05, 0.01
-_STEPS, _LAST_STEPS = 5, 30
 #: What features are smoothed by for rotations and Moebius maps.
 _WIDTH = 0.05
-#: Landmarks that miss their goals and are named in the error, at most.
-_NAMED = 5
 
 
 @gate
@@ -186,19 +177,24 @@ def _descent(
     sizes = *(size for size in _SIZES if size <= len(source.map.sphere)), None
     plan = []
     for size, (share, width) in product(sizes, _SHARES.items()):
-        if share < 1:
-            plan.append(Objective(size, share, (width,), guide, _GUARD, _STEPS))
-        else:
-            plan.append(Objective(size, share, (width,), last, _LAST_GUARD, _LAST_STEPS))
+        objective = Objective(size, share, (width,), guide, guard=0.05, steps=5)
+        if share == 1:  # a larger guard keeps the map off its minimum
+            objective = objective._replace(weight=last, guard=0.01, steps=30)
+        plan.append(objective)
     return Descent(source, target, plan, pair, goals, soft)
 
 
-def _start(source: Level, descent: Descent, goals: FloatArray) -> FloatArray:
-    """Turn the source's sphere by landmarks, if they are enough, or by features."""
-    if len(goals) < _ENOUGH:
+def _start(
+    source: Level, descent: Descent, goals: FloatArray, stiffness: float = 1e-2
+) -> FloatArray:
+    """Turn the source's sphere by features, or by three and more landmarks, which determine a Moebius map.
+
+    The stiffness is the weight of its squared boost beside the landmarks' mean squared distance.
+    """
+    if len(goals) < 3:
         return descent.start(_WIDTH, moebius=True)[0]
     held = check_landmarks(len(source.map.sphere), source.landmarks, goals, 1.0)
-    return match_landmarks(source.map.sphere, held, _STIFFNESS)
+    return match_landmarks(source.map.sphere, held, stiffness)
 
 
 def _lowered(
@@ -218,16 +214,16 @@ def _lowered(
     return found
 
 
-def _check_met(result: SphereMap, given: LandmarkPairs, goals: FloatArray) -> None:
+def _check_met(result: SphereMap, given: LandmarkPairs, goals: FloatArray, named: int = 5) -> None:
     """Raise a MapError if a landmark missed its goal; it names those that are furthest off."""
     apart = np.degrees(
         2 * np.arcsin(np.linalg.norm(result.sphere[given.vertices] - goals, axis=1) / 2)
     )
     if not apart.any():
         return
-    worst = np.argsort(-apart)[:_NAMED]
+    worst = np.argsort(-apart)[:named]
     worst = worst[apart[worst] > 0]
-    names = listed_words([given.names[k] for k in worst], _NAMED)
+    names = listed_words([given.names[k] for k in worst], named)
     raise MapError(
         f"{np.count_nonzero(apart)} of {len(goals)} landmarks can't be met by these triangles without a "
         f"fold; furthest off, by {apart.max():.3g} degrees, is {names}: correct it, or give "

@@ -92,10 +92,8 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     >>> len(common.faces) == 2 * len(common.on_source) - 4
     True
     """
-    A, B = (
-        Triangulation(source.mesh, source.sphere),
-        Triangulation(target.mesh, _snapped(target, source.sphere)),
-    )
+    A = Triangulation(source.mesh, source.sphere)
+    B = Triangulation(target.mesh, _snapped(target, source.sphere))
     of_a, of_b = places(A.x, B), places(B.x, A)
     alone, own = of_b.corners > 1, np.arange(len(A.x))
     other = np.where(alone, len(own) + np.cumsum(alone) - 1, of_b.part)
@@ -108,9 +106,8 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     crossings = interpolate(A.x, A.f, take_points(source_location, slice(first, None)))
     x = np.concatenate((A.x, B.x[alone], unit_rows(crossings)))
     (own_a, unit_a), (own_b, unit_b) = own_unit(source.vertices), own_unit(target.vertices)
-    on = np.stack(
-        (interpolate(own_a, A.f, source_location), interpolate(own_b, B.f, target_location))
-    )
+    on_a, on_b = interpolate(own_a, A.f, source_location), interpolate(own_b, B.f, target_location)
+    on = np.stack((on_a, on_b))
     faces, owners = cell_triangles(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first), x)
     merged = Coincidences(faces, owners, on, (own_a[A.f], own_b[B.f]), (own, other))
     merged.merge()

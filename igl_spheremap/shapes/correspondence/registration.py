@@ -30,7 +30,7 @@ from .features import FeaturePair
 from .levels import Level
 from .result import OfMap
 
-# tells how bodies face each other: of a cortex a next rotation correlates by half of the best one
+# tells how bodies face each other
 _WIDEST = 0.7
 #: Points of each level, the share of the surfaces' metrics there, and what features are smoothed by.
 _CHAIN = (
@@ -41,16 +41,7 @@ _CHAIN = (
 )
 #: The widths in use, from the widest: without data the depth potential of each is compared.
 WIDTHS = tuple(dict.fromkeys(width for _, _, each in _CHAIN for width in each))
-#: Radians that surfaces are smoothed by before strain is measured: depths of folds differ between bodies.
-_SMOOTHING = 0.15
-# rotations of a body whose limbs can be told apart by their places only: more than an octopus has arms
-_TURNS = 12
 _UNSURE = 0.9  # a runner-up with this share of the best correlation is tried, and reported
-# weight of the strain of the source's sphere beside that from surface to surface (benchmarks/tried.md)
-_GUARD = 0.2
-_STEPS = 15  # of Newton's method on each level
-_SOFTEST = 1e-6  # of strains that keep faces from degenerating
-_LOSS = 0.01  # of correlation in a stage is reported; less than that is due to smoothing
 
 
 class Turn(NamedTuple):
@@ -198,7 +189,7 @@ def register(
     (True, True)
     """
     history = History(listener)
-    check_number(stiffness, "stiffness", _SOFTEST)
+    check_number(stiffness, "stiffness", 1e-6)  # strains keep faces from degenerating
     unknown = [stage for stage in stages if stage not in STAGES]
     if unknown:
         raise ValueError(f"unknown stage {unknown[0]!r}: choose from {', '.join(STAGES)}")
@@ -208,48 +199,63 @@ def register(
     first = WIDTHS[-1]  # data are compared nearly as they are
     if features is None:
         first = _WIDEST
-    reached, count = [("start", source.sphere)], 0
+    progress = _Progress(history, {"start": source.sphere})
     candidates: tuple[RotationCandidate, ...] = ()
 
-    def begin(stage: str) -> FloatArray:
-        nonlocal count
-        x, count = reached[-1][1], 0
-        reached.append((stage, x))
-        return x
-
-    def take(x: FloatArray, cost: float) -> None:
-        nonlocal count
-        stage, count = reached[-1][0], count + 1
-        reached[-1] = stage, x
-        history(Iterate(Stage(stage), 0, count, x, cost))
-
     def step(_: Objective, level: Level, y: FloatArray, energy: float) -> None:
-        # Without a listener the history keeps numbers only.
-        x = reached[-1][1]
+        x = progress.last  # without a listener the history keeps numbers only
         if listener is not None:
             x = level.carried(y, laying.source)
-        take(x, energy)
+        progress.take(x, energy)
 
     with suppress(StopIteration):  # of a listener
         if "rotation" in stages:
-            turned, candidates = laying.start(first, least=_UNSURE if "elastic" in stages else 1.0)
-            begin("rotation")
-            take(turned, 1 - candidates[0].correlation)
+            least = 1.0
+            if "elastic" in stages:
+                least = _UNSURE
+            turned, candidates = laying.start(first, least=least)
+            progress.begin("rotation")
+            progress.take(turned, 1 - candidates[0].correlation)
         if "moebius" in stages:
-            laying.pair.fit_moebius(begin("moebius"), first, take)
+            laying.pair.fit_moebius(progress.begin("moebius"), first, progress.take)
         if "elastic" in stages:
-            reached[-1] = "elastic", laying.laid(begin("elastic"), step)
-    result = certified(source.mesh, reached[-1][1])
-    ends = [
-        _report(
-            stage, laying.pair, source.faces, before if stage == "elastic" else source.sphere, x
-        )
-        for (_, before), (stage, x) in pairwise([reached[0], *reached])
-    ]
+            progress.ends["elastic"] = laying.laid(progress.begin("elastic"), step)
+    result, before, ends = certified(source.mesh, progress.last), source.sphere, []
+    for stage, x in progress.ends.items():
+        if stage != "elastic":
+            before = source.sphere
+        ends.append(_report(stage, laying.pair, source.faces, before, x))
+        before = x
     run = history.complete(result.run, "register")
     return Registration(
         replace(result, run=run), tuple(ends), candidates, _doubts(candidates, ends)
     )
+
+
+@dataclass(eq=False)
+class _Progress:
+    """Stages that begin where the one before ended: the map at the end of each, and a history of all iterates."""
+
+    history: History
+    ends: dict[str, FloatArray]
+    number: int = 0
+
+    @property
+    def last(self) -> FloatArray:
+        """The last map."""
+        *_, x = self.ends.values()
+        return x
+
+    def begin(self, stage: str) -> FloatArray:
+        """Begin a stage, and return the map there."""
+        self.ends[stage], self.number = self.last, 0
+        return self.last
+
+    def take(self, x: FloatArray, cost: float) -> None:
+        """Take the next iterate of the stage."""
+        *_, stage = self.ends
+        self.ends[stage], self.number = x, self.number + 1
+        self.history(Iterate(Stage(stage), 0, self.number, x, cost))
 
 
 class Laying(Descent):
@@ -268,35 +274,26 @@ class Laying(Descent):
         pair = FeaturePair(
             Level.of(source, "the source"), Level.of(target, "the target"), features, WIDTHS
         )
-        columns = pair.source(WIDTHS[:1]).shape[1]
-        most = len(source.sphere)
-        plan = [
-            Objective(
-                min(points, most),
-                share,
-                widths,
-                1 / (stiffness * columns * len(widths)),
-                _GUARD,
-                _STEPS,
-            )
-            for points, share, widths in _CHAIN
-        ]
-        a, b = pair.smoothed(_SMOOTHING)
+        columns, plan = pair.source(WIDTHS[:1]).shape[1], []
+        for points, share, widths in _CHAIN:
+            weight = 1 / (stiffness * columns * len(widths))
+            size = min(points, len(source.sphere))
+            plan.append(Objective(size, share, widths, weight, guard=0.2, steps=15))
+        a, b = pair.smoothed()
         super().__init__(a, b, plan, pair, np.empty((0, 3)))
         self._last = plan[-1]._replace(size=None)
 
-    def turns(self) -> list[Turn]:
-        """Rotations at which the features agree best locally, in the order of the surfaces' distance in space."""
-        found = [
-            Turn(each.rotation, self.apart(each.rotation))
-            for each in self.pair.rotations(_WIDEST, _TURNS)
-        ]
-        return sorted(found, key=lambda turn: turn.distance)
+    def turns(self, most: int = 12) -> list[Turn]:
+        """Rotations at which the features agree best locally, in the order of the surfaces' distance in space.
 
-    def apart(self, rotation: FloatArray) -> float:
-        """Distance of the surfaces after a rotation of the source's sphere, on the coarsest level."""
+        That is measured on the coarsest level. An octopus, whose arms their places alone tell apart, has eight.
+        """
         source, target = self.coarsest()
-        return distance_between(source, target, self.source.carried(self.turned(rotation), source))
+        found = []
+        for each in self.pair.rotations(_WIDEST, most):
+            y = self.source.carried(self.turned(each.rotation), source)
+            found.append(Turn(each.rotation, distance_between(source, target, y)))
+        return sorted(found, key=lambda turn: turn.distance)
 
     def laid(self, y: FloatArray, report: Report = lambda *_: None) -> FloatArray:
         """The registration that a start leads to, through all levels."""
@@ -322,14 +319,11 @@ def reflected(result: SphereMap) -> SphereMap:
     """Mirror a surface and its map, x to -x, and reverse its faces: angles and areas stay."""
     mirror = np.array([-1.0, 1.0, 1.0])
     mesh = check_mesh(result.vertices * mirror, result.faces[:, ::-1], caps=result.mesh.caps)
-    image, *conformal = (
-        replace(certified(mesh, each.sphere * mirror), run=each.run)
-        for each in (result, result.conformal)
-        if each is not None
-    )
-    if not conformal:
-        return replace(image, conformal=None)
-    return replace(image, conformal=conformal[0])
+    image = replace(certified(mesh, result.sphere * mirror), run=result.run)
+    conformal = result.conformal
+    if conformal is not None:
+        conformal = replace(certified(mesh, conformal.sphere * mirror), run=conformal.run)
+    return replace(image, conformal=conformal)
 
 
 def _report(
@@ -342,8 +336,11 @@ def _report(
 
 
 def _doubts(
-    candidates: tuple[RotationCandidate, ...], stages: list[RegistrationStage]
+    candidates: tuple[RotationCandidate, ...],
+    stages: list[RegistrationStage],
+    loss: float = 0.01,
 ) -> tuple[str, ...]:
+    """Reasons to doubt a registration; smoothing lowers the correlation by less than `loss`."""
     notes = []
     if len(candidates) > 1 and candidates[1].correlation > _UNSURE * candidates[0].correlation:
         notes.append(
@@ -352,7 +349,7 @@ def _doubts(
         )
     for before, after in pairwise(stages):
         lost = float(before.correlation.mean() - after.correlation.mean())
-        if lost > _LOSS:
+        if lost > loss:
             notes.append(
                 f"the stage {after.name} lowered the correlation by {lost:.3f}: parts of the surface are too "
                 "small on these maps; register area-preserving ones"

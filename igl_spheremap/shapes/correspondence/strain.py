@@ -54,10 +54,7 @@ class SpaceStrain(BalancedEnergy):
         gradient, blocks = super().derivatives(x, axes, convex)
         images = self.images(x)
         (left, right), s = images.frame(), np.stack((images.s1, images.s2))
-        q, p = (
-            self.weight * slope
-            for slope in (self.slopes(s[0] / s[1])[0], self.slopes(s[0] * s[1])[0])
-        )
+        q, p = (self.weight * self.slopes(each)[0] for each in (s[0] / s[1], s[0] * s[1]))
         tension = self.area * np.maximum(np.stack((p + q, p - q)), 0.0) / s**2
         moves = axes.take(self.source.corners, axis=2)
         for direction in left:
@@ -113,9 +110,8 @@ class ComposedStrain:
             there = self._target.at(y[used], self._there)
             everywhere = np.zeros((len(y), there.shape[1]))
             everywhere[used] = there
-        return self._strain.by_face(everywhere, faces) + self._guard * self._sphere.by_face(
-            y, faces
-        )
+        own = self._sphere.by_face(y, faces)
+        return self._strain.by_face(everywhere, faces) + self._guard * own
 
     def derivatives(self, y: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gradient (2, n) and positive semidefinite blocks (6, 2, 2, m) along the vertices' axes (2, 3, n)."""
@@ -147,4 +143,4 @@ def _scaled(p: FloatArray, f: IntArray) -> FloatArray:
     """Scale positions of any dimension so that the faces have the area 4 pi together."""
     a, b = (p[f[:, k]] - p[f[:, 0]] for k in (1, 2))
     doubled = np.sqrt(np.maximum(row_dots(a, a) * row_dots(b, b) - row_dots(a, b) ** 2, 0))
-    return np.asarray(p * np.sqrt(8 * np.pi / doubled.sum()))
+    return p * np.sqrt(8 * np.pi / doubled.sum())

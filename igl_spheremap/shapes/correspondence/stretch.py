@@ -40,9 +40,7 @@ class Distortion:
     target_areas: FloatArray
 
     def __repr__(self) -> str:
-        a, b = (
-            self.figures[over]["symmetric_dirichlet"] for over in ("over_source", "over_target")
-        )
+        a, b = (over["symmetric_dirichlet"] for over in self.figures.values())
         return (
             f"Distortion(symmetric Dirichlet energy, 4 for an isometry: median {a['median']:.3g} over the source, "
             f"{b['median']:.3g} over the target; 95% below {a['p95']:.3g} and {b['p95']:.3g})"
@@ -85,14 +83,11 @@ class Distortion:
 
         They are taken over the area of the source (``over_source``) and over that of the target (``over_target``).
         """
-        names = "symmetric_dirichlet", "area_ratio", "angle_ratio"
-        return {
-            over: {name: _figures(getattr(self, name), areas) for name in names}
-            for over, areas in (
-                ("over_source", self.source_areas),
-                ("over_target", self.target_areas),
-            )
-        }
+        names, figures = ("symmetric_dirichlet", "area_ratio", "angle_ratio"), {}
+        for end in ("source", "target"):
+            areas = getattr(self, f"{end}_areas")
+            figures[f"over_{end}"] = {name: _figures(getattr(self, name), areas) for name in names}
+        return figures
 
 
 def _sides(v: FloatArray, f: IntArray) -> FloatArray:

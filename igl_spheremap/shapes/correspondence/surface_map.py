@@ -26,11 +26,6 @@ from .overlay import Overlay, overlay
 from .result import OfMap
 from .stretch import Distortion
 
-#: Points may be this many sizes of a surface away from it, no more: squared distances must not overflow in libigl.
-_FAR = 1e100
-#: The sum of barycentric weights may differ from 1 by this: float32 holds seven digits.
-_TOTAL = 1e-6
-
 
 @dataclass(frozen=True, eq=False)
 class SurfaceMap(OfMap):
@@ -225,7 +220,7 @@ def nearest(result: SphereMap, points: FloatArray, name: str) -> Location:
         bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
         raise MeshError(f"points of {name} are not finite, e.g. row {bad[0]}; give positions")
     v, unit = own_unit(result.vertices)
-    points = np.clip(np.ldexp(points, -unit), -_FAR, _FAR)
+    points = np.clip(np.ldexp(points, -unit), -1e100, 1e100)  # libigl squares distances
     _, face, on = igl.point_mesh_squared_distance(points, v, result.faces)[:3]
     face = np.asarray(face, dtype=np.int64).reshape(-1)
     corners = (np.ascontiguousarray(v[result.faces[face, k]]) for k in range(3))
@@ -251,7 +246,8 @@ def checked_location(points: Location, f: IntArray, name: str) -> Location:
             f"point {bad[0]} of {name} is in face {face[bad[0]]}; give a face from 0 to {len(f) - 1}"
         )
     total = weights.sum(axis=1)
-    bad = np.flatnonzero(~((weights >= 0).all(axis=1) & (np.abs(total - 1) < _TOTAL)))
+    # float32 holds seven digits
+    bad = np.flatnonzero(~((weights >= 0).all(axis=1) & (np.abs(total - 1) < 1e-6)))
     if len(bad):
         raise MeshError(
             f"the weights of point {bad[0]} of {name} are {weights[bad[0]].tolist()}; give three that are "

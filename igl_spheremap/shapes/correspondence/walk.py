@@ -202,7 +202,7 @@ def _from_face(over: Triangulation, face: IntArray, a: FloatArray, b: FloatArray
     leaves = (np.roll(signs, 1, axis=1) < 0) & (
         (signs > 0) | (signs == 0) & (np.roll(signs, -1, axis=1) > 0)
     )
-    return np.asarray(3 * face + leaves.argmax(axis=1))
+    return 3 * face + leaves.argmax(axis=1)
 
 
 def _ends(

@@ -15,8 +15,6 @@ from ...mesh.arrays import FloatArray
 from ..harmonics.harmonics import SphericalHarmonics
 from .modes import Modes, principal_modes
 
-_ROUNDS = 10  # each chooses of four directions for every surface; two or three are usual
-
 
 class CoefficientTable(NamedTuple):
     """Coefficients of surfaces, rows in their order.
@@ -44,24 +42,23 @@ class CoefficientTable(NamedTuple):
         return np.cumsum(self.modes.variances) * (4 * math.pi * (len(away) - 1)) / (away**2).sum()
 
 
-def in_common_frame(shapes: Sequence[SphericalHarmonics]) -> list[SphericalHarmonics]:
+def in_common_frame(
+    shapes: Sequence[SphericalHarmonics], rounds: int = 10
+) -> list[SphericalHarmonics]:
     """Surfaces in the frames of their first-order ellipsoids, the directions of axes being those nearest to the mean.
 
     None of them decides for the others: each begins with the directions of its own skewness, and chooses anew until all
-    keep theirs.
+    keep theirs, after two or three rounds as a rule.
     """
     aligned = [shape.align().harmonics for shape in shapes]
-    for _ in range(_ROUNDS):
-        before, mean = (
-            aligned,
-            SphericalHarmonics(np.mean([each.coefficients for each in aligned], axis=0)),
-        )
+    before = np.stack([each.coefficients for each in aligned])
+    for _ in range(rounds):
+        mean = SphericalHarmonics(before.mean(axis=0))
         aligned = [shape.align(mean).harmonics for shape in shapes]
-        if all(
-            np.allclose(a.coefficients, b.coefficients)
-            for a, b in zip(aligned, before, strict=True)
-        ):
+        after = np.stack([each.coefficients for each in aligned])
+        if np.allclose(after, before):
             break
+        before = after
     return aligned
 
 
@@ -86,11 +83,15 @@ def write_coefficient_table(
         write_cells(path, _rows(table), force=force)
         return
     arrays = {"names": np.array(table.names, dtype=str), "coefficients": table.coefficients}
-    npz.save_arrays(path, arrays | ({} if table.modes is None else table.modes._asdict()), force)
+    if table.modes is not None:
+        arrays |= table.modes._asdict()
+    npz.save_arrays(path, arrays, force)
 
 
 def _rows(table: CoefficientTable) -> Iterator[Sequence[object]]:
-    scores = np.empty((len(table.names), 0)) if table.modes is None else table.modes.scores
+    scores = np.empty((len(table.names), 0))
+    if table.modes is not None:
+        scores = table.modes.scores
     degree = math.isqrt(table.coefficients.shape[1]) - 1
     names = [
         f"{axis}_l{ell}m{m}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -20,9 +21,6 @@ from ...mesh.arrays import FloatArray
 from .files import distinct
 from .group import Group
 from .permutation import PointTest, is_missing, level
-
-_FEWEST = 3  # members, at least, for a variable to explain a part
-_LONGEST = 40  # letters of a name, of up to 4 bytes each: a name of a file has 255
 
 
 def data_of(group: Group, name: str) -> FloatArray:
@@ -61,10 +59,10 @@ def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> Design:
             for row in cells
         ]
         kept = [k for k, names in enumerate(lacking) if not names]
-        if len(kept) < _FEWEST:
+        if len(kept) < 3:
             raise MeshError(
                 f"{len(kept)} of {len(members)} members have a value in each column, and a test needs "
-                f"{_FEWEST}; take out columns with missing values"
+                "3; take out columns with missing values"
             )
         left_out = {
             members[k]: f"no {' and no '.join(names)}" for k, names in enumerate(lacking) if names
@@ -115,8 +113,8 @@ def test_names(variables: Sequence[str]) -> list[str]:
     >>> test_names(["age (y)", "age [y]", "sex"])
     ['test_age__y__1', 'test_age__y__2', 'test_sex']
     """
-    safe = ("".join(letter if letter.isalnum() else "_" for letter in name) for name in variables)
-    return distinct([f"test_{name[:_LONGEST]}" for name in safe])
+    # 40 letters of up to 4 bytes each: a name of a file has 255
+    return distinct([re.sub(r"\W", "_", f"test_{name[:40]}") for name in variables])
 
 
 def write_test(place: str, group: Group, found: PointTest) -> None:

@@ -9,22 +9,9 @@ import numpy as np
 from ...mesh.arrays import HALF_DIGITS, FloatArray
 from .laying import Laid
 
-#: Another rotation fits nearly as well if it leads to at most this many times the energy times distance. Where arms of
-#: an octopus had been exchanged, the right rotation led to 1/1.3 times that; for members that lie right the next one
-#: leads to 4 times that or more, or nowhere near.
+#: Another rotation fits nearly as well if it leads to at most this many times the energy times distance: that of an
+#: octopus with its arms exchanged leads to 1/1.3 times, for members that lie right the next one to 4 times or more.
 _RIVAL = 1.5
-#: A member's mirror image is named if its distance is at most this share of the member's own: for a hippocampus among
-#: those of the other side it is .4, for bodies that are nearly their own mirror images .9.
-_MIRRORED = 2 / 3
-#: A figure is far off if its logarithm is more than this many standard deviations from the median: of 1,000 groups of 6
-#: to 40 members with log-normal figures one has such a member; 30 do if the figures differ by 30 percent.
-_BEYOND = 4.0
-_USUAL = 0.15  # deviation at least: that of planted groups' distances
-# share of the radius: more than points spread in planted groups, which end with 0 to .027
-_MOVED = 0.03
-# share of a mode's variance that lies between two kinds: of 1,000 groups of one kind 3 have it
-_KINDS = 0.98
-_FEWEST = 3  # members of a kind
 
 
 def member_doubts(
@@ -33,10 +20,15 @@ def member_doubts(
     distances: FloatArray,
     correlations: FloatArray,
     alike: bool = False,
+    mirrored: float = 2 / 3,
 ) -> tuple[str, ...]:
-    """Sentences on what to doubt of a member, given the figures of all; `alike` if most members fit in two ways."""
+    """Sentences on what to doubt of a member, given the figures of all; `alike` if most members fit in two ways.
+
+    Its mirror image is named if its distance is less than the share `mirrored` of the member's own: .4 for a
+    hippocampus among those of the other side, .9 for bodies that are nearly their own mirror images.
+    """
     said = []
-    if laid.mirrored < _MIRRORED:
+    if laid.mirrored < mirrored:
         said.append(
             f"its mirror image lies at {laid.mirrored:.2f} times its distance from the mean: if it is of the "
             "other side of a body, mirror it (x to -x, and its faces reversed)"
@@ -74,11 +66,13 @@ def _unlike(correlations: float | FloatArray) -> FloatArray:
     return -np.arctanh(np.clip(correlations, -1 + HALF_DIGITS, 1 - HALF_DIGITS))
 
 
-def _beyond(value: float | FloatArray, values: FloatArray) -> bool:
-    """Whether a value lies above others by far more than these differ."""
+def _beyond(
+    value: float | FloatArray, values: FloatArray, deviations: float = 4.0, usual: float = 0.15
+) -> bool:
+    """Whether a value lies so many standard deviations above the median of others, which counts as `usual` at least."""
     off = values - np.median(values)
     deviation = 1.4826 * np.median(np.abs(off))  # the standard deviation of a normal distribution
-    return bool(value - np.median(values) > _BEYOND * max(deviation, _USUAL))
+    return bool(value - np.median(values) > deviations * max(deviation, usual))
 
 
 def copy_doubts(names: Sequence[str], contents: Sequence[bytes]) -> list[str]:
@@ -99,9 +93,10 @@ def group_doubts(
     axis: FloatArray | None,
     laid: Sequence[Laid],
     scores: FloatArray,
+    moved: float = 0.03,
 ) -> Iterator[str]:
     """Sentences on what to doubt of the mean; its last move counts only if it has not settled."""
-    if changes[-1] > _MOVED and not settled:
+    if changes[-1] > moved and not settled:
         yield (
             f"the mean still moved by {100 * changes[-1]:.2g} percent of its radius in round {len(changes)}, the "
             "last: points still slide; look at the farthest members, or take a finer icosphere"
@@ -129,23 +124,25 @@ def group_doubts(
 def drift_doubts(laid: Laid, axis: FloatArray | None) -> Iterator[str]:
     """A sentence on what to doubt of a series' drift, by how its last frame is registered to the first one."""
     if axis is not None or laid.rival < _RIVAL:
-        turn = "about its axis" if axis is not None else f"by {laid.angle:.0f} degrees"
+        turn = f"by {laid.angle:.0f} degrees"
+        if axis is not None:
+            turn = "about its axis"
         yield (
             f"the last frame fits the first one nearly as well when it is turned {turn}: shape does not tell how "
             "points moved along the surface, and drift counts that turn, too"
         )
 
 
-def two_kinds(scores: FloatArray) -> tuple[int, int] | None:
-    """How many scores lie on either side, if they lie around two values; else None.
+def two_kinds(scores: FloatArray, share: float = 0.98, fewest: int = 3) -> tuple[int, int] | None:
+    """How many scores lie on either side, if that share of their variance lies between two values; else None.
 
     >>> two_kinds(np.array([-1.0, -1.1, -0.9, 1.0, 1.1, 0.9])), two_kinds(np.arange(6.0))
     ((3, 3), None)
     """
     ordered = np.sort(scores - scores.mean())
     total = (ordered**2).sum()
-    for k in range(_FEWEST, len(ordered) - _FEWEST + 1):
+    for k in range(fewest, len(ordered) - fewest + 1):
         low, high = ordered[:k], ordered[k:]
-        if (k * low.mean() ** 2 + len(high) * high.mean() ** 2) > _KINDS * total:
+        if (k * low.mean() ** 2 + len(high) * high.mean() ** 2) > share * total:
             return k, len(high)
     return None

@@ -24,7 +24,7 @@ class FeatureFiles:
 
     paths: tuple[str, ...]
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+    def __array__(self, dtype: Any = np.float64, copy: bool | None = None) -> NDArray[Any]:
         columns = [_column(path) for path in self.paths]
         for path, column in zip(self.paths, columns, strict=True):
             if len(column) != len(columns[0]):
@@ -32,7 +32,7 @@ class FeatureFiles:
                     f"{path} has {len(column)} values and {self.paths[0]} has {len(columns[0])}; give "
                     "data of one mesh"
                 )
-        return np.stack(columns, axis=1).astype(dtype or np.float64)
+        return np.stack(columns, axis=1).astype(dtype)
 
 
 def check_features(features: Sequence[ArrayLike] | None, names: Sequence[str]) -> None:
@@ -46,17 +46,17 @@ def check_features(features: Sequence[ArrayLike] | None, names: Sequence[str]) -
         )
     widths = []
     for name, each in zip(names, features, strict=True):
-        shape = (
-            (0, len(each.paths))
-            if isinstance(each, FeatureFiles)
-            else plain_array(each, "features").shape
-        )
+        shape: tuple[int, ...]
+        if isinstance(each, FeatureFiles):
+            shape = 0, len(each.paths)
+        else:
+            shape = plain_array(each, "features").shape
         if len(shape) not in (1, 2):
             raise MeshError(
                 f"features of surface {name} have shape {shape}; give data over its vertices, (n,) or "
                 "(n, k)"
             )
-        widths.append(shape[1] if shape[1:] else 1)
+        widths.append((*shape, 1)[1])
         if widths[-1] != widths[0]:
             raise MeshError(
                 f"features of surface {name} have {widths[-1]} columns, those of {names[0]} have "
@@ -70,7 +70,10 @@ def file_of(path: str) -> str:
     >>> file_of("sub-01.npz:thickness")
     'sub-01.npz'
     """
-    return path if Path(path).exists() else path.rpartition(":")[0] or path
+    file = path.rpartition(":")[0]
+    if not file or Path(path).exists():
+        return path
+    return file
 
 
 def _column(path: str) -> FloatArray:

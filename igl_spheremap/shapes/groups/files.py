@@ -6,9 +6,9 @@ import json
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,9 +26,11 @@ from .group import Group, Member
 
 #: The archive in a group's folder.
 ARCHIVE = "group.npz"
-_ARRAYS = tuple(
-    field.name for field in fields(Group) if field.type == "FloatArray" or field.name == "faces"
-)
+#: Fields of a group that are arrays, and those that are lists.
+_ARRAYS = (
+    "vertices", "faces", "sphere", "shapes", "modes", "variances", "scores", "areas", "spread", "features",
+)  # fmt: skip
+_LISTS = ("changes", "feature_names", "notes")
 #: What is known of each member.
 FIGURES = ("correlation", "size", "distance")
 
@@ -77,21 +79,21 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     known = {
         "names": [member.name for member in group.members],
         "left_out": dict(group.left_out),
-        "changes": group.changes,
         "rigid": group.rigid,
         "balance": group.balance,
-        "feature_names": group.feature_names,
-        "notes": group.notes,
         "doubts": [member.doubts for member in group.members],
     }
+    known |= {name: getattr(group, name) for name in _LISTS}
     npz.save_arrays(place / ARCHIVE, arrays | {"json": json.dumps(known)}, force)
     over = {"area": group.areas, "spread": group.spread}
-    names = group.feature_names or [f"feature_{k + 1}" for k in range(group.feature_mean.shape[1])]
+    names = group.feature_names
+    if not names:
+        names = tuple(f"feature_{k + 1}" for k in range(group.features.shape[2]))
     over |= dict(zip(names, group.feature_mean.T, strict=True))
     over |= dict(zip([f"{name}_sd" for name in names], group.feature_sd.T, strict=True))
     moves = {
-        f"mode_{k + 1}": mode * np.sqrt(variance)
-        for k, (mode, variance) in enumerate(zip(group.modes, group.variances, strict=True))
+        f"mode_{k}": mode * np.sqrt(variance)
+        for k, (mode, variance) in enumerate(zip(group.modes, group.variances, strict=True), 1)
     }
     write_mean(place, group.vertices, group.faces, over, moves, force=force)
     write_cells(place / "members.tsv", member_rows(group), force=force)
@@ -107,7 +109,7 @@ def write_mean(
     v: FloatArray,
     f: IntArray,
     over: Mapping[str, FloatArray],
-    moves: Mapping[str, FloatArray] | None = None,
+    moves: Mapping[str, FloatArray],
     *,
     force: bool,
 ) -> None:
@@ -118,7 +120,7 @@ def write_mean(
             v,
             f,
             force=force,
-            metadata={"vertex_properties": over, "point_data": {**over, **(moves or {})}},
+            metadata={"vertex_properties": over, "point_data": {**over, **moves}},
         )
     if find_spec("nibabel"):
         write_mesh(place / "mean.surf.gii", v, f, force=force)
@@ -146,7 +148,9 @@ def read_group(folder: str | os.PathLike[str]) -> Group:
     MeshError
         If it holds no group.
     """
-    path = Path(folder) / ARCHIVE if Path(folder).is_dir() else Path(folder)
+    path = Path(folder)
+    if path.is_dir():
+        path /= ARCHIVE
     with reading(path):
         arrays = npz.read_arrays(path)
         if not {*_ARRAYS, "json", *(f"member_{name}" for name in FIGURES)} <= arrays.keys():
@@ -154,23 +158,18 @@ def read_group(folder: str | os.PathLike[str]) -> Group:
                 "the archive holds no group; give one that `igl-spheremap template` wrote"
             )
         known = json.loads(str(arrays["json"]))
-        doubts = map(tuple, known["doubts"])
-        figures = zip(
-            known["names"],
-            *(arrays[f"member_{name}"].tolist() for name in FIGURES),
-            doubts,
-            strict=True,
-        )
-        members = tuple(Member(str(name), None, *others) for name, *others in figures)
+        figures = (arrays[f"member_{name}"].tolist() for name in FIGURES)
+        rows = zip(known["names"], *figures, map(tuple, known["doubts"]), strict=True)
+        members = tuple(Member(str(name), None, *others) for name, *others in rows)
+        lists: dict[str, Any] = {name: tuple(known[name]) for name in _LISTS}
+        fields: dict[str, Any] = {name: arrays[name] for name in _ARRAYS}
         return Group(
-            **{name: arrays[name] for name in _ARRAYS},
+            **fields,
             members=members,
+            **lists,
             left_out=known["left_out"],
-            changes=tuple(known["changes"]),
             rigid=known["rigid"],
             balance=known["balance"],
-            feature_names=tuple(known["feature_names"]),
-            notes=tuple(known["notes"]),
         )
 
 

@@ -6,8 +6,7 @@ F_k(m) are member k's points by its registration to m, laid on the others' by ge
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import count
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,19 +21,14 @@ from ...untangle.local_repair import unfolded
 from .procrustes import generalised_procrustes, placed
 from .turns import NO_RESTARTS, Restarts, Turns
 
-# at most: 3 to 5 are usual, each of which moves the mean by a quarter of what the one before did
-_ROUNDS = 10
-_PATIENCE = 5  # rounds after which other rotations are tried, also if the mean does not settle
-_LOOKS = 3  # at most; after the first one most groups have nobody who lies wrong
-
 
 class Registered(NamedTuple):
     """Members at points that correspond by their registration to a template.
 
     Attributes
     ----------
-    members : list of int
-        Their numbers.
+    members : list
+        What the members were given as.
     shapes : (k, n, 3) float64 array
         The points, where each member lies.
     areas : (n,) float64 array
@@ -43,14 +37,14 @@ class Registered(NamedTuple):
         How many lie otherwise than before, after a search for other rotations.
     """
 
-    members: list[int]
+    members: list[Any]
     shapes: FloatArray
     areas: FloatArray
     turned: int
 
 
 #: Registers members to a template, from where they are, and tries the restarts of each.
-Register = Callable[[Sequence[int], SphereMap, Sequence[Restarts]], Registered]
+Register = Callable[[Sequence[Any], SphereMap, Sequence[Restarts]], Registered]
 
 
 class FixedPoint(NamedTuple):
@@ -58,8 +52,8 @@ class FixedPoint(NamedTuple):
 
     Attributes
     ----------
-    members : list of int
-        Their numbers.
+    members : list
+        What the members were given as.
     mean : (n, 3) float64 array
         Their mean.
     changes : tuple of float
@@ -72,7 +66,7 @@ class FixedPoint(NamedTuple):
         Turns of the members' spheres about it, to the least distance from the mean; the identity if there is none.
     """
 
-    members: list[int]
+    members: list[Any]
     mean: FloatArray
     changes: tuple[float, ...]
     settled: bool
@@ -82,49 +76,56 @@ class FixedPoint(NamedTuple):
 
 def fixed_point(
     register: Register,
-    members: Sequence[int],
+    members: Sequence[Any],
     first: FloatArray,
     x: FloatArray,
     f: IntArray,
     *,
     balance: float,
     rigid: bool,
+    rounds: int = 10,
+    patience: int = 5,
+    searches: int = 3,
 ) -> FixedPoint:
     """Register members to a first template (n, 3), on the mesh x, f of the sphere, and to their mean until it stays.
 
-    The mean keeps the rotation of the first template's sphere. Once it stays, or if it will not for some rounds, turns
-    and mirror images of members are tried that may fit as well, until none of them fits better. If the mean is round
-    about an axis, it says by which turn about that each member comes nearest.
+    The mean keeps the rotation of the first template's sphere. When it has settled, or has not for `patience` rounds,
+    members are registered again from rotated and mirrored poses, until none of these fits better. After so many
+    `rounds` it ends as it is; three to five are usual, each of which moves it by a quarter of the one before. If the
+    mean is round about an axis, each member's best turn about it is found, too.
     """
     # how far the mesh's faces are from the sphere
     finest = 1 - float(row_lengths(x[f].mean(axis=1)).min())
-    before, target = first, certified(check_mesh(first, f), x)
-    turns, axis = Turns(x), None
-    restarts = nothing = [NO_RESTARTS] * len(members)
-    changes, looks, quiet, began = list[float](), 0, False, 0
-    for step in count(1):
+    before, target, turns = first, certified(check_mesh(first, f), x), Turns(x)
+    axis: FloatArray | None = None
+    restarts = [NO_RESTARTS] * len(members)
+    changes, step, began = list[float](), 0, 0
+    while True:
+        step += 1
         found = register(members, target, restarts)
         members, aligned = found.members, generalised_procrustes(found.shapes, found.areas, rigid)
         changes.append(_change(before, aligned.mean, found.areas))
-        settled, began = changes[-1] < finest, step if found.turned else began
-        quiet = quiet or looks == _LOOKS or (restarts != nothing and not found.turned)
-        restarts = nothing = [NO_RESTARTS] * len(members)
-        if not quiet and (settled or step - began >= _PATIENCE):
-            looks += 1
+        settled = changes[-1] < finest
+        if found.turned:
+            began = step
+        elif set(restarts) != {NO_RESTARTS}:
+            searches = 0  # none was better
+        restarts = [NO_RESTARTS] * len(members)
+        if searches and (settled or step - began >= patience):
+            searches -= 1
             axis, restarts = turns.restarts(aligned.mean, aligned.shapes)
-            quiet = restarts == nothing
-        if quiet and (settled or step - began >= _ROUNDS):
-            about = (
-                [np.eye(3)] * len(members)
-                if axis is None
-                else turns.about(axis, aligned.mean, aligned.shapes)
-            )
+            if set(restarts) == {NO_RESTARTS}:
+                searches = 0
+        searching = searches > 0 or set(restarts) != {NO_RESTARTS}
+        if not searching and (settled or step - began >= rounds):
+            about = [np.eye(3)] * len(members)
+            if axis is not None:
+                about = turns.about(axis, aligned.mean, aligned.shapes)
             return FixedPoint(members, aligned.mean, tuple(changes), settled, axis, about)
         before = aligned.mean
         target = balanced_spherical_map(before, f, balance=balance)
         as_before = best_rotation(target.sphere, x, found.areas)
         target = certified(target.mesh, unfolded(target.mesh, target.sphere @ as_before))
-    raise AssertionError  # the rounds are counted without end
 
 
 def _change(before: FloatArray, mean: FloatArray, areas: FloatArray) -> float:

@@ -55,10 +55,10 @@ class Member:
     doubts: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return (
-            f"Member({self.name!r}, correlation {self.correlation:.3f}, {self.distance:.3g} from the mean"
-            f"{', doubtful' * bool(self.doubts)})"
-        )
+        doubtful = ""
+        if self.doubts:
+            doubtful = ", doubtful"
+        return f"Member({self.name!r}, correlation {self.correlation:.3f}, {self.distance:.3g} from the mean{doubtful})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +126,9 @@ class Group(Shown):
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        out = f", {len(self.left_out)} left out" if self.left_out else ""
+        out = ""
+        if self.left_out:
+            out = f", {len(self.left_out)} left out"
         return (
             f"Group({len(self.members)} members{out}, {len(self.vertices)} vertices, {len(self.modes)} modes with "
             f"{self.compactness[-1]:.0%} of the variance)"
@@ -136,10 +138,10 @@ class Group(Shown):
         ramp = sizes("", round_up(float(np.percentile(self.spread, 95))))
         colours = ramp.colours(self.spread[self.faces].mean(axis=1))
         ends = 2 * np.sqrt(self.variances[:1])
-        bodies = (
-            (self.shape(-ends), self.vertices, self.shape(ends)) if len(ends) else (self.vertices,)
-        )
-        between = ", between the first mode at two standard deviations below and above" * len(ends)
+        bodies, between = [self.vertices], ""
+        if len(ends):
+            bodies = [self.shape(-ends), self.vertices, self.shape(ends)]
+            between = ", between the first mode at two standard deviations below and above"
         caption = (
             f"The mean surface{between}. Members spread least where it is yellow, {ramp.ends[1]} or more where "
             "it is blue."
@@ -155,18 +157,11 @@ class Group(Shown):
 
     def _figures(self) -> str:
         """The members, the farthest from the mean first."""
-        return table(
-            [
-                (
-                    member.name,
-                    f"{member.distance:.4g}",
-                    f"{member.size:.3f}",
-                    f"{member.correlation:.3f}",
-                )
-                for member in sorted(self.members, key=lambda member: -member.distance)
-            ],
-            ("member", "distance from the mean", "size", "correlation"),
-        )
+        rows = [
+            (each.name, f"{each.distance:.4g}", f"{each.size:.3f}", f"{each.correlation:.3f}")
+            for each in sorted(self.members, key=lambda member: -member.distance)
+        ]
+        return table(rows, ("member", "distance from the mean", "size", "correlation"))
 
     @property
     def map(self) -> SphereMap:
@@ -181,7 +176,7 @@ class Group(Shown):
     @property
     def feature_mean(self) -> FloatArray:
         """Mean of the members' features, (n, k)."""
-        return np.asarray(self.features.mean(axis=0))
+        return self.features.mean(axis=0)
 
     @property
     def feature_sd(self) -> FloatArray:
@@ -256,7 +251,10 @@ class Group(Shown):
         found = tried(coarse, self.map)
         onto = carried(source, coarse, found.sphere)
         points = resample(onto, (self.sphere, self.faces)).v
-        shape, size = placed(points, self.vertices, self.areas, 1.0 if self.rigid else None)
+        size = None
+        if self.rigid:
+            size = 1.0
+        shape, size = placed(points, self.vertices, self.areas, size)
         away = shape - self.vertices
         scores = np.einsum("n,nd,knd->k", self._weights, away, self.modes)
         distance = float(np.sqrt(self._weights @ (away**2).sum(axis=1)))

@@ -8,7 +8,9 @@ from hashlib import sha256
 
 import numpy as np
 
+from ...balance.balanced_spherical_map import balanced_spherical_map
 from ...io import npz
+from ...io.files import read_mesh
 from ...io.npz import read_arrays
 from ...io.written_map import read_map, write_map
 from ...maps.given_sphere import certified
@@ -19,15 +21,13 @@ from ...mesh.measure import vertex_areas
 from ...populations.job import Job, Task
 from ...populations.table import JobRow
 from ...resampling.transfer import resample, sphere_mesh, transfer
+from ...resampling.weights import adaptive_area
 from ..harmonics.basis import power
 from ..harmonics.harmonics import spherical_harmonics
 from .features import FeatureFiles, file_of
 from .laying import laid
-from .placing import at_points, carried, mapped, own_areas
+from .placing import at_points, carried, check_member
 from .turns import NO_RESTARTS, Restarts, Rows
-
-# of the harmonics whose powers tell which member is nearest to the mean: limbs and lobes, no details
-_DEGREE = 8
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,11 @@ class MapMember(MemberTask):
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         source = self.place(job.source)
-        result = mapped(read_map(source) if job.is_map else source, self.balance)
+        if job.is_map:
+            result = read_map(source)
+        else:
+            result = balanced_spherical_map(read_mesh(source), balance=self.balance)
+        check_member(result)
         n = len(result.sphere)
         values = np.empty((n, 0))
         if job.features:
@@ -89,7 +93,8 @@ class MapMember(MemberTask):
             )
         check()
         coarse = at_points(result, *sphere_mesh(self.icosphere))
-        powers = np.sqrt(power(spherical_harmonics(coarse, degree=_DEGREE).coefficients)[1:])
+        # of limbs and lobes, no details: they tell which member is nearest to the mean
+        powers = np.sqrt(power(spherical_harmonics(coarse, degree=8).coefficients)[1:])
         content = (result.vertices, result.faces, result.sphere, values)
         digest = sha256(
             b"".join(np.ascontiguousarray(array).tobytes() for array in content)
@@ -139,7 +144,7 @@ class PlaceMember(MemberTask):
             self.place(job.more[0]),
             {
                 "points": resample(onto, there).v,
-                "areas": own_areas(onto, *there),
+                "areas": adaptive_area(onto, *there).received,
                 "features": transfer(onto, arrays["values"], there),
             },
         )

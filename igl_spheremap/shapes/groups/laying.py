@@ -11,13 +11,9 @@ from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...resampling.transfer import resample
 from ...untangle.local_repair import unfolded
-from ..correspondence.registration import Laying, Turn, reflected
+from ..correspondence.registration import Laying, reflected
 from ..harmonics.rotation import rotation_angle
-from .turns import NO_RESTARTS, Restarts, Rows, Turns
-
-# times the distance of the nearest rotation: of an octopus with its arms exchanged the right one has 1.05
-_TRY = 1.5
-_TRIED = 4  # of them at most: arms of an octopus are exchanged with the next ones
+from .turns import NO_RESTARTS, TRIED, Restarts, Turns
 
 
 class Laid(NamedTuple):
@@ -60,12 +56,16 @@ def laid(
     if before is None:
         y = problem.laid(_best_start(problem))
         return Laid(y, problem.correlation(y))
-    starts = [before, *(_turned(source, before, turn) for turn in restarts.turns)]
-    outlooks = (
-        np.array([problem.outlook(start) for start in starts]) if restarts.turns else np.ones(1)
-    )
+    starts, outlooks = [before], np.ones(1)
+    if restarts.turns:
+        for turn in restarts.turns:  # rounding may fold slivers
+            starts.append(unfolded(source.mesh, before @ np.array(turn).T))
+        outlooks = np.array([problem.outlook(start) for start in starts])
     best, *others = np.argsort(outlooks).tolist()
-    y = problem.laid(starts[best]) if best else problem.continued(before)
+    if best:
+        y = problem.laid(starts[best])
+    else:
+        y = problem.continued(before)
     found = Laid(y, problem.correlation(y), best > 0)
     if others:
         turns = np.array([np.eye(3), *restarts.turns])
@@ -80,15 +80,13 @@ def laid(
     return found
 
 
-def _turned(source: SphereMap, y: FloatArray, turn: Rows) -> FloatArray:
-    return unfolded(source.mesh, y @ np.array(turn).T)  # rounding may fold slivers
-
-
 def _beside(other: float, taken: float) -> float:
     """What another way leads to over what was taken: infinite beside nothing, and 1 where both are nothing."""
     if taken > 0:
         return float(other / taken)
-    return np.inf if other > 0 else 1.0
+    if other > 0:
+        return np.inf
+    return 1.0
 
 
 def tried(source: SphereMap, target: SphereMap) -> Laid:
@@ -99,13 +97,14 @@ def tried(source: SphereMap, target: SphereMap) -> Laid:
     return laid(source, target, first.sphere, restarts)
 
 
-def _best_start(problem: Laying) -> FloatArray:
-    """Of the rotations that bring the surfaces near in space, the one that leads to least."""
-    starts = [problem.turned(turn.rotation) for turn in _near(problem.turns())]
-    return min(starts, key=problem.outlook) if starts[1:] else starts[0]
+def _best_start(problem: Laying, further: float = 1.5) -> FloatArray:
+    """Of the rotations that bring the surfaces nearly as near in space as any, the one that leads to least.
 
-
-def _near(turns: list[Turn]) -> list[Turn]:
-    """Rotations that bring surfaces nearly as near in space as the nearest one."""
-    least = min(turn.distance for turn in turns)
-    return [turn for turn in turns if turn.distance <= _TRY * least][: 1 + _TRIED]
+    The right one of an octopus with its arms exchanged may leave 1.05 times the distance of the nearest.
+    """
+    nearest, *others = problem.turns()
+    near = [turn for turn in others if turn.distance <= further * nearest.distance]
+    starts = [problem.turned(turn.rotation) for turn in (nearest, *near[:TRIED])]
+    if len(starts) == 1:
+        return starts[0]
+    return min(starts, key=problem.outlook)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -14,18 +13,21 @@ from scipy.stats import t
 
 from ...errors import MeshError, Remedy, check_whole
 from ...gate import gate
-from ...mesh.arrays import FloatArray, IntArray, own_unit, plain_array, real_array
+from ...mesh.arrays import (
+    ROUNDING,
+    FloatArray,
+    IntArray,
+    own_unit,
+    plain_array,
+    real_array,
+)
 from .group import Group
 
 #: Chance to find a difference anywhere on the surface where there is none.
 LEVEL = 0.05
-_BLOCK = 64  # permutations of one product of matrices
-# length of a column of unit length that is left beside others, from which on it is not in their span
+# length of a column of unit length that is left beside others, from which on it is not in their span; statistics that
+# differ by a smaller share are equal
 _RANK = 1e-9
-_CONSTANT = (
-    1e-12  # spread of a column, or of data, as a share of the largest value, that is rounding
-)
-_TIE = 1e-9  # statistics that differ by a smaller share are equal up to rounding
 #: Members for each independent covariate: with so many chance found something in at most 7 of 100 experiments, however
 #: skewed, with fewer in up to 16 (docs/shapes.md).
 _ENOUGH = 20
@@ -149,57 +151,47 @@ def permutation_test(
     count = len(group.members)
     tested, levels = _columns(variable, count)
     tested, unit_x = own_unit(tested)
-    Z = (
-        np.empty((count, 0))
-        if covariates is None
-        else _spanned(_numbers(covariates, count, "covariates"))
-    )
+    Z = np.empty((count, 0))
+    if covariates is not None:
+        Z = _spanned(_numbers(covariates, count, "covariates"))
     Qz = np.concatenate((np.full((count, 1), count**-0.5), Z), axis=1)
-    values, unit = own_unit(
-        np.asarray(real_array(group.shapes if data is None else data, "data"), dtype=np.float64)
-    )
-    whole = values.ndim in (2, 3) and len(values) == count and values.size > 0
-    if not whole or not np.isfinite(values).all():
-        raise MeshError(
-            f"data of shape {values.shape} for {count} members; give finite numbers, (members, n) or "
-            "(members, n, d)"
-        )
+    if data is None:
+        data = group.shapes
+    values, unit = own_unit(_finite(data, count))
     Qx, R = _varying(tested, Qz)
-    freedom = count - Qz.shape[1] - Qx.shape[1]
-    if freedom - augment * Z.shape[1] < 1:
+    (k, z), also = (Qx.shape[1], Z.shape[1]), ""
+    freedom = left = count - z - 1 - k
+    if augment:
+        left, also = freedom - z, f" with {_AUGMENT}"
+    if left < 1:
         raise MeshError(
-            f"{count} members are too few for {Qx.shape[1]} columns of the variable and {Z.shape[1]} of "
-            f"covariates{f' with {_AUGMENT}' * augment}; give fewer covariates"
+            f"{count} members are too few for {k} columns of the variable and {z} of covariates{also}; give fewer "
+            "covariates"
         )
-    residuals = _Residuals.of(values.reshape(count, values.shape[1], -1), Qz, freedom / Qx.shape[1])
-    F = residuals.statistics(Qx[None], Qz[None])[0]
+    residuals = _Residuals.of(values.reshape(count, values.shape[1], -1), Qz, freedom / k)
     rng = np.random.default_rng(check_whole(seed, "seed"))
-    maxima, beyond, same = _permuted(
-        residuals, Qx, Qz, np.stack([rng.permutation(count) for _ in range(permutations)]), augment
-    )
+    orders = np.stack([rng.permutation(count) for _ in range(permutations)])
+    maxima, beyond, same = _permuted(residuals, Qx, Qz, orders, augment)
+    F = residuals.statistics(Qx[None], Qz[None])[0]
     explained = F / (F + residuals.ratio)
-    effect = np.ldexp(np.linalg.solve(R, Qx.T @ residuals.rest), unit - unit_x).reshape(
-        len(R), *residuals.shape
-    )
     noise = np.sqrt((1 - explained) * residuals.squares / (freedom * residuals.shape[1]))
-    error = np.ldexp(np.sqrt(np.diag(np.linalg.inv(R.T @ R)))[:, None] * noise, unit - unit_x)
-    rank = int(np.ceil((1 - LEVEL) * (permutations + 1))) - 1
-    threshold = np.nan if augment else float(np.sort(maxima)[rank])
+    effect = np.linalg.solve(R, Qx.T @ residuals.rest)
+    error = np.sqrt(np.diag(np.linalg.inv(R.T @ R)))[:, None] * noise
+    effect, error = (np.ldexp(each, unit - unit_x) for each in (effect, error))
+    threshold = np.nan
+    if not augment:
+        rank = int(np.ceil((1 - LEVEL) * (permutations + 1))) - 1
+        threshold = float(np.sort(maxima)[rank])
     return PointTest(
         F,
         (1 + beyond) / (1 + permutations),
-        effect,
+        effect.reshape(k, *residuals.shape),
         error,
         error * t.ppf(1 - LEVEL / 2, freedom),
         explained,
         threshold,
         levels,
-        tuple(
-            chain(
-                _coarse(count, same, permutations) if residuals.squares.any() else _even(),
-                () if augment else _crowded(count, Z.shape[1]),
-            )
-        ),
+        tuple(_notes(residuals, same, permutations, z, augment)),
     )
 
 
@@ -215,7 +207,7 @@ class _Residuals(NamedTuple):
     def of(cls, values: FloatArray, Qz: FloatArray, ratio: float) -> _Residuals:
         flat = values.reshape(len(values), -1)
         rest = flat - Qz @ (Qz.T @ flat)
-        rest[:, np.abs(rest).max(axis=0) <= _CONSTANT * np.abs(flat).max()] = 0.0
+        rest[:, np.abs(rest).max(axis=0) <= ROUNDING * np.abs(flat).max()] = 0.0
         squares = (rest**2).sum(axis=0).reshape(values.shape[1:]).sum(axis=1)
         return cls(rest, (values.shape[1], values.shape[2]), squares, ratio)
 
@@ -228,26 +220,46 @@ class _Residuals(NamedTuple):
         model = parts[:, : x.shape[2]].sum(axis=1)
         left = self.squares - parts.sum(axis=1)
         least = np.finfo(float).eps * self.squares.max() + np.finfo(float).tiny
-        return np.asarray(self.ratio * model / np.maximum(left, least))
+        return self.ratio * model / np.maximum(left, least)
 
 
 def _permuted(
-    residuals: _Residuals, Qx: FloatArray, Qz: FloatArray, orders: IntArray, augment: bool
+    residuals: _Residuals,
+    Qx: FloatArray,
+    Qz: FloatArray,
+    orders: IntArray,
+    augment: bool,
+    block: int = 64,
 ) -> tuple[FloatArray, IntArray, int]:
-    """The largest F of each order, in how many it is at least that of each point, and how many change no F."""
+    """The largest F of each order, in how many it is at least that of each point, and how many change no F.
+
+    A product of matrices takes a `block` of orders.
+    """
     F = residuals.statistics(Qx[None], Qz[None])
     maxima, beyond, same = np.empty(len(orders)), np.zeros(F.shape[1], dtype=int), 0
-    for start in range(0, len(orders), _BLOCK):
-        part = orders[start : start + _BLOCK]
+    for start in range(0, len(orders), block):
+        part = orders[start : start + block]
         if augment:
             z = _augmented(Qz, part)
             here, there = (residuals.statistics(_beside(z, x), z) for x in (Qx[None], Qx[part]))
         else:
             here, there = F, residuals.statistics(Qx[part], Qz[part])
         largest = maxima[start : start + len(part)] = there.max(axis=1)
-        beyond += (largest[:, None] >= here * (1 - _TIE)).sum(axis=0)
-        same += int((np.abs(there - here) <= _TIE * here).all(axis=1).sum())
+        beyond += (largest[:, None] >= here * (1 - _RANK)).sum(axis=0)
+        same += int((np.abs(there - here) <= _RANK * here).all(axis=1).sum())
     return maxima, beyond, same
+
+
+def _finite(data: ArrayLike, count: int) -> FloatArray:
+    """Finite numbers (count, n) or (count, n, d)."""
+    values = np.asarray(real_array(data, "data"), dtype=np.float64)
+    whole = values.ndim in (2, 3) and len(values) == count and values.size > 0
+    if not whole or not np.isfinite(values).all():
+        raise MeshError(
+            f"data of shape {values.shape} for {count} members; give finite numbers, (members, n) or "
+            "(members, n, d)"
+        )
+    return values
 
 
 def _varying(tested: FloatArray, Qz: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -269,36 +281,35 @@ def _augmented(Qz: FloatArray, orders: IntArray) -> FloatArray:
     both = np.concatenate(
         (np.broadcast_to(Qz, (len(orders), *Qz.shape)), Qz[orders][:, :, 1:]), axis=2
     )
-    U, sizes, _ = np.linalg.svd(both, full_matrices=False)
-    return np.asarray(U * (sizes > _RANK)[:, None])
+    return _spanning(both)
 
 
 def _beside(z: FloatArray, x: FloatArray) -> FloatArray:
     """Orthonormal columns that span the part of columns x that is orthogonal to z; zero where there is none."""
-    free = x - z @ (np.swapaxes(z, 1, 2) @ x)
-    U, sizes, _ = np.linalg.svd(free, full_matrices=False)
-    return np.asarray(U * (sizes > _RANK)[:, None])
+    return _spanning(x - z @ (np.swapaxes(z, 1, 2) @ x))
 
 
-def _coarse(count: int, same: int, permutations: int) -> Iterator[str]:
-    """Whether so many permutations leave F as it is that no p is small."""
-    if (least := (1 + same) / (1 + permutations)) > LEVEL:
+def _spanning(columns: FloatArray) -> FloatArray:
+    """Orthonormal columns that span given ones (k, members, j), zero where there are more than these span."""
+    U, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    return U * (sizes > _RANK)[:, None]
+
+
+def _notes(
+    residuals: _Residuals, same: int, permutations: int, covariates: int, augment: bool
+) -> Iterator[str]:
+    """Reasons to doubt p: `same` permutations leave F as it is, and covariates are independent."""
+    count, least = len(residuals.rest), (1 + same) / (1 + permutations)
+    if not residuals.squares.any():
+        yield (
+            "the data are the same for all members, or follow from the covariates: nothing can depend on the variable"
+        )
+    elif least > LEVEL:
         yield (
             f"{count} members are too few to find anything at {LEVEL}: {same} of {permutations} permutations change "
             f"nothing, so no p is below {least:.2g}, however large the difference; give more members"
         )
-
-
-def _even() -> Iterator[str]:
-    """That nothing varies."""
-    yield (
-        "the data are the same for all members, or follow from the covariates: nothing can depend on the variable"
-    )
-
-
-def _crowded(count: int, covariates: int) -> Iterator[str]:
-    """Whether members are few for that many independent covariates."""
-    if count < _ENOUGH * covariates:
+    if count < _ENOUGH * covariates and not augment:
         yield (
             f"{count} members are few for {covariates} independent covariates: where data and covariates are "
             "skewed, chance finds something more often than in 5 of 100 experiments, "
@@ -310,10 +321,10 @@ def _spanned(columns: FloatArray) -> FloatArray:
     """Orthonormal columns that span the given ones, each less its mean: as many as are independent of each other."""
     peaks = np.abs(columns).max(axis=0)
     scaled = columns / np.where(peaks > 0, peaks, 1.0)
-    centred = np.where(np.ptp(scaled, axis=0) > _CONSTANT, scaled - scaled.mean(axis=0), 0.0)
+    centred = np.where(np.ptp(scaled, axis=0) > ROUNDING, scaled - scaled.mean(axis=0), 0.0)
     lengths = np.linalg.norm(centred, axis=0)
     U, sizes, _ = np.linalg.svd(centred / np.where(lengths > 0, lengths, 1.0), full_matrices=False)
-    return np.asarray(U[:, sizes > _RANK])
+    return U[:, sizes > _RANK]
 
 
 def level(cell: str) -> str:
@@ -344,12 +355,9 @@ def _columns(variable: ArrayLike, count: int) -> tuple[FloatArray, tuple[str, ..
         raise MeshError(
             f"the variable has {len(names)} values for {count} members; give one for each"
         )
-    missing = [
-        k
-        for k, name in enumerate(names.tolist())
-        if is_missing(name) or given.reshape(-1)[k] is None
-    ]
-    if missing:
+    none = [value is None for value in given.reshape(-1).tolist()]
+    missing = np.flatnonzero([is_missing(name) for name in names.tolist()] | np.array(none))
+    if len(missing):
         raise MeshError(
             f"the variable has no value for {len(missing)} of the members, the first is number "
             f"{missing[0]}; leave them out of the group"
@@ -376,7 +384,8 @@ def _numbers(values: ArrayLike, count: int, name: str) -> FloatArray:
             "but the first"
         )
     rows = rows.astype(np.float64)
-    rows = rows.reshape(len(rows), -1) if rows.ndim else rows.reshape(1, 1)
+    rows = np.atleast_1d(rows)
+    rows = rows.reshape(len(rows), -1)
     if len(rows) != count or not np.isfinite(rows).all():
         raise MeshError(
             f"{name} have {len(rows)} rows for {count} members; give a finite number for each"

@@ -7,10 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...balance.balanced_spherical_map import balanced_spherical_map
 from ...errors import MeshError, Remedy
 from ...gate import MeshLike
-from ...io.files import read_mesh
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
@@ -18,7 +16,6 @@ from ...mesh.check import check_mesh
 from ...mesh.measure import inside_out
 from ...resampling.locate import locator_of
 from ...resampling.transfer import interpolate, resample
-from ...resampling.weights import adaptive_area
 from ...sphere.rows import unit_rows
 from ...untangle.local_repair import unfolded
 
@@ -31,20 +28,13 @@ _LARGEST = 2.0**160
 
 def names_of(sources: Sequence[Source]) -> list[str]:
     """The sources' files, or their numbers."""
-    return [
-        os.fspath(source) if isinstance(source, str | os.PathLike) else str(k)
-        for k, source in enumerate(sources)
-    ]
-
-
-def mapped(source: Source, balance: float) -> SphereMap:
-    """The map of a file or a mesh; a map is taken as it is."""
-    given = read_mesh(source) if isinstance(source, str | os.PathLike) else source
-    result = (
-        given if isinstance(given, SphereMap) else balanced_spherical_map(given, balance=balance)
-    )
-    check_member(result)
-    return result
+    names = []
+    for k, source in enumerate(sources):
+        if isinstance(source, str | os.PathLike):
+            names.append(os.fspath(source))
+        else:
+            names.append(str(k))
+    return names
 
 
 def check_member(result: SphereMap) -> None:
@@ -72,10 +62,3 @@ def carried(result: SphereMap, coarse: SphereMap, y: FloatArray) -> SphereMap:
     location = locator_of(coarse).locate(result.sphere)
     moved = unit_rows(interpolate(y, coarse.faces, location))
     return certified(result.mesh, unfolded(result.mesh, moved))
-
-
-def own_areas(result: SphereMap, x: FloatArray, f: IntArray) -> FloatArray:
-    """The surface's own area around each point of the sphere, its whole area together."""
-    received = adaptive_area(result, (x, f)).received
-    assert received is not None
-    return received

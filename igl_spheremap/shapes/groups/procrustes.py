@@ -6,11 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...mesh.arrays import FloatArray
+from ...mesh.arrays import ROUNDING, FloatArray
 from ...sphere.moebius import best_rotation
 from ...sphere.rows import weighted_moment, weighted_sum
-
-_STEPS, _TOLERANCE = 100, 1e-12  # at most, and the move of the mean that ends them
 
 
 class Alignment(NamedTuple):
@@ -35,7 +33,7 @@ class Alignment(NamedTuple):
 
 
 def generalised_procrustes(
-    shapes: FloatArray, weights: FloatArray, rigid: bool = False
+    shapes: FloatArray, weights: FloatArray, rigid: bool = False, steps: int = 100
 ) -> Alignment:
     """Align shapes (k, n, 3) with each other: no one of them is the reference.
 
@@ -49,18 +47,18 @@ def generalised_procrustes(
     centres = np.stack([weighted_sum(weights, shape) for shape in shapes])
     own = shapes - centres[:, None]
     radii = np.sqrt([weights @ (shape**2).sum(axis=1) for shape in own])
-    sizes = np.ones(len(shapes)) if rigid else radii / np.exp(np.log(radii).mean())
+    sizes = np.ones(len(shapes))
+    if not rigid:
+        sizes = radii / np.exp(np.log(radii).mean())
     own /= sizes[:, None, None]
     mean = own[0]
-    for _ in range(_STEPS):
+    for _ in range(steps):
         rotations = np.stack([best_rotation(shape, mean, weights) for shape in own])
         before, mean = mean, (own @ rotations).mean(axis=0)
-        if np.abs(mean - before).max() < _TOLERANCE * radii.max():
+        if np.abs(mean - before).max() < ROUNDING * radii.max():
             break
-    pose, centre = (
-        best_rotation(np.eye(3), rotations.sum(axis=0).T, np.ones(3)),
-        centres.mean(axis=0),
-    )
+    pose = best_rotation(np.eye(3), rotations.sum(axis=0).T, np.ones(3))
+    centre = centres.mean(axis=0)
     laid, mean = own @ (rotations @ pose) + centre, mean @ pose + centre
     return Alignment(laid, mean, sizes, np.sqrt(((laid - mean) ** 2).sum(axis=2) @ weights))
 
@@ -72,8 +70,9 @@ def placed(
     weights = weights / weights.sum()
     centre, goal = weighted_sum(weights, shape), weighted_sum(weights, mean)
     own, theirs = shape - centre, mean - goal
-    radius, other = (
-        np.sqrt(np.trace(weighted_moment(weights, each, each))) for each in (own, theirs)
-    )
-    size = float(radius / other) if size is None else size
+    if size is None:
+        radius, other = (
+            np.sqrt(np.trace(weighted_moment(weights, each, each))) for each in (own, theirs)
+        )
+        size = float(radius / other)
     return own @ best_rotation(own, theirs, weights) / size + goal, size

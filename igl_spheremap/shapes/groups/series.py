@@ -205,4 +205,4 @@ def series(
 
 def _sphere(frame: Entry) -> FloatArray:
     """Where the frame's last registration has its points."""
-    return np.asarray(read_arrays(frame.sphere)["sphere"])
+    return read_arrays(frame.sphere)["sphere"]

@@ -62,7 +62,7 @@ def write_series(
     }
     for name, values in zip(feature_names, np.moveaxis(found.features, 2, 0), strict=True):
         over |= {name: values.mean(axis=0), f"{name}_sd": values.std(axis=0)}
-    write_mean(place, mean, found.faces, over, force=True)
+    write_mean(place, mean, found.faces, over, {}, force=True)
     return mean
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import count
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,14 +16,14 @@ from ...gate import gate
 from ...io.npz import read_arrays, save_arrays
 from ...io.written_map import read_map
 from ...maps.sphere_map import SphereMap
-from ...mesh.arrays import FloatArray, IntArray
+from ...mesh.arrays import ROUNDING, FloatArray, IntArray
 from ...mesh.check import check_mesh
 from ...populations.engine import USUAL, Engine
 from ...resampling.transfer import sphere_mesh
 from ...sphere.moebius import best_rotation, orientation_target
 from .doubts import copy_doubts, group_doubts, member_doubts, symmetric
 from .features import check_features
-from .fixed_point import FixedPoint, Registered, fixed_point
+from .fixed_point import FixedPoint, Register, Registered, fixed_point
 from .group import Group, Member
 from .modes import principal_modes
 from .placing import Source, names_of
@@ -29,7 +31,6 @@ from .procrustes import generalised_procrustes
 from .turns import Restarts
 from .workplace import Entry, Workplace, stacked, workplace
 
-_ROUNDING = 1e-12  # share of the mean's size: equal surfaces differ by less
 _FEWEST = 3  # members: two have one mode and no median
 
 
@@ -106,117 +107,90 @@ def template(
         raise MeshError(f"a group needs {_FEWEST} surfaces or more, not {len(sources)}")
     check_features(features, names_of(sources))
     with workplace(out, "members", target, engine, least=_FEWEST) as place:
-        members = _Members(place, mesh)
-        first = members.mapped(sources, features, balance)
-        fixed = fixed_point(
-            members.registered, members.numbers, first, *mesh, balance=balance, rigid=rigid
+        members = place.mapped(sources, features, balance)
+        # Sums are taken in the order of contents: so no bit depends on the sources' order.
+        points = {member: read_arrays(place.of(member, "points")) for member in members}
+        members.sort(key=lambda member: points[member]["digest"].tobytes())
+        copies = copy_doubts(
+            [member.name for member in members],
+            [points[member]["digest"].tobytes() for member in members],
         )
-        return members.group(fixed, modes, balance=balance, rigid=rigid, keep=out is None)
-
-
-class _Members:
-    """The members of a group in files, as arrays.
-
-    They are in the order of their contents, in which sums are taken: so no bit depends on the sources' order.
-    """
-
-    def __init__(self, place: Workplace, mesh: tuple[FloatArray, IntArray]) -> None:
-        self._place, (self._x, self._f) = place, mesh
-        self._known: dict[int, Entry] = {}
-        self._copies: list[str] = []
-        self._round = 0
-
-    @property
-    def numbers(self) -> list[int]:
-        """Their numbers among the sources."""
-        return list(self._known)
-
-    def mapped(
-        self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float
-    ) -> FloatArray:
-        """Map all, and return the points of the one whose shape is nearest to the mean.
-
-        Shapes are compared by the powers of their harmonics, which neither pose nor mirroring changes.
-        """
-        members = self._place.mapped(sources, features, balance)
-        found = {member.number: read_arrays(self._place.of(member, "points")) for member in members}
-        order = sorted(members, key=lambda member: found[member.number]["digest"].tobytes())
-        self._known = {member.number: member for member in order}
-        digests = [found[member.number]["digest"].tobytes() for member in order]
-        self._copies = copy_doubts([member.name for member in order], digests)
-        powers = np.stack([found[k]["powers"] for k in self._known])
+        # Powers of harmonics compare shapes: neither pose nor mirroring changes them.
+        powers = np.stack([points[member]["powers"] for member in members])
         medoid = int(np.argmin(np.linalg.norm(powers - powers.mean(axis=0), axis=1)))
-        return np.asarray(found[order[medoid].number]["points"])
+        fixed = fixed_point(
+            _registering(place),
+            members,
+            points[members[medoid]]["points"],
+            *mesh,
+            balance=balance,
+            rigid=rigid,
+        )
+        group = _group(place, fixed, mesh, modes, rigid, keep=out is None)
+        return replace(group, balance=balance, notes=(*copies, *group.notes))
+
+
+def _registering(place: Workplace) -> Register:
+    """Register members to a template, from where they were in the round before; each call is a round."""
+    rounds = count(1)
 
     def registered(
-        self, numbers: Sequence[int], target: SphereMap, restarts: Sequence[Restarts]
+        members: Sequence[Entry], target: SphereMap, restarts: Sequence[Restarts]
     ) -> Registered:
-        """Members registered to a template, from where they were in the round before."""
-        self._round += 1
-        folder = f"rounds/{self._round}"
-        template = self._place.place("work", folder, "template.npz")
+        folder = f"rounds/{next(rounds)}"
+        template = place.place("work", folder, "template.npz")
         save_arrays(template, {"points": target.vertices, "sphere": target.sphere})
-        found = self._place.registered(
-            folder, [self._known[k] for k in numbers], [template] * len(numbers), restarts
-        )
+        found = place.registered(folder, members, [template] * len(members), restarts)
         points, areas, turned = stacked(
             [member.sphere for member in found], "points", "areas", "turned"
         )
-        return Registered(
-            [member.number for member in found],
-            points,
-            (areas / len(found)).sum(axis=0),
-            int(turned.sum()),
-        )
+        return Registered(found, points, (areas / len(found)).sum(axis=0), int(turned.sum()))
 
-    def group(
-        self, fixed: FixedPoint, modes: int, *, balance: float, rigid: bool, keep: bool
-    ) -> Group:
-        """The group: each registration is carried to the member's own mesh, and sampled there; it may keep the maps."""
-        mesh = check_mesh(fixed.mean, self._f)
-        turn = best_rotation(self._x, orientation_target(mesh), mesh.A)
-        members = self._place.placed(
-            [self._known[k] for k in fixed.members], [R.T @ turn for R in fixed.turns]
-        )
-        points, own, features = stacked(
-            [self._place.of(member, "placed") for member in members], "points", "areas", "features"
-        )
-        areas = (own / len(members)).sum(axis=0)
-        aligned = generalised_procrustes(points, areas, rigid)
-        away = aligned.shapes - aligned.mean
-        if np.abs(away).max() <= _ROUNDING * np.ptp(aligned.mean, axis=0).max():
-            raise MeshError(
-                "the surfaces are all the same: nothing differs that a group could show"
-            )
-        found = principal_modes(away, areas, modes)
-        (correlations,) = stacked([member.sphere for member in members], "correlation")
-        laid = [self._place.laid(member) for member in members]
-        alike = symmetric(laid)
-        rows = [
-            Member(
-                member.name,
-                read_map(self._place.result(member)) if keep else None,
-                correlation,
-                size,
-                distance,
-                member_doubts(each, distance, aligned.distances, correlations, alike),
-            )
-            for member, each, correlation, size, distance in zip(
-                members,
-                laid,
-                *(array.tolist() for array in (correlations, aligned.sizes, aligned.distances)),
-                strict=True,
-            )
-        ]
-        axis = None
-        if fixed.axis is not None:
-            heights = self._x @ fixed.axis
-            axis = fixed.mean[heights.argmax()] - fixed.mean[heights.argmin()]
-        order = np.argsort([member.number for member in members])  # as the sources came
-        return Group(
-            aligned.mean, self._f, self._x, aligned.shapes[order], found.modes, found.variances, found.scores[order],
-            tuple(rows[k] for k in order), areas, np.sqrt((away**2).sum(axis=(0, 2)) / (len(members) - 1)),
-            features[order], {name: one_line(error) for name, error in self._place.left_out.items()},
-            fixed.changes, rigid, balance,
-            notes=(*self._copies, *group_doubts(fixed.changes, fixed.settled, axis, laid, found.scores)),
-        )  # fmt: skip
+    return registered
+
+
+def _group(
+    place: Workplace,
+    fixed: FixedPoint,
+    mesh: tuple[FloatArray, IntArray],
+    modes: int,
+    rigid: bool,
+    keep: bool,
+) -> Group:
+    """The group: each registration is carried to the member's own mesh, and sampled there; it may keep the maps."""
+    x, f = mesh
+    mean = check_mesh(fixed.mean, f)
+    turn = best_rotation(x, orientation_target(mean), mean.A)
+    members = place.placed(fixed.members, [R.T @ turn for R in fixed.turns])
+    points, own, features = stacked(
+        [place.of(member, "placed") for member in members], "points", "areas", "features"
+    )
+    areas = (own / len(members)).sum(axis=0)
+    aligned = generalised_procrustes(points, areas, rigid)
+    away = aligned.shapes - aligned.mean
+    if np.abs(away).max() <= ROUNDING * np.ptp(aligned.mean, axis=0).max():
+        raise MeshError("the surfaces are all the same: nothing differs that a group could show")
+    found = principal_modes(away, areas, modes)
+    (correlations,) = stacked([member.sphere for member in members], "correlation")
+    laid = [place.laid(member) for member in members]
+    alike, rows = symmetric(laid), []
+    columns = np.stack((correlations, aligned.sizes, aligned.distances), axis=1)
+    for member, each, (correlation, size, distance) in zip(
+        members, laid, columns.tolist(), strict=True
+    ):
+        onto = None
+        if keep:
+            onto = read_map(place.result(member))
+        said = member_doubts(each, distance, aligned.distances, correlations, alike)
+        rows.append(Member(member.name, onto, correlation, size, distance, said))
+    axis = None
+    if fixed.axis is not None:
+        heights = x @ fixed.axis
+        axis = fixed.mean[heights.argmax()] - fixed.mean[heights.argmin()]
+    order = np.argsort([member.number for member in members])  # as the sources came
+    return Group(
+        aligned.mean, f, x, aligned.shapes[order], found.modes, found.variances, found.scores[order],
+        tuple(rows[k] for k in order), areas, np.sqrt((away**2).sum(axis=(0, 2)) / (len(members) - 1)),
+        features[order], {name: one_line(error) for name, error in place.left_out.items()}, fixed.changes, rigid,
+        notes=tuple(group_doubts(fixed.changes, fixed.settled, axis, laid, found.scores)),
+    )  # fmt: skip

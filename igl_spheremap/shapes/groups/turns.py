@@ -18,19 +18,10 @@ from ...sphere.moebius import best_rotation
 from ..harmonics.basis import degree_of, terms
 from ..harmonics.rotation import on_grid, padded, rotate
 
-#: Turns that leave up to this many times the distance are tried: where arms of an octopus or a starfish had been
-#: exchanged, the right turn left 1.1 to 2.1 times that before the registration that follows; of members that lie right
-#: few have another turn as near.
-_TRY = 2.5
-_TRIED = 4  # turns at most: arms of an octopus are exchanged with the next ones
-_BAND = 9  # degrees are below it: those of an octopus' eight arms, and larger parts
+TRIED = 4  # turns at most: arms of an octopus are exchanged with the next ones
 _APART = np.cos(np.radians(25.0))  # between turns that are two: more than a step of the grid
-_ROUGHLY = 2.0  # times the distance that is wanted, at most, at the nearest turn of the grid
-_STEPS = 3  # of a turn of the grid to the nearest one; each leaves the square of what is left
 # turns about an axis: harmonics of the last degree repeat after 45 degrees
 _ABOUT = np.radians(np.arange(0, 360, 10))
-_ROUNDS = 5  # of turns to the mean and means; the last ones are within the step of the turns
-_SMALL = 0.01  # radians of a turn that stands for a derivative: its square is what that is off by
 
 
 Rows = tuple[tuple[float, ...], ...]
@@ -58,8 +49,9 @@ NO_RESTARTS = Restarts()
 class Turns:
     """Finds the turns that a registration of aligned shapes should try; shapes are given at points x of the sphere."""
 
-    def __init__(self, x: FloatArray) -> None:
-        band = min(_BAND, int(np.sqrt(len(x) / 2)))  # two points for each function
+    def __init__(self, x: FloatArray, band: int = 9) -> None:
+        """Degrees are below `band`: 9 has those of an octopus' eight arms, and larger parts."""
+        band = min(band, int(np.sqrt(len(x) / 2)))  # two points for each function
         self._project = np.linalg.pinv(sum(terms(np.eye(band**2), x)))
 
     def restarts(
@@ -75,11 +67,11 @@ class Turns:
         return axis, [_rivals(f, g, axis) for g in others]
 
     def about(
-        self, axis: FloatArray, mean: FloatArray, shapes: Iterable[FloatArray]
+        self, axis: FloatArray, mean: FloatArray, shapes: Iterable[FloatArray], rounds: int = 5
     ) -> list[FloatArray]:
         """Turns of shapes about an axis to the least distance from their mean, which begins as the given one."""
         f, *others = map(self._coefficients, (mean, *shapes))
-        for _ in range(_ROUNDS):
+        for _ in range(rounds):
             turns = [_nearest_about(axis, f, g) for g in others]
             turned = [rotate(g, R) for g, R in zip(others, turns, strict=True)]
             f = np.mean([g @ best_rotation(g, f, np.ones(len(f))) for g in turned], axis=0)
@@ -91,8 +83,10 @@ class Turns:
         return c / np.linalg.norm(c)
 
 
-def _rivals(f: FloatArray, g: FloatArray, axis: FloatArray | None = None) -> Restarts:
-    """Other turns and the mirror image of g that come as near to f as g lies, or nearly so.
+def _rivals(
+    f: FloatArray, g: FloatArray, axis: FloatArray | None = None, further: float = 2.5
+) -> Restarts:
+    """Other turns and the mirror image of g that come as near to f as g lies; turns up to so many times further.
 
     Turns about an axis count as one: a shape that may turn about it as it likes is its own mirror image, too.
     """
@@ -100,17 +94,16 @@ def _rivals(f: FloatArray, g: FloatArray, axis: FloatArray | None = None) -> Res
         [np.full(2 * ell + 1, (-1.0) ** (ell + 1)) for ell in range(degree_of(f) + 1)]
     )
     mirrored = axis is None and len(_near(f, parity[:, None] * g, _off(f, g), axis)) > 0
-    near = [R for R in _near(f, g, _TRY * _off(f, g), axis) if _differ(R, np.eye(3), axis)]
+    near = [R for R in _near(f, g, further * _off(f, g), axis) if _differ(R, np.eye(3), axis)]
     return Restarts(tuple(map(rows, near)), mirrored)
 
 
 def _near(f: FloatArray, g: FloatArray, least: float, axis: FloatArray | None) -> list[FloatArray]:
-    """Turns of g that leave it nearer to f than `least`: the best ones in the surroundings of the nearest of a grid."""
+    """Turns of g that leave it nearer to f than `least`: the best ones near turns of a grid within twice that."""
     distances, found = _on_grid(f, g), list[FloatArray]()
-    for R in _rotations(degree_of(f) + 1)[
-        np.argsort(distances)[: np.count_nonzero(distances < _ROUGHLY * least)]
-    ]:
-        if len(found) <= _TRIED and all(_differ(R, other, axis) for other in found):
+    nearest = np.argsort(distances)[: np.count_nonzero(distances < 2 * least)]
+    for R in _rotations(degree_of(f) + 1)[nearest]:
+        if len(found) <= TRIED and all(_differ(R, other, axis) for other in found):
             found.append(R)
     refined = [_refined(f, g, R) for R in found]
     return [
@@ -122,13 +115,16 @@ def _near(f: FloatArray, g: FloatArray, least: float, axis: FloatArray | None) -
 
 def _differ(R: FloatArray, other: FloatArray, axis: FloatArray | None) -> bool:
     """Whether two turns, or where they take an axis, are more than a step of the grid from each other."""
-    likeness = (np.trace(R @ other.T) - 1) / 2 if axis is None else R @ axis @ other @ axis
+    if axis is None:
+        likeness = (np.trace(R @ other.T) - 1) / 2
+    else:
+        likeness = R @ axis @ other @ axis
     return bool(likeness < _APART)
 
 
-def _refined(f: FloatArray, g: FloatArray, R: FloatArray) -> FloatArray:
+def _refined(f: FloatArray, g: FloatArray, R: FloatArray, steps: int = 3) -> FloatArray:
     """Gauss and Newton's method for the turn near R, and the rotation of space, that leave the least distance."""
-    for _ in range(_STEPS):
+    for _ in range(steps):
         turned = rotate(g, R)
         space = best_rotation(turned, f, np.ones(len(f)))
         columns = np.concatenate((_moves(turned) @ space, _spins(turned @ space))).reshape(6, -1).T
@@ -136,11 +132,10 @@ def _refined(f: FloatArray, g: FloatArray, R: FloatArray) -> FloatArray:
     return R
 
 
-def _moves(f: FloatArray) -> FloatArray:
-    """How a shape moves as its sphere turns about each axis, (3, (L + 1)^2, 3)."""
-    return np.stack(
-        [rotate(f, _turn(_SMALL * e)) - rotate(f, _turn(-_SMALL * e)) for e in np.eye(3)]
-    ) / (2 * _SMALL)
+def _moves(f: FloatArray, small: float = 0.01) -> FloatArray:
+    """How a shape moves as its sphere turns about each axis, (3, (L + 1)^2, 3); off by the square of a `small` turn."""
+    turns = small * np.eye(3)
+    return np.stack([rotate(f, _turn(w)) - rotate(f, _turn(-w)) for w in turns]) / (2 * small)
 
 
 def _spins(f: FloatArray) -> FloatArray:
@@ -153,19 +148,25 @@ def _free_axis(f: FloatArray, least: float) -> FloatArray | None:
     spun = np.linalg.qr(_spins(f).reshape(3, -1).T)[0]
     moved = _moves(f).reshape(3, -1).T
     axis = np.linalg.svd(moved - spun @ (spun.T @ moved), full_matrices=False)[2][2]
-    return (
-        axis if max(_off(f, rotate(f, _turn(angle * axis))) for angle in _ABOUT) < least else None
-    )
+    if _distances_about(axis, f, f).max() < least:
+        return axis
+    return None
 
 
 def _nearest_about(axis: FloatArray, f: FloatArray, g: FloatArray) -> FloatArray:
     """The turn about an axis by which g comes nearest to f."""
-    distances = np.array([_off(f, rotate(g, _turn(angle * axis))) for angle in _ABOUT])
+    distances = _distances_about(axis, f, g)
     k = int(np.argmin(distances))
     before, here, after = distances[[k - 1, k, (k + 1) % len(distances)]]
-    bend = before - 2 * here + after
-    shift = (before - after) / (2 * bend) if bend > 0 else 0.0  # of the parabola through the three
+    bend, shift = before - 2 * here + after, 0.0
+    if bend > 0:
+        shift = (before - after) / (2 * bend)  # of the parabola through the three
     return _turn((_ABOUT[k] + shift * _ABOUT[1]) * axis)
+
+
+def _distances_about(axis: FloatArray, f: FloatArray, g: FloatArray) -> FloatArray:
+    """Distances of f from g after turns about an axis."""
+    return np.array([_off(f, rotate(g, _turn(angle * axis))) for angle in _ABOUT])
 
 
 def rows(R: FloatArray) -> Rows:
@@ -174,14 +175,14 @@ def rows(R: FloatArray) -> Rows:
 
 
 def _turn(w: ArrayLike) -> FloatArray:
-    return np.asarray(Rotation.from_rotvec(w).as_matrix())
+    return Rotation.from_rotvec(w).as_matrix()
 
 
 @lru_cache(maxsize=1)
 def _rotations(band: int) -> FloatArray:
     """The turns at which `_on_grid` has distances, (k, 3, 3)."""
     steps = np.indices((2 * band, band + 1, 2 * band)).reshape(3, -1).T
-    return np.asarray(Rotation.from_euler("ZYZ", np.pi / band * steps).as_matrix())
+    return Rotation.from_euler("ZYZ", np.pi / band * steps).as_matrix()
 
 
 def _on_grid(f: FloatArray, g: FloatArray) -> FloatArray:

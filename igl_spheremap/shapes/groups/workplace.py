@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import MeshError, without_name
+from ...gate import MeshLike
 from ...io import npz
 from ...io.npz import read_arrays, save_arrays
 from ...io.objects import vertices_and_faces
@@ -64,27 +65,24 @@ def workplace(
         yield Workplace(Path(folder), results, target, least, run)
 
 
+@dataclass(eq=False)
 class Workplace:
     """The files of members in a folder, and the jobs that make them; some steps leave members out, with the reasons.
 
     Members' maps in the common frame lie in the folder `results`, all else in ``work``.
     """
 
-    def __init__(
-        self, folder: Path, results: str, target: str, least: int, run: Callable[..., list[JobRow]]
-    ) -> None:
-        self._folder, self._results, self._least, self._run = folder, results, least, run
-        self._settings: dict[str, Any] = {
-            "icosphere": target,
-            "force": False,
-            "folder": os.getcwd(),
-        }
-        self.left_out: dict[str, MeshError] = {}
+    folder: Path
+    results: str
+    icosphere: str
+    least: int
+    run: Callable[..., list[JobRow]]
+    left_out: dict[str, MeshError] = field(default_factory=dict)
 
     def place(self, *parts: str) -> str:
         """The place of a file by its folders, which are made, and its name."""
         *folders, name = parts
-        place = self._folder
+        place = self.folder
         for folder in folders:
             place = make_folder(place / folder, follow=False)
         return str(place / name)
@@ -95,7 +93,7 @@ class Workplace:
 
     def result(self, member: Entry) -> str:
         """The member's map in the common frame."""
-        return self.place(self._results, f"{member.short}.npz")
+        return self.place(self.results, f"{member.short}.npz")
 
     def mapped(
         self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float
@@ -105,47 +103,48 @@ class Workplace:
         for k, (name, short, source) in enumerate(
             zip(names, file_names(names), sources, strict=True)
         ):
-            member = Entry(k, name, short)
+            member, path, columns = Entry(k, name, short), name, tuple[str, ...]()
             try:
-                jobs[member] = self._map_job(
-                    member, source, None if features is None else features[k]
-                )
+                if not isinstance(source, str | os.PathLike):
+                    path = self._surface_file(member, source)
+                if features is not None:
+                    columns = self._feature_files(member, features[k])
             except MeshError as error:
                 self.left_out[name] = error
+                continue
+            jobs[member] = MemberJob(
+                path,
+                self.of(member, "map"),
+                more=(self.of(member, "points"),),
+                features=columns,
+                is_map=isinstance(source, SphereMap),
+            )
         self._enough(len(jobs), len(names))
         return self._each("maps", jobs, MapMember, balance=balance)
 
-    def _map_job(self, member: Entry, source: Source, features: ArrayLike | None) -> MemberJob:
-        """The job that maps a member; surfaces and features that were given as arrays are written to files first."""
-        path, is_map = member.name, isinstance(source, SphereMap)
-        if not isinstance(source, str | os.PathLike):
-            path = self.place("work", "given", f"{member.short}.npz")
-            if isinstance(source, SphereMap):
-                save_arrays(path, npz.arrays_of(source))
-            else:
-                mesh = check_mesh(*vertices_and_faces(source), caps=getattr(source, "caps", None))
-                save_arrays(
-                    path,
-                    {"vertices": mesh.v, "faces": mesh.f}
-                    | ({} if mesh.caps is None else {"caps": mesh.caps}),
-                )
-        columns: tuple[str, ...] = ()
+    def _surface_file(self, member: Entry, source: SphereMap | MeshLike) -> str:
+        """Write a map or a mesh that was given as arrays."""
+        if isinstance(source, SphereMap):
+            arrays = npz.arrays_of(source)
+        else:
+            mesh = check_mesh(*vertices_and_faces(source), caps=getattr(source, "caps", None))
+            arrays = {"vertices": mesh.v, "faces": mesh.f}
+            if mesh.caps is not None:
+                arrays["caps"] = mesh.caps
+        path = self.place("work", "given", f"{member.short}.npz")
+        save_arrays(path, arrays)
+        return path
+
+    def _feature_files(self, member: Entry, features: ArrayLike) -> tuple[str, ...]:
+        """The columns of features by FILE:NUMBER; those that were given as an array are written."""
         if isinstance(features, FeatureFiles):
-            columns = features.paths
-        elif features is not None:
-            rows = np.asarray(features, dtype=np.float64)
-            rows = rows.reshape(len(rows), -1)
-            given = self.place("work", "given", f"{member.short}.features.npy")
-            with replacing(given, force=True) as partial_file:
-                np.save(partial_file, rows)
-            columns = tuple(f"{given}:{k}" for k in range(rows.shape[1]))
-        return MemberJob(
-            path,
-            self.of(member, "map"),
-            more=(self.of(member, "points"),),
-            features=columns,
-            is_map=is_map,
-        )
+            return features.paths
+        rows = np.asarray(features, dtype=np.float64)
+        rows = rows.reshape(len(rows), -1)
+        path = self.place("work", "given", f"{member.short}.features.npy")
+        with replacing(path, force=True) as partial_file:
+            np.save(partial_file, rows)
+        return tuple(f"{path}:{k}" for k in range(rows.shape[1]))
 
     def registered(
         self,
@@ -155,21 +154,21 @@ class Workplace:
         restarts: Sequence[Restarts],
     ) -> list[Entry]:
         """Register each member to the points in a file, from where it was before, and try its restarts."""
-        jobs = {
-            member: MemberJob(
+        jobs = {}
+        for k, (member, template, each) in enumerate(
+            zip(members, templates, restarts, strict=True)
+        ):
+            jobs[member] = MemberJob(
                 self.of(member, "points"),
                 self.place("work", folder, f"{k}.npz"),
                 restarts=each,
-                beside=(template, *filter(None, (member.sphere,))),
+                beside=tuple(filter(None, (template, member.sphere))),
             )
-            for k, (member, template, each) in enumerate(
-                zip(members, templates, restarts, strict=True)
-            )
-        }
         found = self._each("registrations", jobs, RegisterMember, "it could not be registered: ")
         for member in found:
             member.sphere = jobs[member].target
-            member.search = member.sphere if jobs[member].restarts != NO_RESTARTS else member.search
+            if jobs[member].restarts != NO_RESTARTS:
+                member.search = member.sphere
         return found
 
     def placed(self, members: Sequence[Entry], turns: Sequence[FloatArray]) -> list[Entry]:
@@ -188,7 +187,10 @@ class Workplace:
 
     def laid(self, member: Entry) -> Laid:
         """The last registration that tried other turns or a mirror image, or else the last one."""
-        arrays = read_arrays(member.search or member.sphere)
+        path = member.sphere
+        if member.search:
+            path = member.search
+        arrays = read_arrays(path)
         return Laid(arrays["sphere"], *(arrays[name].item() for name in Laid._fields[1:]))
 
     def _each(
@@ -202,9 +204,9 @@ class Workplace:
         """The members whose jobs of this kind of task succeeded; a MeshError with the first reason if too few did."""
         done, found = count(1), []
         log_share(name, 0, len(jobs))
-        rows = self._run(
+        rows = self.run(
             list(jobs.values()),
-            kind(**self._settings, **options),
+            kind(icosphere=self.icosphere, force=False, folder=os.getcwd(), **options),
             listener=lambda _: log_share(name, next(done), len(jobs)),
         )
         for member, row in zip(jobs, rows, strict=True):
@@ -219,10 +221,10 @@ class Workplace:
 
     def _enough(self, left: int, members: int) -> None:
         """Raise a MeshError with the first reason if too few of the members are left."""
-        if left < min(self._least, members):
+        if left < min(self.least, members):
             name, error = next(iter(self.left_out.items()))
             raise MeshError(
-                f"{left} of {members} surfaces are left, {self._least} are needed; surface {name}: {error}"
+                f"{left} of {members} surfaces are left, {self.least} are needed; surface {name}: {error}"
             )
 
 

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from ...mesh.arrays import FloatArray, IntArray
-from .basis import degree_of
+from .basis import degree_of, rows_of
 
 #: Whose basis coefficients are in: this package's, or that of a program.
 Basis = Literal["orthonormal", "spharm-pdm", "ktch", "aics-shparam"]
@@ -21,20 +21,15 @@ def in_basis(c: FloatArray, basis: Basis) -> FloatArray:
     degree = degree_of(c)
     if basis == "spharm-pdm":
         order, factors = pdm_rows(degree)
-        return np.asarray(c[order] * factors[:, None])
+        return c[order] * factors[:, None]
     if basis == "aics-shparam":
         found = np.zeros((c.shape[1], 2, degree + 1, degree + 1))  # 0 where m > l
         for ell in range(degree + 1):
             # The mean square of a basis function is 1, and longitudes are counted from -x.
             scale = (-1.0) ** np.arange(ell + 1) / math.sqrt(4 * math.pi)
-            cosines, sines = (
-                c[ell * ell + ell : (ell + 1) ** 2].T,
-                c[ell * ell : ell * ell + ell][::-1].T,
-            )
-            found[:, 0, ell, : ell + 1], found[:, 1, ell, 1 : ell + 1] = (
-                cosines * scale,
-                sines * scale[1:],
-            )
+            rows = c[rows_of(ell)].T
+            found[:, 0, ell, : ell + 1] = rows[:, ell:] * scale
+            found[:, 1, ell, 1 : ell + 1] = rows[:, :ell][:, ::-1] * scale[1:]
         return found
     if basis == "ktch":
         return c.T.ravel()
@@ -46,11 +41,6 @@ def pdm_rows(degree: int) -> tuple[IntArray, FloatArray]:
 
     There m = 0, then cosine and sine of m = 1, 2, ...; its basis has the phase (-1)^m and no sqrt(2).
     """
-    ell, m = np.array(
-        [
-            (ell, m)
-            for ell in range(degree + 1)
-            for m in sorted(range(-ell, ell + 1), key=lambda m: (abs(m), -m))
-        ]
-    ).T
+    rows = [(ell, m) for ell in range(degree + 1) for m in range(-ell, ell + 1)]
+    ell, m = np.array(sorted(rows, key=lambda row: (row[0], abs(row[1]), -row[1]))).T
     return ell * ell + ell + m, np.where(m == 0, 1.0, (-1.0) ** m * math.sqrt(2))

@@ -17,8 +17,6 @@ from ...resampling.locate import SphereLocator
 from ...resampling.transfer import transfer
 from ...timings import counted
 
-_BLOCK = 1 << 12  # points at once, so that one degree's functions stay in cache
-
 
 def legendre(degree: int, z: FloatArray, s: FloatArray) -> Iterator[FloatArray]:
     """Yield P_l(z) for l = 0 ... degree, s = sqrt(1 - z^2): row m of (l + 1, len(z)), orthonormal, no phase (-1)^m.
@@ -35,7 +33,7 @@ def legendre(degree: int, z: FloatArray, s: FloatArray) -> Iterator[FloatArray]:
         if ell:
             top = np.sqrt(1 + 0.5 / ell) * s * top  # shapes (2)
         m = np.arange(ell)[:, None]
-        r = np.sqrt((2 * ell + 1) * (ell - m) / ((2 * ell - 1) * (ell + m))) if ell else m
+        r = np.sqrt((2 * ell + 1) * (ell - m) / ((2 * ell - 1) * (ell + m)))
         last, step = P, D
         P, D = np.empty((2, ell + 1, len(z)))
         share = r / (ell - m)
@@ -70,9 +68,9 @@ def terms(c: FloatArray, x: FloatArray) -> Iterator[FloatArray]:
         yield np.outer(P[0], here[ell]) + Y.real.T @ here[ell + 1 :] + Y.imag.T @ here[:ell][::-1]
 
 
-def blocks(n: int) -> Iterator[slice]:
-    """Divide n rows into slices."""
-    return (slice(start, start + _BLOCK) for start in counted("summing", range(0, n, _BLOCK)))
+def blocks(n: int, rows: int = 1 << 12) -> Iterator[slice]:
+    """Divide n rows into slices, so that one degree's functions stay in cache."""
+    return (slice(start, start + rows) for start in counted("summing", range(0, n, rows)))
 
 
 def synthesis(c: FloatArray, x: FloatArray) -> FloatArray:

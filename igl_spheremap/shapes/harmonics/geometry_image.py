@@ -52,26 +52,17 @@ def mesh_from_grid(grid: ArrayLike) -> tuple[FloatArray, IntArray]:
     rows = check_values(values.reshape(-1, 3), k * k, "positions of the grid")
     _, first, vertex = np.unique(_lattice(k), axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)  # vertices in the order of the image
-    corner = np.arange(k * k).reshape(k, k)
-    northwest, northeast, southwest, southeast = (
-        corner[:-1, :-1],
-        corner[:-1, 1:],
-        corner[1:, :-1],
-        corner[1:, 1:],
+    row, column = np.indices((k - 1, k - 1)).reshape(2, -1)
+    northwest = row * k + column
+    northeast, southwest, southeast = northwest + 1, northwest + k, northwest + k + 1
+    falls = _falls(row, column, k)
+    left = northwest, southwest, np.where(falls, southeast, northeast)
+    right = (
+        np.where(falls, northwest, northeast),
+        np.where(falls, southeast, southwest),
+        np.where(falls, northeast, southeast),
     )
-    row, column = np.indices((k - 1, k - 1))
-    falls = _falls(row, column, k)[..., None]
-    left = np.where(
-        falls,
-        np.stack((northwest, southwest, southeast), axis=-1),
-        np.stack((northwest, southwest, northeast), axis=-1),
-    )
-    right = np.where(
-        falls,
-        np.stack((northwest, southeast, northeast), axis=-1),
-        np.stack((northeast, southwest, southeast), axis=-1),
-    )
-    f = np.concatenate((left.reshape(-1, 3), right.reshape(-1, 3)))
+    f = np.concatenate((np.column_stack(left), np.column_stack(right)))
     return rows[first[order]], np.argsort(order)[vertex.ravel()[f]]
 
 
@@ -94,9 +85,8 @@ def octahedral_cells(k: int, x: FloatArray) -> tuple[IntArray, FloatArray]:
     at = (flat * [1, -1] + 1) * m  # column and row
     column, row = np.clip(np.floor(at).astype(np.int64), 0, 2 * m - 1).T
     east, south = at[:, 0] - column, at[:, 1] - row
-    here = row * k + column
-    diagonal = _falls(row, column, k)
-    northwest, northeast, southwest, southeast = here, here + 1, here + k, here + k + 1
+    diagonal, northwest = _falls(row, column, k), row * k + column
+    northeast, southwest, southeast = northwest + 1, northwest + k, northwest + k + 1
     upper = east + south <= 1
     corners = np.where(
         diagonal[:, None],
@@ -135,4 +125,4 @@ def _lattice(k: int) -> IntArray:
 
 def _falls(row: IntArray, column: IntArray, k: int) -> BoolArray:
     """Whether the diagonal of a cell runs from its upper left to its lower right corner, as octahedron's edges do."""
-    return np.asarray((2 * column + 2 > k) != (2 * row + 2 > k))
+    return (2 * column + 2 > k) != (2 * row + 2 > k)

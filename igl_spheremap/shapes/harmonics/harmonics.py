@@ -27,10 +27,6 @@ from .bases import Basis, in_basis
 from .basis import blocks, degree_of, expand, power, synthesis, terms
 from .rotation import first_order_frames, rotate, skewness
 
-#: A note names the map if the mean of source area over image area is above this: where areas are a quarter, lengths are
-#: half as long, and half of the degrees are resolved.
-_CROWDED = 4.0
-
 
 @dataclass(frozen=True, eq=False)
 class Expanded:
@@ -226,7 +222,7 @@ class SphericalHarmonics(Shown):
                 rest = rest - part
                 total[ell] += source.areas[block] @ (rest**2).sum(axis=1)
         diagonal = np.linalg.norm(np.ptp(values, axis=0))
-        return np.asarray(100 * np.sqrt(total / source.areas.sum()) / diagonal)
+        return 100 * np.sqrt(total / source.areas.sum()) / diagonal
 
     @gate
     def power(self) -> FloatArray:
@@ -295,7 +291,7 @@ class SphericalHarmonics(Shown):
         ----------
         Brechbuehler, Gerig, Kuebler 1995, *Parametrization of Closed Surfaces for 3-D Shape Description*.
         """
-        for each in (self, template or self):
+        for each in filter(None, (self, template)):
             each._require_positions()
             if each.degree < 1:
                 raise MeshError("degree 0 is a point and has no axes; expand to degree 1 or more")
@@ -306,20 +302,17 @@ class SphericalHarmonics(Shown):
             )
         axes, frames = first_order_frames(self.coefficients)
         choices = [self._in_frame(*frame) for frame in frames]
-        skews = [
-            np.full(3, np.nan) if c.source is None else skewness(c.source.values, c.source.areas)
-            for c in choices
-        ]
+        skews = np.full((len(choices), 3), np.nan)
+        for k, choice in enumerate(choices):
+            if choice.source is not None:
+                skews[k] = skewness(choice.source.values, choice.source.areas)
         if template is None:
-            best = int(np.argmax(np.sum(skews, axis=1)))
+            best = int(np.argmax(skews.sum(axis=1)))
         else:
             n = min(len(self.coefficients), len(template.coefficients))
             like, unit = own_unit(template.coefficients[1:n])
-            best = int(
-                np.argmin(
-                    [np.linalg.norm(np.ldexp(c.coefficients[1:n], -unit) - like) for c in choices]
-                )
-            )
+            off = (np.ldexp(choice.coefficients[1:n], -unit) - like for choice in choices)
+            best = int(np.argmin(list(map(np.linalg.norm, off))))
         return AlignedHarmonics(choices[best], axes, skews[best], *frames[best])
 
     def _in_frame(self, surface: FloatArray, sphere: FloatArray) -> SphericalHarmonics:
@@ -439,8 +432,11 @@ def spherical_harmonics(
     )
 
 
-def _notes(source: SphereMap, degree: int) -> tuple[str, ...]:
-    """Notes on degrees that the vertices don't resolve, and on parts to which the map gives too little room."""
+def _notes(source: SphereMap, degree: int, crowded: float = 4.0) -> tuple[str, ...]:
+    """Notes on degrees that the vertices don't resolve, and on parts to which the map gives too little room.
+
+    Where areas are a quarter, lengths are half as long, and half of the degrees are resolved.
+    """
     n, notes = len(source.vertices), []
     if (degree + 1) ** 2 > n:
         notes.append(
@@ -450,7 +446,7 @@ def _notes(source: SphereMap, degree: int) -> tuple[str, ...]:
     areas = face_areas(source.mesh.unit, source.faces[source.mesh.surface])
     # nan: a face of area 0
     crowding = float(np.nansum(areas * np.exp(-source.log_area_ratios())) / areas.sum())
-    if degree and crowding > _CROWDED:
+    if degree and crowding > crowded:
         notes.append(
             "the map leaves parts of the surface so little room that an area-preserving one needs less than "
             f"half of degree {degree}: expand one of balance 1"

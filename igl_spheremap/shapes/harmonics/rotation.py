@@ -12,14 +12,7 @@ from scipy.spatial.transform import Rotation
 from ...mesh.arrays import ComplexArray, FloatArray, own_unit
 from .basis import degree_of, rows_of
 
-_APART = 15.0  # degrees between starts: more than the grid's error, less than the width of a peak
-_SAME = 3.0  # degrees between refined rotations that are one peak
-_STEPS = 20  # of Newton's method at most; from a peak of the grid it takes 3 to 6
-_LONGEST = 0.1  # radians of a step: the grid is that fine, and Newton's model holds that far
-_SHORTEST = 1e-8  # radians of the last step: the error that is left is its square
 _FLIPS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # of axes, of determinant 1
-# share of the largest curvature that each axis has at least, so that flat ones take no huge step
-_FLATTEST = 1e-3
 
 
 class RotationCandidate(NamedTuple):
@@ -66,7 +59,7 @@ def spin(ell: int) -> FloatArray:
     """Compute the eigenvectors of J_x, in columns by eigenvalue -l ... l."""
     if ell == 0:
         return np.ones((1, 1))
-    return np.asarray(eigh_tridiagonal(np.zeros(2 * ell + 1), ladder(ell))[1])
+    return eigh_tridiagonal(np.zeros(2 * ell + 1), ladder(ell))[1]
 
 
 def spin_phase(ell: int) -> ComplexArray:
@@ -93,7 +86,7 @@ def rotate_complex(rows: ComplexArray, R: FloatArray, U: FloatArray) -> ComplexA
     phase = spin_phase(ell)[:, None]
     rows = np.swapaxes(U, -1, -2) @ (phase.conj() * np.exp(gamma * turn) * rows)
     # shapes (5)
-    return np.asarray(np.exp(alpha * turn) * phase * (U @ (np.exp(beta * turn) * rows)))
+    return np.exp(alpha * turn) * phase * (U @ (np.exp(beta * turn) * rows))
 
 
 def rotate(c: FloatArray, R: FloatArray) -> FloatArray:
@@ -117,11 +110,12 @@ def euler_angles(R: FloatArray) -> tuple[float, float, float]:
 
 
 def best_rotations(
-    target: FloatArray, source: FloatArray, band: int, most: int = 4
+    target: FloatArray, source: FloatArray, band: int, most: int = 4, same: float = 3.0
 ) -> list[RotationCandidate]:
     """Local maxima of the correlation of two functions' coefficients ((L + 1)^2, k), degrees 1 ... band - 1, by value.
 
     The correlation is that of all columns together. An ellipsoid fits itself in four ways: as many maxima are refined.
+    Up to `same` degrees from each other they are one.
     """
     f, g = padded(target, band), padded(source, band)
     size = np.sqrt(np.vdot(f, f).real * np.vdot(g, g).real)
@@ -129,7 +123,7 @@ def best_rotations(
     refined.sort(key=lambda candidate: -candidate.correlation)
     kept: list[RotationCandidate] = []
     for R, value in refined:
-        if all(rotation_angle(R @ other.rotation.T) > _SAME for other in kept):
+        if all(rotation_angle(R @ other.rotation.T) > same for other in kept):
             kept.append(RotationCandidate(R, value / size))
     return kept
 
@@ -172,11 +166,11 @@ def on_grid(f: ComplexArray, g: ComplexArray) -> FloatArray:
         pairs = (phase[inside, None] * a.conj()) @ (phase.conj()[inside, None] * b).T
         low = slice(band - ell, band + ell + 1)
         spectrum[low, low, low] += pairs[:, None] * (U[:, :, None] * U.T)  # shapes (7)
-    return np.asarray(np.fft.fftn(np.fft.ifftshift(spectrum)).real)
+    return np.fft.fftn(np.fft.ifftshift(spectrum)).real
 
 
-def _peaks(values: FloatArray, count: int) -> list[FloatArray]:
-    """Rotations at the highest local maxima of the grid, `_APART` from each other."""
+def _peaks(values: FloatArray, count: int, apart: float = 15.0) -> list[FloatArray]:
+    """Rotations at the highest local maxima of the grid, so many degrees from each other: less than a peak's width."""
     band = len(values) // 2
     half = values[:, : band + 1]  # beta in [0, pi]; the rest are the same rotations again
     top = np.ones(half.shape, dtype=bool)
@@ -186,33 +180,40 @@ def _peaks(values: FloatArray, count: int) -> list[FloatArray]:
     found: list[FloatArray] = []
     for place in places[np.argsort(-half[top], kind="stable")]:
         R = Rotation.from_euler("ZYZ", np.pi / band * place).as_matrix()
-        if all(rotation_angle(R @ other.T) > _APART for other in found):
+        if all(rotation_angle(R @ other.T) > apart for other in found):
             found.append(R)
             if len(found) == count:
                 break
     return found
 
 
-def _refine(f: ComplexArray, g: ComplexArray, R: FloatArray) -> RotationCandidate:
-    """Newton's method for the maximum of sum f* D(exp(w) R) g near w = 0; the value is not normalised."""
-    U, steps = _padded_spins(len(f) + 1)
-    left = angular_momentum(f, steps).conj()
-    for _ in range(_STEPS):
-        right = angular_momentum(rotate_complex(g, R, U), steps)
+def _refine(
+    f: ComplexArray,
+    g: ComplexArray,
+    R: FloatArray,
+    *,
+    steps: int = 20,
+    longest: float = 0.1,
+    shortest: float = 1e-8,
+) -> RotationCandidate:
+    """Newton's method for the maximum of sum f* D(exp(w) R) g near w = 0; the value is not normalised.
+
+    Steps are as long as the grid is fine, at most. Three to six lead to the shortest, whose square is the error left.
+    """
+    U, rungs = _padded_spins(len(f) + 1)
+    left = angular_momentum(f, rungs).conj()
+    for _ in range(steps):
+        right = angular_momentum(rotate_complex(g, R, U), rungs)
         gradient = np.einsum("lmk,ilmk->i", f.conj(), right).imag
         hessian = -np.einsum("ilmk,jlmk->ij", left, right).real
         curvature, axes = np.linalg.eigh(-(hessian + hessian.T) / 2)
-        # uphill along every axis
-        curvature = np.maximum(np.abs(curvature), _FLATTEST * np.abs(curvature).max())
+        # uphill along every axis, along flat ones not far
+        curvature = np.maximum(np.abs(curvature), 1e-3 * np.abs(curvature).max())
         step = axes @ ((axes.T @ gradient) / curvature)
         length = float(np.linalg.norm(step))
-        R = (
-            Rotation.from_rotvec(
-                step * min(1.0, _LONGEST / max(length, float(np.finfo(float).tiny)))
-            ).as_matrix()
-            @ R
-        )
-        if length < _SHORTEST:
+        share = min(1.0, longest / max(length, float(np.finfo(float).tiny)))
+        R = Rotation.from_rotvec(step * share).as_matrix() @ R
+        if length < shortest:
             break
     return RotationCandidate(R, float(np.vdot(f, rotate_complex(g, R, U)).real))
 
@@ -234,4 +235,4 @@ def skewness(values: FloatArray, weights: FloatArray) -> FloatArray:
     """Third central moments of the columns over the 3/2 power of the second."""
     w = weights / weights.sum()
     offset = own_unit(values - w @ values)[0]
-    return np.asarray(w @ offset**3 / (w @ offset**2) ** 1.5)
+    return w @ offset**3 / (w @ offset**2) ** 1.5

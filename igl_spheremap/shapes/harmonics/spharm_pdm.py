@@ -34,7 +34,7 @@ class ShapeJob(Job):
 
     @property
     def sources(self) -> tuple[str, ...]:
-        return (self.file, *((self.template,) if self.template else ()))
+        return tuple(filter(None, (self.file, self.template)))
 
     @property
     def surface(self) -> str:
@@ -52,8 +52,9 @@ class ShapeJob(Job):
 
     @property
     def targets(self) -> tuple[str, ...]:
-        own = (self.surface,) if Path(self.surface).resolve() != Path(self.source).resolve() else ()
-        return (self.target, *own, *self.expansions)
+        if Path(self.surface).resolve() == Path(self.source).resolve():
+            return self.target, *self.expansions
+        return self.target, self.surface, *self.expansions
 
 
 @dataclass(frozen=True)
