@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, cast
 
+import numpy as np
 from numpy.typing import ArrayLike
 
+from ..errors import MeshError
 from ..gate import MeshLike, gate
-from ..mesh.arrays import check_rows, check_triangles
+from ..mesh.arrays import FloatArray, check_rows, check_triangles
 from .formats import PathLike, format_of
 from .hemispheres import structure_of
 from .objects import vertices_and_faces
@@ -63,6 +65,8 @@ def write_mesh(
         v, f = vertices_and_faces(v)
     x, faces = check_rows(cast(ArrayLike, v), name="vertices"), check_triangles(f)
     kind = format_of(path)
+    if kind.single:
+        _check_single(path, x)
     with replacing(path, force) as partial:
         kind.functions.write(partial, x, faces, kept_of(path, metadata))
 
@@ -70,3 +74,14 @@ def write_mesh(
 def kept_of(path: PathLike, metadata: Metadata | None, **more: str) -> dict[str, Any]:
     """What a writer can keep: the metadata, and what the name of the file says unless they do."""
     return {"name": Path(path).stem} | more | structure_of(path) | dict(metadata or {})
+
+
+def _check_single(path: PathLike, x: FloatArray) -> None:
+    """Refuse positions that float32 does not hold: beyond its range, or so small that digits are lost."""
+    size = np.abs(x[np.isfinite(x)]).max(initial=0.0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(x.astype(np.float32) - x)
+    if (off > np.finfo(np.float32).eps * size).any():
+        raise MeshError(
+            f"{path} holds float32, which can't hold positions of size {size:.2g}; scale the mesh, or write .ply"
+        )

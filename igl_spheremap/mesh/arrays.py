@@ -139,8 +139,8 @@ def check_triangles(f: ArrayLike) -> IntArray:
             f"each{_transposed(array)}; triangulate polygons first"
         )
     if array.dtype.kind == "f":
-        if not np.isfinite(array).all() or (array != np.floor(array)).any():
-            raise MeshError("faces are not whole numbers; give 0-based vertex indices")
+        if not (np.abs(array) < 2.0**63).all() or (array != np.floor(array)).any():
+            raise MeshError("faces are not whole numbers of 64 bits; give 0-based vertex indices")
     elif array.dtype.kind not in "iu":
         raise MeshError(f"faces have dtype {array.dtype}; give 0-based vertex indices")
     return np.array(array, dtype=np.int64, order="C")

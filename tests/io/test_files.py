@@ -28,6 +28,17 @@ def test_exact_formats_keep_every_bit(name, ball, tmp_path):
     assert mesh.f.dtype == np.int64
 
 
+@pytest.mark.parametrize("name", [*ROUNDED, "ball.stl"])
+@pytest.mark.parametrize("size", [1e39, 1e300, 1e-40, 1e-300])
+def test_positions_beyond_float32_are_refused_by_its_formats(name, size, ball, tmp_path):
+    """They would be infinite, or all in one place."""
+    needs(name)
+    v, f = ball
+    with pytest.raises(MeshError, match="can't hold positions of size"):
+        write_mesh(tmp_path / name, size * v, f)
+    assert os.listdir(tmp_path) == []
+
+
 @pytest.mark.parametrize("name", ROUNDED)
 def test_rounded_formats_keep_float32_and_the_order(name, ball, tmp_path):
     needs(name)

@@ -142,6 +142,8 @@ def set_infinite(v, f):
         (lambda v, f: (v.T, f), ["transposed"]),
         (lambda v, f: (v, f.T), ["transposed"]),
         (lambda v, f: (v, f + 0.5), ["whole numbers"]),
+        (lambda v, f: (v, f + 1e300), ["whole numbers of 64 bits"]),
+        (lambda v, f: (v, f * np.nan), ["whole numbers"]),
         (lambda v, f: (v.astype(complex), f), ["complex"]),
         (lambda v, f: (v.astype(str), f), ["dtype"]),
         (lambda v, f: (None, f), ["dtype"]),

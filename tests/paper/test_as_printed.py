@@ -84,6 +84,28 @@ def test_rounds_as_printed_start_at_star_maps_as_they_are():
     assert not result.certificate.folding_free
 
 
+def test_a_run_that_is_stopped_makes_no_star_map():
+    seen = []
+
+    def stop(iterate):
+        seen.append(iterate)
+        if iterate.iteration == 3:
+            raise StopIteration
+
+    method = ism.Lai2014.as_printed(max_iterations=20, rounds=2)
+    result = ism.algorithm_2(BIRD, BIRD_F, method=method, listener=stop)
+    assert result.status is ism.Status.STOPPED
+    assert len(result.rounds) == 1
+    assert {iterate.round for iterate in seen} == {0}
+
+
+def test_no_more_rounds_are_made_than_asked_for():
+    method = ism.Lai2014.as_printed(max_iterations=2, rounds=1)
+    seen = []
+    ism.algorithm_2(BIRD, BIRD_F, method=method, listener=seen.append)
+    assert {iterate.round for iterate in seen} == {0, 1}
+
+
 def iterates(method, v=BIRD, f=BIRD_F):
     seen = []
     return ism.spherical_conformal_map(v, f, method=method, listener=seen.append), seen

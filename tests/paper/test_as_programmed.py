@@ -7,6 +7,7 @@ from triangulations import icosphere
 
 import igl_spheremap as ism
 from igl_spheremap.paper.optm import OptMRules
+from igl_spheremap.result.run import Iterate, Stage
 
 
 def programmed_algorithm_1(v, f, k):
@@ -105,3 +106,54 @@ def test_a_quotient_without_a_value_gives_way_to_the_first_step_and_others_are_b
     ]
     assert rules.acted() == {"undefined": 3, "bounded": 2}
     assert rules.acted() is None
+
+
+def after(*changes):
+    """Whether the rules end a run after steps that each change a vertex and the energy of 3 by so much."""
+    rules, x, energy = OptMRules(1e-3), np.eye(3), 3.0
+    ends = [rules.settled(Iterate(Stage.ALGORITHM_1, 0, 0, x, energy))]
+    for k, (moved, gained) in enumerate(changes, 1):
+        x, energy = x + np.diag([moved, 0, 0]), energy + gained
+        ends.append(rules.settled(Iterate(Stage.ALGORITHM_1, 0, k, x, energy)))
+    assert not any(ends[:-1])
+    return ends[-1]
+
+
+#: What the program allows of a change: 1e-6 of the map, in the norm over sqrt(3), and 1e-12 of 1 + energy.
+MOST = 1e-6 * np.sqrt(3), 4e-12
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_run_ends_where_map_and_energy_change_little(sign):
+    large = 20.0, 2e6
+    for share, ends in ((0.98, True), (1.02, False)):
+        few = [share * each * sign for each in MOST]
+        for x, energy in ((few[0], 0.0), (0.0, few[1]), few):
+            assert after([large[0] * MOST[0], large[1] * MOST[1]], [x, energy]) == ends
+
+
+def test_a_run_ends_where_the_last_five_changes_are_on_average_ten_times_as_large():
+    for share, ends in ((0.95, True), (1.05, False)):
+        ten = [10 * share * each for each in MOST]
+        assert after([1e3 * MOST[0], 0], *[ten] * 5) == ends
+
+
+def test_changes_of_the_run_before_do_not_count():
+    rules, x = OptMRules(1e-3), np.eye(3)
+    for k in range(3):
+        assert not rules.settled(Iterate(Stage.ALGORITHM_1, 0, k, x + 100 * k, 3.0))
+    assert not rules.settled(Iterate(Stage.ALGORITHM_1, 1, 0, x, 3.0))
+    assert rules.settled(Iterate(Stage.ALGORITHM_1, 1, 1, x, 3.0))
+
+
+@pytest.mark.parametrize("name", ["rho", "delta", "xi"])
+@pytest.mark.parametrize("value", [-0.1, 1.1, np.nan, "x"])
+def test_parameters_that_algorithm_1_excludes_are_refused(name, value):
+    with pytest.raises((ValueError, TypeError), match=name):
+        ism.Lai2014(**{name: value})
+
+
+def test_the_programs_rules_go_without_safeguards():
+    for options in ({"may_fold": False}, {"gauge": "centred"}):
+        with pytest.raises(ValueError, match="have no safeguards"):
+            ism.Lai2014.as_programmed(**options)
