@@ -9,6 +9,8 @@ import pytest
 from triangulations import icosphere
 
 import igl_spheremap as ism
+from igl_spheremap.errors import FactorisationFailed
+from igl_spheremap.paper.star_map import project
 from igl_spheremap.result.run import SAFEGUARDS
 from igl_spheremap.sphere.moebius import moebius
 
@@ -82,6 +84,30 @@ def test_rounds_as_printed_start_at_star_maps_as_they_are():
     assert [note.partition(";")[0] for note in result.notes] == ["foldings are left"]
     assert ism.certify(result.sphere, BIRD_F).foldings == result.certificate.foldings
     assert not result.certificate.folding_free
+
+
+def test_the_parameters_are_those_that_the_paper_prints():
+    """After Algorithm 1, and of Table 1."""
+    printed = ism.Lai2014.as_printed()
+    assert (printed.rho, printed.delta, printed.xi) == (1e-4, 0.1, 0.85)
+    assert (printed.gradient_tolerance, printed.plateau) == (1e-10, 0)
+
+
+def test_where_a_star_map_fails_the_run_ends_with_the_map_before_and_names_the_round(monkeypatch):
+    calls, seen = [], []
+
+    def second_fails(*args):
+        calls.append(args)
+        if len(calls) == 2:
+            raise FactorisationFailed("planted")
+        return project(*args)
+
+    monkeypatch.setattr("igl_spheremap.paper.algorithm_2.project", second_fails)
+    method = ism.Lai2014.as_printed(max_iterations=5, rounds=4)
+    result = ism.algorithm_2(BIRD, BIRD_F, method=method, listener=seen.append)
+    assert len(result.rounds) == 2
+    assert [note for note in result.notes if "there is no star map for round 2" in note]
+    assert np.array_equal(result.sphere, seen[-1].x)
 
 
 def test_a_run_that_is_stopped_makes_no_star_map():
