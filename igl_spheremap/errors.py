@@ -96,7 +96,7 @@ class MeshError(ValueError):
     Attributes
     ----------
     fault : str
-        What is wrong, where, and what is to be done.
+        The fault, its place, and the way to mend it.
     remedy : Remedy or None
         The call that mends it: ``repair_mesh(v, f, **error.remedy.options)``, for disks ``repair_disk``. None, the
         default, if no call does.
@@ -182,7 +182,7 @@ class FactorisationFailed(RuntimeError):
 
 
 class OfListener(BaseException):
-    """What a listener raised, on its way to the public function through handlers of errors that steps raise."""
+    """Carries what a listener raised on its way to the public function through handlers of errors that steps raise."""
 
     def __init__(self, error: Exception) -> None:
         super().__init__()

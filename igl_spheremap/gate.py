@@ -62,7 +62,7 @@ class _Nilearn(Protocol):
     def faces(self) -> Any: ...
 
 
-#: What stands for `v, f`: a mesh of this package or of another one, the name of a file, or a pair.
+#: Stands for `v, f`: a mesh of this package or of another one, the name of a file, or a pair.
 MeshLike = (
     _Triangles | _Pair | _Cells | _Nilearn | str | os.PathLike[str] | tuple[ArrayLike, ArrayLike]
 )

@@ -10,7 +10,7 @@ from contextvars import ContextVar
 from typing import TypeVar
 
 LOGGER = logging.getLogger(__name__)
-#: What `log_share` logs; the arguments of the record are name, number done, and total.
+#: Message of `log_share`; the arguments of the record are name, number done, and total.
 _COUNT = "%s: %d of %d"
 T = TypeVar("T")
 _SECONDS: ContextVar[dict[str, float] | None] = ContextVar("seconds", default=None)

@@ -106,7 +106,7 @@ class Limb:
 
 
 class Costs(NamedTuple):
-    """What shortening costs in each bin of a limb, in degrees summed over faces."""
+    """Costs of shortening in each bin of a limb, in degrees summed over faces."""
 
     #: Cost of each kappa in angle differences, (bins, kappas).
     angles: FloatArray
@@ -334,7 +334,7 @@ def _shortened(distance: FloatArray, kappas: FloatArray, width: float) -> FloatA
 
 
 def _bin_costs(limb: Limb, f: IntArray, source: FloatArray) -> FloatArray:
-    """What each kappa adds to the mean angle differences of each bin's own faces, summed, in degrees."""
+    """Increase, by each kappa, of the mean angle differences of each bin's own faces, summed, in degrees."""
     inside = np.zeros(len(limb.log), dtype=bool)
     inside[limb.apart] = True
     faces = np.flatnonzero(inside[f].all(axis=1))

@@ -1,4 +1,4 @@
-"""What the repair of a map may cost, as a record of options; no solver is imported here."""
+"""The effort of a repair, as a record of options; no solver is imported here."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 from ..errors import check_number, check_whole
 
-#: So many layouts take steps, and so many are made, that their vertices add up to this: the cost is the same for every
-#: mesh.
+#: Vertices, added up, of the layouts that take steps, and of those that are made: the cost is the same for every mesh.
 _TOGETHER, _COMPARED = 3000, 30_000
 #: Vertices at which the price of steps is halfway from its least to its largest: factors take more than proportional
 #: time.
@@ -18,7 +17,7 @@ _GROWTH = 7
 
 @dataclass(frozen=True)
 class Effort:
-    """What steps that lower the angle differences of a map may cost, after a repair or as a polish.
+    """The cost allowed to steps that lower the angle differences of a map, after a repair or as a polish.
 
     Less effort gives a map that is certified all the same: a repair ends without foldings before these steps begin.
 

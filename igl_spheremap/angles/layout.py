@@ -55,7 +55,7 @@ class Placed:
     #: Depth of each vertex in nepers, as the head of this file says.
     depth: FloatArray
     about: About
-    #: What each position is relative to: 0, or the end of an axis.
+    #: The point from which each position is measured: 0, or the end of an axis.
     anchor: ComplexArray | complex = 0j
     #: Nepers by which coordinates are finer at each vertex, because it is close to an end of an axis; infinite at the
     #: end.

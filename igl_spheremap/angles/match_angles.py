@@ -72,7 +72,7 @@ class Aitken:
     Attributes
     ----------
     further : float
-        What all further steps gain, as a share of the value; infinite where it is not known.
+        Gain of all further steps, as a share of the value; infinite where it is not known.
     """
 
     def __init__(self, least_gain: float) -> None:
@@ -116,7 +116,7 @@ def is_worth_steps(mesh: Mesh, x: FloatArray, price: float) -> bool:
 
 
 class AngleProblem:
-    """To bring the corner angles of a map near to given ones, without foldings.
+    """Differences of a map's corner angles from given ones, lowered without foldings.
 
     Parameters
     ----------

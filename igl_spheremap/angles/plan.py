@@ -29,12 +29,12 @@ Large = Literal["embedded", "laid out", "left"]
 
 @dataclass(frozen=True)
 class Plan:
-    """What a repair will try, and why.
+    """The candidates and the price of a repair, and why.
 
     Attributes
     ----------
     why : str
-        What decided.
+        The measurement that decided.
     price : float
         Share of the mean angle difference that further steps have to gain; infinite if none are taken.
     use_map : bool

@@ -35,9 +35,9 @@ def race(
 ) -> Candidate:
     """The best of several candidates, after rounds of steps that make none worse.
 
-    Each round keeps the better half. Of these, candidates take steps that are predicted to gain more than the share
-    `price`. The prediction is that of their last steps, but at most what their last round gained. Rounds end when one
-    candidate is left, and it is predicted to gain no more.
+    Each round keeps the better half. A candidate goes on while its next round is expected to lower the mean angle
+    difference by more than the share `price`. Expected is what its last steps predict, but no more than its last round
+    gained. Rounds end when the one candidate that is left stops.
     """
     while len(field) > 1 or field[0].further > price:
         field = sorted(field, key=attrgetter("mean"))[: max(1, len(field) // 2)]

@@ -1,4 +1,4 @@
-"""What a solver minimises: an energy over the maps of a mesh, in a metric, in the Moebius gauge or in none."""
+"""Problems of first-order solvers: an energy over the maps of a mesh, in a metric, in the Moebius gauge or in none."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ class SobolevH2(Metric):
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What a solver has to know of a mesh and an energy; all else are its own options."""
+    """An energy to minimise over the maps of a mesh, and the metric of its gradient; solvers know no more of the mesh."""
 
     energy: Energy
     #: The metric in which the gradient is taken.

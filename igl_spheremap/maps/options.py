@@ -29,14 +29,14 @@ class Auto(Method):
     backend : str, default "auto"
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
     gauge : {"poles", "centred"}, default "poles"
-        What is done about limbs whose edges fall below float64's resolution in the centred gauge; maps without such
-        limbs are always centred. "poles" uses a Moebius map to take the tips of the three deepest limbs to ends of the
+        Treatment of limbs whose edges fall below float64's resolution in the centred gauge; maps without such limbs are
+        always centred. "poles" uses a Moebius map to take the tips of the three deepest limbs to ends of the
         coordinate axes, where coordinates are finer. "centred" shortens the limbs and keeps the gauge.
     polish : {"auto", "angles"} or None, default "auto"
         Whether Newton steps lower the angle differences of a good map: "auto", where they are predicted to pay;
         "angles", always, for up to 26 times the time; None, never, so that a good map stays the harmonic one.
     effort : Effort, default Effort()
-        What steps that lower the angle differences may cost; a dict of the same names will do.
+        Cost allowed to steps that lower the angle differences; a dict of the same names will do.
 
     Raises
     ------

@@ -120,12 +120,12 @@ class SphereMap(Result):
 
     @gate
     def _repr_html_(self) -> str:
-        """What notebooks show."""
+        """The map in a notebook."""
         return wings.notebook(self)
 
 
 def map_findings(result: SphereMap) -> list[Finding]:
-    """What is known of a map; the verdict comes last."""
+    """Findings on a map; the verdict comes last."""
     found = [
         energy(result.energy),
         angles(result.angle_differences()),

@@ -130,7 +130,13 @@ def p_harmonic_map(
     >>> bool(result.conformal_factor().std() < ism.spherical_conformal_map(v, f).conformal_factor().std())
     True
     """
-    options = PHarmonic(may_fold, max_iterations, plateau, gradient_tolerance, p)
+    options = PHarmonic(
+        may_fold=may_fold,
+        max_iterations=max_iterations,
+        plateau=plateau,
+        gradient_tolerance=gradient_tolerance,
+        p=p,
+    )
     history = History(listener)
     mesh = check_mesh(v, f, caps=caps)
     problem = p_harmonic_problem(mesh, p)
@@ -232,7 +238,13 @@ def fidelity_map(
     >>> result.certificate.folding_free
     True
     """
-    options = Fidelity(may_fold, max_iterations, plateau, sobolev_gradient_tolerance, gauge)
+    options = Fidelity(
+        may_fold=may_fold,
+        max_iterations=max_iterations,
+        plateau=plateau,
+        sobolev_gradient_tolerance=sobolev_gradient_tolerance,
+        gauge=gauge,
+    )
     if not callable(fidelity):
         raise TypeError(
             f"fidelity is {fidelity!r}; give a function of the map that returns value and derivatives"
@@ -338,7 +350,12 @@ def landmark_map(
     >>> bool(np.abs(result.sphere[[0, 100, 200, 300]] - target).max() < 0.15), result.certificate.folding_free
     (True, True)
     """
-    options = Landmarks(may_fold, max_iterations, plateau, sobolev_gradient_tolerance)
+    options = Landmarks(
+        may_fold=may_fold,
+        max_iterations=max_iterations,
+        plateau=plateau,
+        sobolev_gradient_tolerance=sobolev_gradient_tolerance,
+    )
     history = History(listener)
     mesh = check_mesh(v, f, caps=caps)
     penalty = check_landmarks(len(mesh.v), landmarks, targets, landmark_weights)

@@ -31,8 +31,7 @@ from .edges import HalfEdges, half_edges
 from .measure import corner_angles, face_areas, vertex_normals, vertex_shares
 
 _EPS = np.finfo(float).eps
-#: Least ratio of area to squared extent: below, the area is rounding, and the extent sets the scale. Of samples that
-#: are projected to a line it is 11 to 61 eps.
+#: Least ratio of area to squared extent: below, the area is rounding, and the extent sets the scale.
 _FLAT = 512 * _EPS
 #: Smallest vertex area, in units of the mean, that the L2 metric divides by: slivers may have none at all, and what is
 #: added changes the sum in the ninth digit at most.
@@ -40,7 +39,7 @@ LEAST_AREA = 1e-9
 
 
 class CheckedFaces:
-    """What `Mesh` and `Disk` share: arrays that certificates of maps rest on, and measures of faces."""
+    """Base of `Mesh` and `Disk`: read-only arrays, on which certificates rest, and measures of their faces."""
 
     v: FloatArray
     unit: FloatArray
@@ -181,7 +180,7 @@ def move_mesh(mesh: Mesh, v: ArrayLike) -> Mesh:
 
 @runtime_checkable
 class MapLike(Protocol):
-    """What holds a checked mesh and a map of it to the sphere, as `SphereMap` does."""
+    """Holds a checked mesh and a map of it to the sphere, as `SphereMap` does."""
 
     @property
     def mesh(self) -> Mesh: ...
@@ -284,7 +283,8 @@ def _check_sphere(
 ) -> HalfEdges:
     """Half-edges; a MeshError unless each edge has two opposite faces, and the faces form one sphere.
 
-    With faces connected across edges and every vertex used, V - E + F = 2 - 2 g - (extra vertex fans),
+    `refuse` makes a `mesh_repair.refusal.Refusal`, each method of which raises the error for one fault. With faces
+    connected across edges and every vertex used, V - E + F = 2 - 2 g - (extra vertex fans),
     so that the Euler characteristic 2 rules out handles and pinched vertices at once.
     """
     if n < 4:
@@ -319,10 +319,10 @@ def _check_sphere(
 
 def _mesh(vertices: FloatArray, f: IntArray, edges: HalfEdges, caps: BoolArray | None) -> Mesh:
     v, areas = normalised(vertices, f)
-    A = share = area_weights(areas, f, len(vertices))
+    A = with_caps = area_weights(areas, f, len(vertices))
     if caps is not None:
         A = area_weights(np.where(caps, 0.0, areas), f, len(vertices))
-    return Mesh(vertices, v, f, edges, A, share, caps)
+    return Mesh(vertices, v, f, edges, A, with_caps, caps)
 
 
 def normalised(vertices: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -100,10 +100,10 @@ def check_disk(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> 
     vertices, faces = np.array(check_rows(v, name="vertices")), check_triangles(f)
     rim = disk_rim(faces, vertices)
     unit, areas = normalised(vertices, faces)
-    marked = None
+    closing = None
     if caps is not None:
-        marked = check_caps(caps, len(faces))
-    return Disk(vertices, unit, faces, rim, area_weights(areas, faces, len(vertices)), marked)
+        closing = check_caps(caps, len(faces))
+    return Disk(vertices, unit, faces, rim, area_weights(areas, faces, len(vertices)), closing)
 
 
 def disk_rim(f: IntArray, v: FloatArray, refuse: Callable[..., Any] | None = None) -> IntArray:

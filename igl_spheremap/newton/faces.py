@@ -56,9 +56,9 @@ class FaceProblem:
     Parameters
     ----------
     energy : FaceEnergy
-        What keeps faces from folding.
+        Keeps faces from folding, as it is infinite where one is folded.
     terms : sequence of VertexTerm
-        What is added to it.
+        Added to the energy.
     slack : (m,) float64 array, optional
         Added to each face's energy in the bound on its growth.
     turns : bool
@@ -95,7 +95,7 @@ class FaceProblem:
         return folded_faces(x, self.energy.f[faces])
 
     def value(self, x: FloatArray) -> float:
-        """What is minimised."""
+        """Energy and terms of a map."""
         return float(self._by_face(x).sum()) + sum(term.value(x) for term in self._terms)
 
     def model(self, x: FloatArray) -> Model:

@@ -35,7 +35,7 @@ class Model:
     Attributes
     ----------
     value : float
-        What is minimised.
+        Value of the problem there.
     axes : (2, d, n) float64 array
         The two directions in which each vertex moves; unknowns are steps along them.
     gradient : (2, n) float64 array
@@ -57,7 +57,7 @@ class Model:
 
 
 class Trial(NamedTuple):
-    """What became of a step: a map without new foldings, its value, and the faces that the step itself would fold.
+    """Outcome of a step: a map without new foldings, its value, and the faces that the step itself would fold.
 
     The value is infinite where there is no such map.
     """
@@ -68,7 +68,7 @@ class Trial(NamedTuple):
 
 
 class NewtonProblem(Protocol):
-    """What is minimised over maps."""
+    """A function of maps to minimise, and the maps that its steps may reach."""
 
     def model(self, x: FloatArray) -> Model:
         """Value, gradient and Hessian at a map."""

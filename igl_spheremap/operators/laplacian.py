@@ -31,7 +31,7 @@ LARGEST_USABLE_WEIGHT = 1e8
 #: P = L + this times M. L is singular: constants are in its kernel. Relative to M, of sum 1, the other eigenvalues
 #: begin at 8 pi on a round sphere, so that they change in the tenth digit only.
 _REGULARISATION = 1e-9
-#: What makes weights unusable, for notes.
+#: Cause of unusable weights, for notes.
 _SPOILT = "slivers or faces of zero area"
 
 

@@ -55,7 +55,7 @@ class Lai2014(Method):
         negative where the angles opposite an edge sum to more than 180 degrees; "delaunay" are those of the intrinsic
         Delaunay triangulation of the surface, which never are.
     metric : {"laplacian", "areas", "vertices"}, default "laplacian"
-        What the derivatives of the energy are divided by. "areas" are the paper's, eqs. (9) and (13): where vertices
+        Divisor of the energy's derivatives. "areas" are the paper's, eqs. (9) and (13): where vertices
         are unevenly spread, the smallest of them rule the steps. "laplacian" are the sums of the sizes of the
         Laplacian's rows, which have no scale: Algorithm 1 takes a half to a tenth of the iterations then. The tolerance
         is that of the L2 norm in both. "vertices" divides by nothing, and the norm is Frobenius's.

@@ -1,4 +1,4 @@
-"""What both algorithms need for one mesh: the discrete problem, and the hooks."""
+"""The setup of both algorithms for one mesh: the discrete problem, and the hooks."""
 
 from __future__ import annotations
 

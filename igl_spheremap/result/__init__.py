@@ -1,1 +1,1 @@
-"""What a run gives: the map with its certificate, and the record of how it came about."""
+"""Results: the map with its certificate, and the record of its run."""

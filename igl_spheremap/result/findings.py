@@ -1,4 +1,4 @@
-"""What is known of a map: sentences for people, the same in shell, notebooks and windows, and numbers for programs."""
+"""Findings on a map: sentences for people, the same in shell, notebooks and windows, and numbers for programs."""
 
 from __future__ import annotations
 

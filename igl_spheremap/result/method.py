@@ -18,7 +18,7 @@ class Method(ABC):
 
     _in_words = "a record of options, such as Auto()"
 
-    #: What users call it.
+    #: The name that users give.
     name: ClassVar[str]
 
     def __post_init__(self) -> None:

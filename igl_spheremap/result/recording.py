@@ -101,7 +101,7 @@ class Recording(History):
         return f"Recording({len(self._frames)} of {len(self.steps)} iterates)"
 
     def describe(self) -> str:
-        """What is kept and what it takes, in words.
+        """Say how many iterates are kept, and how much memory they take.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""What every result has: its certificate, the record of its run, and the way to another balance."""
+"""The base of all results: certificate, record of the run, and the way to another balance."""
 
 from __future__ import annotations
 
@@ -217,7 +217,7 @@ def run_findings(result: Result) -> list[Finding]:
 
 
 def result_rows(result: Result, known: list[Finding]) -> list[tuple[str, str]]:
-    """What is known of a map, its size and how it was made as labels and texts, the verdict first."""
+    """Labels and texts of a map's findings, its size and its run, the verdict first."""
     *figures, certificate = known
     size = Finding("mesh", result._size(), {})
     return [

@@ -39,7 +39,7 @@ class Status(Enum):
 
 
 class Stage(str, Enum):
-    """What made an iterate. A stage equals its text: ``iterate.stage == "star map"``.
+    """The step of a run that made an iterate. A stage equals its text: ``iterate.stage == "star map"``.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class Iterate:
     Attributes
     ----------
     stage : Stage
-        What made it: "gauss map", "harmonic", "star map", "repair", ...
+        The step of the run that made it: "gauss map", "harmonic", "star map", "repair", ...
     round : int
         Folding-removal round of Algorithm 2 that it belongs to; 0 before the first.
     iteration : int
@@ -114,11 +114,11 @@ class Iterate:
     energy : float
         Harmonic energy, or the objective that is minimised.
     residual : float
-        What the stage's stopping rule looks at, in the units of its tolerance; NaN where there is none.
+        The figure that ends the stage once it is below the tolerance, in its units; NaN where there is none.
     tau : float
         Step size that led here; 0 for a start.
     details : dict
-        What a stage adds, such as the eigenfunctions of a star map. Arrays are read-only.
+        Further results of a stage, such as the eigenfunctions of a star map. Arrays are read-only.
     safeguards : dict
         How often each of `SAFEGUARDS` acted on the way from the iterate before to this one; None if none did.
 
@@ -196,7 +196,7 @@ class Step(NamedTuple):
     safeguards: dict[str, int] | None = None
 
 
-#: What stands in for the paper's formulas at single steps, and what notes say where it acted once, and more often.
+#: Safeguards by name, each with the notes on it where it acted once and where it acted more often.
 SAFEGUARDS = {
     "undirected": (
         "vertex took the direction of its neighbours",
@@ -224,7 +224,7 @@ SAFEGUARDS = {
 
 
 def safeguard_notes(steps: Iterable[Step]) -> tuple[str, ...]:
-    """What is said of the safeguards that acted on the way through some steps, in the order of `SAFEGUARDS`.
+    """Notes on the safeguards that acted in some steps, in the order of `SAFEGUARDS`.
 
     >>> safeguard_notes([Step(Stage.ALGORITHM_1, 0, k, 12.6, 0.1, 0.5, {"refused": 3 - k}) for k in range(3)])
     ('6 steps that would fold were refused',)
@@ -274,7 +274,7 @@ class Round:
     round : int
         Its number, from 0.
     start : str
-        What the map was made from: "gauss map", "star map", ...
+        The start of the round: "gauss map", "star map", ...
     foldings_before, foldings_after : int
         Folded faces of the start and of the map that came of it.
     iterations : int

@@ -26,7 +26,7 @@ _ROOM = 64 * np.finfo(float).eps
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What exact arithmetic finds out about a map to the sphere, or to the plane.
+    """The verdict of exact arithmetic on a map to the sphere, or to the plane.
 
     Attributes
     ----------
@@ -157,8 +157,11 @@ class Certificate:
         """
         if any(map(len, (self.degenerate, self.not_finite, self.off_sphere, self.crossings))):
             return None
-        signs = {(0, 1): 1, (self.faces, -1): -1}
-        return signs.get((len(self.flipped), self.degree))
+        if self.degree == 1 and len(self.flipped) == 0:
+            return 1
+        if self.degree == -1 and len(self.flipped) == self.faces:
+            return -1
+        return None
 
     @property
     def folding_free(self) -> bool:

@@ -1,4 +1,4 @@
-"""What a map does to angles, areas and lengths, and the statistics of it."""
+"""Changes of angles, areas and lengths by a map, and their statistics."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ def _log_ratio(image: FloatArray, source: FloatArray) -> FloatArray:
 
 
 def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArray]:
-    """What a map does to areas and angles around each vertex.
+    """Change of areas and angles around each vertex.
 
     It takes the arrays that `angle_differences` takes.
 

@@ -17,7 +17,7 @@ OF_SOLVER = {"cvxopt.cholmod": 260e6, "rslab": 300e6, "scipy.sparse.linalg": 80e
 def fits_memory(n: int) -> bool:
     """Whether an exact factor for this number of unknowns takes at most half of the machine's memory.
 
-    What is free of it does not count: the choice must not change from run to run.
+    Free memory does not count: the choice must not change from run to run.
     """
     try:
         machine = float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
@@ -41,7 +41,7 @@ def bytes_left() -> float:
 
 
 def too_little(needed: float) -> MemoryError:
-    """What to raise where the limit leaves less than libraries need, which would wait for it or crash."""
+    """The error where the limit leaves less than libraries need, which would wait for it or crash."""
     return MemoryError(
         f"the system lets this process take {bytes_left() / 1e6:.0f} MB more, and libraries need "
         f"{needed / 1e6:.0f}; raise the limit, as by ulimit -v"
