@@ -15,7 +15,14 @@ from ..mesh.edges import marked, touching
 from ..mesh.measure import by_blocks, corner_angles, log_edges, spread
 from ..newton.loop import Levenberg, Model, Trial, newton
 from ..newton.system import VertexSystem, gram_blocks
-from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows, weighted_sum
+from ..sphere.rows import (
+    binary_sizes,
+    column_axes,
+    column_crosses,
+    column_dots,
+    unit_rows,
+    weighted_sum,
+)
 from ..untangle.embedding import dilate, embed_nearby
 from ..untangle.local_repair import FEW, RELAXED_RINGS, small_moves
 from ..untangle.relax import AngleLoss, relax_angles
@@ -208,7 +215,7 @@ class AngleProblem:
         along = axes.take(corners, axis=2)  # axis, coordinate, corner, face
         # products of four sides underflow
         if (side * side).sum(axis=0).min() < np.finfo(float).tiny ** 0.25:
-            size = sizes(np.abs(side).sum(axis=1).T)
+            size = binary_sizes(np.abs(side).sum(axis=1).T)
             side, along = side / size, along / size
         normal = column_crosses(side[:, 0], side[:, 1])
         double_area = np.sqrt((normal * normal).sum(axis=0))

@@ -47,7 +47,7 @@ from .race import Candidate, race
 
 #: Rough steps, which compare candidates, end when all further ones are predicted to gain less than this share.
 _ROUGH_GAIN = 0.1
-#: Errors that a step raises where arithmetic or memory fails it. All else, such as a caller's time limit, ends the call.
+#: Errors of a step that arithmetic or memory fails. All else, such as a caller's time limit, ends the call.
 _FAILURES = (
     FactorisationFailed,
     MapError,

@@ -15,7 +15,7 @@ from ..operators.laplacian import Operators
 from ..result.run import Iterate, Listener, Stage, Status
 from ..sphere.cayley import cayley_step
 from ..sphere.rows import along, column_crosses, inner, row_dots, weighted_moment, weighted_sum
-from ..start.punctured import OFF_CENTRE, Start, is_coarse, punctured_start
+from ..start.punctured import OFF_CENTRE, Evaluated, is_coarse, punctured_start
 from ..timings import phase
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
@@ -40,7 +40,7 @@ _LEAST_GAP = 1e-9
 _FAR_LESS = 0.5
 
 
-def preconditioned_cayley(problem: Problem, start: Start) -> Iterator[State]:
+def preconditioned_cayley(problem: Problem, start: Evaluated) -> Iterator[State]:
     """Yield a centred start and every state after it; end where no step lowers the energy.
 
     The steps are Cayley steps along P^-1 H: near a conformal map, of any surface, they are almost Newton's.
@@ -139,7 +139,7 @@ def harmonic_map(
     if x is None:
         start = punctured_start(mesh, operators)
     else:
-        start = Start.of(problem.centred(x, OFF_CENTRE), operators)
+        start = Evaluated.of(problem.centred(x, OFF_CENTRE), operators)
     last, status = minimize(
         preconditioned_cayley(problem, start),
         Stage.PRECONDITIONED,

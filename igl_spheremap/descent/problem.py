@@ -36,8 +36,8 @@ class Metric(ABC):
         """Inner product of two fields: the sum of a . K b."""
 
     @property
-    def share(self) -> FloatArray | None:
-        """(n,) weights of the L2 metric over those of a diagonal one, by which boosts are multiplied; None for 1."""
+    def l2_ratio(self) -> FloatArray | None:
+        """Vertex areas over a diagonal metric's weights (n,): its gradient is that of L2 times them; None for 1."""
         return None
 
     def gradient(self, x: FloatArray, derivative: FloatArray) -> FloatArray:
@@ -58,8 +58,8 @@ class Diagonal(Metric):
     areas: FloatArray | None = None
 
     @property
-    def share(self) -> FloatArray | None:
-        """(n,) weights of the L2 metric over those of this one; None where it counts as the L2 metric itself."""
+    def l2_ratio(self) -> FloatArray | None:
+        """Areas over weights; None where this counts as the L2 metric itself."""
         if self.areas is None:
             return None
         return self.areas / self.weights
@@ -152,7 +152,7 @@ class SobolevH2(Metric):
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """An energy to minimise over the maps of a mesh, and the metric of its gradient; solvers know no more of the mesh."""
+    """An energy to minimise over the maps of a mesh, in a metric; a solver knows no more of the mesh."""
 
     energy: Energy
     #: The metric in which the gradient is taken.
@@ -163,12 +163,12 @@ class Problem:
     f: IntArray
     #: True if the energy is the same for Moebius-equivalent maps, up to its discretisation error: boosts are kept out
     #: of the descent then (see `remove_boosts`), and the map is kept centred.
-    gauge: bool = True
+    fixes_gauge: bool = True
 
     @classmethod
-    def of(cls, mesh: Mesh, energy: Energy, metric: Metric, gauge: bool = True) -> Problem:
+    def of(cls, mesh: Mesh, energy: Energy, metric: Metric, fixes_gauge: bool = True) -> Problem:
         """An energy over the maps of a mesh, in a metric."""
-        return cls(energy, metric, mesh.A, mesh.f, gauge)
+        return cls(energy, metric, mesh.A, mesh.f, fixes_gauge)
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Energy and `gradient`."""
@@ -178,13 +178,13 @@ class Problem:
     def gradient(self, x: FloatArray, derivative: FloatArray) -> FloatArray:
         """Gradient of the energy from its derivatives, tangent to the sphere, without boosts if the gauge is fixed."""
         gradient = self.metric.gradient(x, derivative)
-        if not self.gauge:
+        if not self.fixes_gauge:
             return gradient
-        return remove_boosts(x, gradient, self.A, self.metric.share)
+        return remove_boosts(x, gradient, self.A, self.metric.l2_ratio)
 
     def centred(self, x: FloatArray, off: float = 0.0) -> FloatArray:
         """The map in the Moebius gauge; `x` itself where there is none or its mean is at most `off` from the origin."""
-        if self.gauge and np.linalg.norm(weighted_sum(self.A, x)) > off:
+        if self.fixes_gauge and np.linalg.norm(weighted_sum(self.A, x)) > off:
             return center(x, self.A)
         return x
 
@@ -195,16 +195,16 @@ def p_harmonic_problem(mesh: Mesh, p: float) -> Problem:
     Gauge-fixed for p up to 2: there the energy falls when a map is crowded into a point (that of a bubble of size r is
     proportional to r^(2 - p)). Above 2 it rises, and the energy keeps the map spread out by itself.
     """
-    return Problem.of(mesh, PHarmonicEnergy.of(mesh, p), l2_metric(mesh), gauge=p <= 2)
+    return Problem.of(mesh, PHarmonicEnergy.of(mesh, p), l2_metric(mesh), fixes_gauge=p <= 2)
 
 
 def remove_boosts(
-    x: FloatArray, t: FloatArray, weights: FloatArray, share: FloatArray | None = None
+    x: FloatArray, t: FloatArray, weights: FloatArray, l2_ratio: FloatArray | None = None
 ) -> FloatArray:
     """Part of a tangent field that leaves the weighted mean of `x` in place: orthogonal to all boosts.
 
-    Given the `share` of a `Metric`, boosts are multiplied by it before they are taken out: then the result vanishes at
-    the same maps as in the L2 metric.
+    Given the `l2_ratio` of a `Metric`, boosts are multiplied by it before they are taken out: then the result
+    vanishes at the same maps as in the L2 metric.
 
     The chord energy of eq. (6) can always be lowered by Moebius maps that crowd the mesh into a point under one big
     triangle, so that its minimisers are useless; the boosts ``e - (e . x) x`` are the directions that lead there.
@@ -215,13 +215,13 @@ def remove_boosts(
     >>> bool(np.abs(remove_boosts(x, boost, np.ones(6))).max() < 1e-12)
     True
     """
-    shared = weights
-    if share is not None:
-        shared = weights * share
-    total = shared.sum()
-    gram = total * np.eye(3) - weighted_moment(shared, x, x)  # inner products of the three boosts
+    scaled = weights
+    if l2_ratio is not None:
+        scaled = weights * l2_ratio
+    total = scaled.sum()
+    gram = total * np.eye(3) - weighted_moment(scaled, x, x)  # inner products of the three boosts
     ridge = 1e-14 * total * np.eye(3)  # the sum is singular for a map to one point
     e = np.linalg.solve(gram + ridge, weighted_sum(weights, t))
-    if share is None:
+    if l2_ratio is None:
         return t - e + along(x, e)[:, None] * x
-    return t - share[:, None] * (e - along(x, e)[:, None] * x)
+    return t - l2_ratio[:, None] * (e - along(x, e)[:, None] * x)

@@ -173,7 +173,7 @@ def paper_setup(
 ) -> tuple[Setup, Iterate]:
     """The paper's problem on a mesh, with the safeguards that the options ask for, and the map that starts."""
     setup = Setup.of(mesh, options, listener)
-    if setup.problem.gauge or not options.may_fold:
+    if setup.problem.fixes_gauge or not options.may_fold:
         setup = replace(setup, hooks=Safeguards(mesh, setup.problem, options.may_fold))
     if start is None:
         return setup, setup.gauss_map()

@@ -27,7 +27,7 @@ class Confined(Hooks):
     """Keep the map centred, and a start without foldings free of them, unless the map `may_fold`.
 
     Moebius maps that crowd the mesh into a point bring the discrete energy down to 0. So the map is centred at the
-    start and where it has drifted, if the problem says so (`Problem.gauge`).
+    start and where it has drifted, if the problem says so (`Problem.fixes_gauge`).
 
     Limbs have tiny images, which fold for next to no energy, though "the minimization must be confined to the set of
     diffeomorphisms" (section 1). So a step after which more faces fold than may is refused.

@@ -141,7 +141,7 @@ def p_harmonic_map(
     mesh = check_mesh(v, f, caps=caps)
     problem = p_harmonic_problem(mesh, p)
     gauge: PaperGauge = "free"
-    if problem.gauge:
+    if problem.fixes_gauge:
         gauge = "centred"
     return descend(
         mesh, problem, *start_of(mesh, start), options, gradient_tolerance, gauge, history

@@ -212,10 +212,10 @@ def own_unit(v: FloatArray) -> tuple[FloatArray, int]:
     return np.ldexp(v, -power), power
 
 
-def place(points: FloatArray, v: FloatArray) -> str:
+def mean_position(points: FloatArray, v: FloatArray) -> str:
     """The mean of points, to a thousandth of the size of the mesh of vertices `v`.
 
-    >>> place(np.array([[2, 4, 1], [2, 4.001, 3]]), 100 * np.eye(3))
+    >>> mean_position(np.array([[2, 4, 1], [2, 4.001, 3]]), 100 * np.eye(3))
     '(2, 4, 2)'
     """
     own, power = own_unit(v)

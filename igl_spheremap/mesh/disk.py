@@ -21,7 +21,7 @@ from .arrays import (
     check_rows,
     check_triangles,
     listed_words,
-    place,
+    mean_position,
     plural,
 )
 from .check import (
@@ -140,7 +140,9 @@ def disk_rim(f: IntArray, v: FloatArray, refuse: Callable[..., Any] | None = Non
     loops = sorted(
         (np.array(rim) for rim in rims(start[open_edges], stop[open_edges])), key=len, reverse=True
     )
-    places = f"{listed_words([len(loop) for loop in loops])} edges, near {place(v[loops[0]], v)}"
+    places = (
+        f"{listed_words([len(loop) for loop in loops])} edges, near {mean_position(v[loops[0]], v)}"
+    )
     if len(loops) > 1:
         refusal().several_loops(loops)
     handles = (1 - (n - len(faces_at) + m)) // 2

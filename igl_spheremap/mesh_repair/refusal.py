@@ -16,8 +16,8 @@ from ..mesh.arrays import (
     examples,
     listed,
     listed_words,
+    mean_position,
     own_unit,
-    place,
     plural,
 )
 from ..mesh.check import check_indices
@@ -106,7 +106,7 @@ class Refusal:
         """Refuse several boundary loops of a disk."""
         assert self.v is not None
         sizes = listed_words(list(map(len, loops)))
-        near = [place(self.v[each], self.v) for each in loops[:2]]
+        near = [mean_position(self.v[each], self.v) for each in loops[:2]]
         joined = repair_by("repair_disk", {**self.asked.options, "cut": max(2, len(loops))})
         self.refuse(
             f"{len(loops)} boundary loops, of {sizes} edges, near {near[0]} and {near[1]}",
@@ -147,9 +147,7 @@ class Refusal:
         where = f"Euler characteristic {2 - 2 * genus}"
         if self.v is not None:
             loop = short_loop(own_unit(self.v)[0], self.f)
-            where = (
-                f"the shortest loop found has {len(loop)} edges, near {place(self.v[loop], self.v)}"
-            )
+            where = f"the shortest loop found has {len(loop)} edges, near {mean_position(self.v[loop], self.v)}"
         self.refuse(
             f"genus {genus}: {plural(genus, 'handle')} ({where}), and only genus 0 maps to a sphere",
             "cut and fill the handles",
@@ -194,7 +192,7 @@ class Refusal:
         if not known:
             text = "on new faces"
         if self._work is not None and self._work.actions:
-            text += f" near {place(self._work.v[edges[0]], self._work.v)}"
+            text += f" near {mean_position(self._work.v[edges[0]], self._work.v)}"
         return text
 
     @cached_property

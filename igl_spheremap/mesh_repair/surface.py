@@ -6,7 +6,15 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh.arrays import BoolArray, FloatArray, IntArray, listed_words, own_unit, place, plural
+from ..mesh.arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    listed_words,
+    mean_position,
+    own_unit,
+    plural,
+)
 from ..mesh.edges import (
     components,
     direction_components,
@@ -275,7 +283,7 @@ class Surface:
                 )
                 text = (
                     f"a {kind} loop of {len(loop)} edges and length {length:.3g} near "
-                    f"{place(self.v[loop], self.v)}"
+                    f"{mean_position(self.v[loop], self.v)}"
                 )
                 cuts.append((length, text))
             n = len(self.v)
@@ -376,4 +384,4 @@ def holes_text(v: FloatArray, rims: list[IntArray], places: bool = True) -> str:
         return text
     if len(rims) > 1:
         text = f"{text}, the longest"
-    return f"{text} near {place(v[max(rims, key=len)], v)}"
+    return f"{text} near {mean_position(v[max(rims, key=len)], v)}"

@@ -115,10 +115,10 @@ def unit_rows(x: FloatArray) -> FloatArray:
     return np.asarray((y.T / np.sqrt(square)).T)
 
 
-def sizes(x: FloatArray) -> FloatArray:
+def binary_sizes(x: FloatArray) -> FloatArray:
     """The power of two next above the largest entry of each row; 1 for zero rows. Division by it is exact.
 
-    >>> sizes(np.array([[3e-200, 0, 4e-200], [0.0, 0.0, 0.0]])) / [2**-662, 1]
+    >>> binary_sizes(np.array([[3e-200, 0, 4e-200], [0.0, 0.0, 0.0]])) / [2**-662, 1]
     array([1., 1.])
     """
     return np.ldexp(1.0, _exponents(x))

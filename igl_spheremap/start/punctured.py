@@ -42,7 +42,7 @@ _INNER, _OUTER = 1 / 8, 1 / 3
 _TRIES, _STRIDE = 4, 40
 
 
-class Start(NamedTuple):
+class Evaluated(NamedTuple):
     """A map, its harmonic energy, and the derivatives of the energy."""
 
     x: FloatArray
@@ -50,21 +50,23 @@ class Start(NamedTuple):
     derivative: FloatArray
 
     @classmethod
-    def of(cls, x: FloatArray, operators: Operators) -> Start:
+    def of(cls, x: FloatArray, operators: Operators) -> Evaluated:
         """A map, evaluated."""
         derivative = apply_laplacian(operators.L, x)
         return cls(x, 0.5 * inner(x, derivative), derivative)  # eq. (6)
 
 
 @phase("start")
-def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | None = None) -> Start:
+def punctured_start(
+    mesh: Mesh, operators: Operators, faces: Iterable[int] | None = None
+) -> Evaluated:
     """Map that is nearly conformal outside one face, by two solves; centred to `OFF_CENTRE` on the vertex areas.
 
     The faces to puncture, well-shaped ones by default, are tried in turn until a start is good; the Gauss map stands in
     where no puncture gives finite numbers. The plane map is that of Angenent, Haker, Tannenbaum, Kikinis 1999
     (reference [11] of Lai et al.); the correction of the puncture's discretisation error is ours.
     """
-    tried: list[Start] = []
+    tried: list[Evaluated] = []
     if faces is None:
         faces = candidate_faces(mesh)
     for face in faces:
@@ -75,12 +77,12 @@ def punctured_start(mesh: Mesh, operators: Operators, faces: Iterable[int] | Non
         x = center(to_sphere(z, mesh.A), mesh.A, OFF_CENTRE)
         if not np.isfinite(x).all():
             continue
-        tried.append(Start.of(x, operators))
+        tried.append(Evaluated.of(x, operators))
         coarse = is_coarse(surface_area(x, mesh.f))
         if abs(nu) < _LARGEST_NU and tried[-1].energy < _LARGEST_ENERGY and not coarse:
             break
     if not tried:
-        return Start.of(center(vertex_normals(mesh.unit, mesh.f), mesh.A), operators)
+        return Evaluated.of(center(vertex_normals(mesh.unit, mesh.f), mesh.A), operators)
     if coarse:  # large chords have so little energy that it can't rank maps
         return min(tried, key=lambda start: mean_angle_difference(mesh, start.x))
     return min(tried, key=lambda start: start.energy)

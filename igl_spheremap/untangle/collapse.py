@@ -16,7 +16,7 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.edges import marked, touching
-from ..sphere.rows import row_dets, row_dots, sizes
+from ..sphere.rows import binary_sizes, row_dets, row_dots
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces
 from .kernel import Stars, stars_of
@@ -136,7 +136,7 @@ class ProgressiveMesh:
         p, a, b = self.x[t[inside]], self.x[fans.a[inside]], self.x[fans.b[inside]]
         u, w = a - p, b - p
         # without it products underflow near ends of axes
-        size = sizes(np.abs(u) + np.abs(w))[:, None]
+        size = binary_sizes(np.abs(u) + np.abs(w))[:, None]
         u, w = u / size, w / size
         det = row_dets(p, u, w)
         sides = row_dots(u, u) + row_dots(w, w) + row_dots(w - u, w - u)

@@ -13,7 +13,7 @@ from ..mesh.check import Mesh
 from ..mesh.edges import marked, touching
 from ..mesh.measure import corner_angles
 from ..sphere.moebius import fix_gauge
-from ..sphere.rows import column_crosses, column_dots, sizes, unit_rows, weighted_sum
+from ..sphere.rows import binary_sizes, column_crosses, column_dots, unit_rows, weighted_sum
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import column_signs, folded_faces, orientation_signs
@@ -160,7 +160,7 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
     reach = np.sqrt(column_dots(outward, outward))
     outward /= np.where(reach > 0, reach, 1.0)
     side = p[:, [2, 0, 1]] - p[:, [1, 2, 0]]
-    size = sizes((np.abs(side[:, 0]) + np.abs(side[:, 1])).T)
+    size = binary_sizes((np.abs(side[:, 0]) + np.abs(side[:, 1])).T)
     side /= size
     square = column_dots(side, side)
     lack = _LEAST_AREA * square.max(axis=0) - column_dots(

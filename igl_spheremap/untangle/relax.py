@@ -13,7 +13,7 @@ import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.edges import next_corners
-from ..sphere.rows import column_axes, column_crosses, column_dots, sizes, unit_rows
+from ..sphere.rows import binary_sizes, column_axes, column_crosses, column_dots, unit_rows
 from ..verify.signs import column_signs
 from .collapse import colour_classes
 from .kernel import Stars, solve_symmetric, stars_of
@@ -138,7 +138,7 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
     at, axes = p.take(owner, axis=1), column_axes(p)
     u, w = a - at, b - at
     # products underflow near ends of axes, in other units
-    size = np.maximum.reduceat(sizes(u.T), stars.start)
+    size = np.maximum.reduceat(binary_sizes(u.T), stars.start)
     unit = size.take(owner)
     u, w = u / unit, w / unit
     old, gradient, hessian = (

@@ -35,7 +35,7 @@ PROBLEM = Problem.of(MESH, HarmonicEnergy.of(MESH), l2_metric(MESH))
 @pytest.mark.parametrize("gauge", [True, False])
 def test_gradient_is_the_derivative_along_the_sphere(gauge):
     x = wild(X)
-    problem = replace(PROBLEM, gauge=gauge)
+    problem = replace(PROBLEM, fixes_gauge=gauge)
     direction = tangent(x, np.random.default_rng(1).normal(size=x.shape))
     if gauge:
         direction = remove_boosts(x, direction, PROBLEM.A)

@@ -53,7 +53,7 @@ def test_iterates_stay_on_the_sphere_and_obey_the_search():
 
 def test_steps_are_the_quotients_of_eq_12_times_a_power_of_delta():
     seen = []
-    problem = replace(PROBLEM, gauge=False)  # re-centring moves the map between two steps
+    problem = replace(PROBLEM, fixes_gauge=False)  # re-centring moves the map between two steps
     run(problem, method=ism.Lai2014(bb="tau_1"), listener=seen.append, max_iterations=30)
     for a, b, c in zip(seen[:-2], seen[1:-1], seen[2:], strict=True):
         D = b.x - a.x
@@ -74,7 +74,7 @@ def test_without_the_gauge_the_map_still_minimises_but_drifts():
     mesh = ism.check_mesh(*ism.samples.make("pear", n_vertices=600))
     pear = Problem.of(mesh, HarmonicEnergy.of(mesh), l2_metric(mesh))
     start = unit_rows(ism.gauss_map(*ism.samples.make("pear", n_vertices=600)))
-    free, _ = run(problem=replace(pear, gauge=False), x=start, tolerance=1e-2)
+    free, _ = run(problem=replace(pear, fixes_gauge=False), x=start, tolerance=1e-2)
     fixed, _ = run(problem=pear, x=start, hooks=Confined(mesh, pear, may_fold=False))
     assert np.linalg.norm(pear.A @ fixed.x) < 1e-2 < np.linalg.norm(pear.A @ free.x)
 

@@ -14,7 +14,7 @@ from ....io.patch import read_patch
 from ....io.plane_map import is_patch, read_images, write_plane_map
 from ....io.records import LoadedMesh
 from ....io.scalars import read_landmarks
-from ....mesh.arrays import FloatArray, IntArray, check_directions, place
+from ....mesh.arrays import FloatArray, IntArray, check_directions, mean_position
 from ....mesh.check import check_faces
 from ....mesh.disk import check_disk
 from ....mesh.edges import marked, touching
@@ -188,7 +188,7 @@ def _left_by_cuts(disk: RepairedMesh, v: FloatArray, f: IntArray, once: bool) ->
     areas = face_areas(v, f)
     text = (
         f"left out {lost.sum()} faces, {areas[lost].sum() / areas.sum():.1%} of the area, near "
-        f"{place(v[f[lost].ravel()], v)}"
+        f"{mean_position(v[f[lost].ravel()], v)}"
     )
     return replace(disk, actions=(*actions, text))
 
