@@ -114,7 +114,7 @@ class Costs(NamedTuple):
     vertices: FloatArray
     #: Depth of each bin's deepest vertex, in nepers.
     deepest: FloatArray
-    #: Up to how many gained steps bring each bin's vertices nearer to the floor.
+    #: Steps per bin after which further shortening no longer helps its vertices.
     useful: IntArray
     floor: float
     #: Nepers that a bin gains as kappa falls by `_STEP`.
@@ -156,8 +156,8 @@ class Table:
             V_b(g) = min over kappa of  C_b(kappa) + W_b(min(h, u_b)) + V_{b+1}(h),    h = g + w (1 - kappa),
             W_b(h) = 300 n_b max(0, depth_b - log kappa - h - floor) + sum of V_0(h) of the branches at bin b.
 
-        w is the width of bins, C_b what a kappa costs the faces of bin b in angles, n_b the number of its vertices,
-        depth_b that of the deepest. A gain is of use up to u_b.
+        w is the width of bins, C_b the cost of a kappa to the faces of bin b in angles, n_b the number of its vertices,
+        depth_b the depth of the deepest. A gain is of use up to u_b.
         """
         bins, steps = len(costs.angles), costs.steps
         thinner, value = -np.log(_KAPPAS)[:, None], np.zeros(steps)
@@ -178,7 +178,7 @@ class Table:
         return cls(value, choice, costs.useful, list(branches))
 
     def chosen(self, gained: int) -> tuple[FloatArray, IntArray]:
-        """The kappas of the bins for steps gained outside the rim, and the useful steps gained up to each bin."""
+        """Trace back the optimum from the steps gained at the rim: each bin's kappa, and the useful steps up to it."""
         kappas, gains, last = [], [], self.choice.shape[1] - 1
         for choice, useful in zip(self.choice, self.useful, strict=True):
             step = int(choice[min(gained, last)])
@@ -280,7 +280,7 @@ def _table(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Tabl
 
 
 def _costs(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Costs:
-    """Measure what shortening costs in each bin.
+    """Measure the cost of shortening in each bin.
 
     Every gain is of use, except at an end of an axis: float64 holds normal numbers of any size there, so that only a
     gain that lifts a vertex to normal numbers is of use.

@@ -55,8 +55,8 @@ class Lai2014(Method):
         negative where the angles opposite an edge sum to more than 180 degrees; "delaunay" are those of the intrinsic
         Delaunay triangulation of the surface, which never are.
     metric : {"laplacian", "areas", "vertices"}, default "laplacian"
-        Divisor of the energy's derivatives. "areas" are the paper's, eqs. (9) and (13): where vertices
-        are unevenly spread, the smallest of them rule the steps. "laplacian" are the sums of the sizes of the
+        Divisor of the energy's derivatives. "areas" are the paper's, eqs. (9) and (13): where vertices are unevenly
+        spread, the smallest of them rule the steps. "laplacian" are the sums of the sizes of the
         Laplacian's rows, which have no scale: Algorithm 1 takes a half to a tenth of the iterations then. The tolerance
         is that of the L2 norm in both. "vertices" divides by nothing, and the norm is Frobenius's.
     rules : {"paper", "program"}, default "paper"
@@ -124,7 +124,7 @@ class Lai2014(Method):
         where the Gauss map has no foldings. The result is not turned or centred: the certificate is of the very numbers
         that the last iteration left.
 
-        What the paper leaves open is chosen as follows. The source has unit area, which sets the scale of gradients and
+        Choices that the paper leaves open are these. The source has unit area, which sets the scale of gradients and
         steps. The first step is 1, and the two quotients of eq. (12) take turns. Rounds end when no folding is left, or
         three are done. Eigenfunctions, given up to an orthogonal matrix, are turned to agree with the map that weights
         them, never inside out. Theorem 2's centre is the mean over dM, as printed; orthogonality to the constants in

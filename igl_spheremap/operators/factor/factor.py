@@ -36,14 +36,14 @@ _OPTIONS = threading.Lock()
 
 @dataclass(frozen=True, eq=False)
 class Entries:
-    """Where symmetric matrices with the same number of rows for each vertex of a graph have entries.
+    """The places of the entries of symmetric matrices with the same number of rows for each vertex of a graph.
 
     Attributes
     ----------
     graph : (n, n) csr_matrix
         Symmetric pattern of the vertices, with a full diagonal; its values don't matter.
     rows, columns : (e,) int arrays
-        Where the entries are, each once; row r belongs to vertex ``r // unknowns``.
+        Row and column of each entry, once; row r belongs to vertex ``r // unknowns``.
     mirrored : bool
         Whether (i, j) and (j, i) are both among them; else only one of the two is, whichever.
     unknowns : int
@@ -104,9 +104,9 @@ class Entries:
             rows, columns = np.append(rows, columns[off]), np.append(columns, rows[off])
             numbers = np.append(numbers, numbers[off])
         A = sp.csc_matrix((numbers, (rows, columns)), shape=(self.n, self.n))
-        place = A.data - 1
-        A.data = np.zeros(len(place))
-        return A, place
+        entry = A.data - 1
+        A.data = np.zeros(len(entry))
+        return A, entry
 
 
 class Analysis(ABC):
@@ -202,7 +202,7 @@ class Cholmod(Analysis):
             vertices, tried, given = bandwidth_order(graph), 0, {}
         self._order = entries.expanded(vertices)
         self._A = self._matrix(*entries.lower(self._order), entries.n)
-        self._place = np.asarray(self._A.V, dtype=np.int64).ravel()  # cvxopt sorts by columns
+        self._entry = np.asarray(self._A.V, dtype=np.int64).ravel()  # cvxopt sorts by columns
         # the given order first; 0 are its own
         with self._options(nmethods=tried):
             self._symbolic = cholmod.symbolic(self._A, **given)
@@ -231,7 +231,7 @@ class Cholmod(Analysis):
                 current.update(before)
 
     def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver]:
-        self._A.V = self._cvxopt.matrix(values.take(self._place))
+        self._A.V = self._cvxopt.matrix(values.take(self._entry))
         try:
             with self._options():
                 self._cholmod.numeric(self._A, self._symbolic)
@@ -270,7 +270,7 @@ class Rslab(Analysis):
         self._order = entries.expanded(bandwidth_order(entries.graph))
         rows, columns, numbers = entries.lower(self._order)
         A = sp.csc_matrix((numbers + 1.0, (rows, columns)), shape=(entries.n, entries.n))
-        self._place = A.data.astype(np.int64) - 1
+        self._entry = A.data.astype(np.int64) - 1
         # least fill; positive definite matrices need no scaling
         self._symbolic = rslab.analyze(
             A, path="ldlt", ordering="amf", scaling="identity", threads=1
@@ -283,7 +283,7 @@ class Rslab(Analysis):
 
     def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver]:
         try:
-            factor = self._symbolic.factor(values.take(self._place))
+            factor = self._symbolic.factor(values.take(self._entry))
         except RuntimeError as error:
             raise FactorisationFailed(f"rslab: {error}") from error
         if factor.inertia[0] < factor.n:
@@ -322,10 +322,10 @@ class SuperLU(Analysis):
         else:
             vertices, self._rule = nested_dissection(entries.graph).order, "NATURAL"
         self._order = entries.expanded(vertices)
-        self._A, self._place = entries.full(self._order)
+        self._A, self._entry = entries.full(self._order)
 
     def _numeric(self, values: np.ndarray) -> tuple[np.ndarray, Solver]:
-        self._A.data = values.take(self._place)
+        self._A.data = values.take(self._entry)
         try:
             lu = self._splu(
                 self._A,
@@ -339,7 +339,7 @@ class SuperLU(Analysis):
         # minimum degree would be searched every time
         if self.entries.repeated and self._rule != "NATURAL":
             self._order, self._rule = self._order[np.argsort(lu.perm_c)], "NATURAL"
-            self._A, self._place = self.entries.full(self._order)
+            self._A, self._entry = self.entries.full(self._order)
         return order, lu.solve
 
 

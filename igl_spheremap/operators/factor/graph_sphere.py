@@ -71,7 +71,7 @@ def _coarsest(weights: np.ndarray) -> np.ndarray:
 
 
 def _anywhere(n: int) -> np.ndarray:
-    """Places of vertices for which any will do."""
+    """Any places, for graphs that no map suits."""
     return unit_rows(np.cos(np.outer(np.arange(n), [1.0, 2.0, 3.0])))
 
 
