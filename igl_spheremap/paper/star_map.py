@@ -181,9 +181,9 @@ def project(
     if areas is not None:
         c = areas @ phi / areas.sum()  # eq. (19)
     star = fill_directions(phi - c, mesh.f)  # Theorem 2
-    frame = _agreement(phi, x, B, mirrored=enclosed_volume(star, mesh.f) < 0)
+    R = _agreement(phi, x, B, mirrored=enclosed_volume(star, mesh.f) < 0)
     undirected = int(without_direction(phi - c).sum())
-    return EigenProjection(star @ frame, phi @ frame, values, floored, undirected)
+    return EigenProjection(star @ R, phi @ R, values, floored, undirected)
 
 
 def project_unweighted(

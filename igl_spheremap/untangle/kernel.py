@@ -1,8 +1,8 @@
 """Stars of vertices, and points in their kernels: where a vertex may lie so that no face around it is folded.
 
 The star of a vertex is given by its outer edges (a, b), in any order, so that stars of all valences are treated alike.
-A position x is in the kernel if det(x, a, b) > 0 for all of them. In the chart x = c + z_1 e_1 + z_2 e_2 of central
-projection at a unit vector c each is a half-plane:
+A position x is in the kernel if det(x, a, b) > 0 for all of them. In the gnomonic chart x = c + z_1 e_1 + z_2 e_2, the
+central projection at a unit vector c, each is a half-plane:
 
     det(x, a, b) = det(c, a, b) + z . (det(e_1, a, b), det(e_2, a, b)) > 0.
 
