@@ -104,5 +104,6 @@ def edges(logarithms: FloatArray) -> Finding:
 
 def _ratios(label: str, name: str, logarithms: FloatArray) -> Finding:
     numbers = log_figures(logarithms)
-    text = "|log(image / source)| is {mean:.3g} on average (99% below {p99:.3g}, at most {max:.3g})"
-    return Finding(label, text.format(**numbers), {name: numbers})
+    mean, p99, most = (as_factor(numbers[key]) for key in ("mean", "p99", "max"))
+    text = f"change {mean}-fold on average, up or down (geometric mean; 99% below {p99}, at most {most})"
+    return Finding(label, text, {name: numbers})

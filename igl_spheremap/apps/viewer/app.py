@@ -20,7 +20,7 @@ from ...result.run import Iterate, Listener
 from . import window
 from .choices import LENGTH, RATE, SIZE, SUBJECTS, Pictures
 from .grid import Grid, packed
-from .widgets import box, leave_open, paragraph
+from .widgets import box, leave_open, paragraph, tip
 from .window import imgui, ps
 
 #: How a sentence begins that a window shows in place of a traceback.
@@ -281,6 +281,7 @@ class SaveWidgets:
     def __call__(self) -> None:
         """Draw them."""
         _, self.name = imgui.InputText("##name", self.name)
+        tip(f"{Path(self.name).absolute()}, with an ending; a file that is there stays")
         imgui.SameLine()
         imgui.TextUnformatted("save as")
         for label, ending, allowed, write in (

@@ -15,10 +15,10 @@ from ...resampling.transfer import interpolate
 from ...shapes.correspondence.surface_map import SurfaceMap
 from ...sphere.moebius import best_rotation
 from ...sphere.rows import unit_rows
-from .app import ColouredApp
+from .app import ColouredApp, SaveWidgets
 from .choices import CARRIED
 from .colouring import SQUARES, Colouring, deepest_tips, mercator_corners, places, poles_at
-from .grid import Grid, Part
+from .grid import MOUSE, Grid, Part
 from .widgets import menu, panel, paragraph
 from .window import imgui
 
@@ -48,6 +48,7 @@ class CarriedView(ColouredApp):
             interpolate(result.map.sphere, result.map.faces, self.common.source_location)
         )
         self.grid = Grid()
+        self._save = SaveWidgets(self, "match", None)
         self.way = 0.5
         self._captions = []
         for name, each, over in (
@@ -105,13 +106,14 @@ class CarriedView(ColouredApp):
     def panel(self) -> None:
         if not self.grid.panel:
             return
-        with panel("Match", self.grid.panel):
+        with panel("Match", self.grid.panel, MOUSE):
             if chosen := menu("colours", self.subject, CARRIED):
                 self.show_subject(chosen)
             moved, way = imgui.SliderFloat("way", self.way, 0.0, 1.0, "%.2f")
             if moved:
                 self.show_way(float(way))
             paragraph("0 is the source, 1 the target")
+            self._save()
             imgui.Separator()
-            for line in self.result.notes:
+            for line in filter(None, (self.message, *self.result.notes)):
                 paragraph(line)

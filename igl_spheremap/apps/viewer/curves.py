@@ -73,7 +73,7 @@ def _curve(
     )
     try:
         if not implot.BeginPlot(
-            title.replace("π", "pi"), size, flags | implot.ImPlotFlags_NoBoxSelect
+            f"{title.replace('π', 'pi')}, by iterate", size, flags | implot.ImPlotFlags_NoBoxSelect
         ):
             return None
         plain = implot.ImPlotAxisFlags_NoLabel | implot.ImPlotAxisFlags_NoHighlight

@@ -21,6 +21,11 @@ from .window import UNITS_PER_PIXEL, aim, imgui, ps, to_world
 
 Place = tuple[int, int]
 
+#: What the mouse does on every grid.
+MOUSE = (
+    "Drag to turn all, drag with the right button to shift, scroll to zoom, double-click to reset."
+)
+
 #: Pixels: width of the panel, what is left around a body, a line of text, and what a legend takes at least.
 PANEL = 290
 _MARGIN = 26

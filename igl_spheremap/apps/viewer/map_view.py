@@ -23,7 +23,7 @@ from .background_run import ShownRun, Source
 from .body import EDGE_WIDTH
 from .choices import SUBJECTS
 from .colouring import Legend
-from .grid import Grid, Part
+from .grid import MOUSE, Grid, Part
 from .widgets import Colours, lens_widgets, panel, paragraph
 from .window import imgui
 
@@ -31,6 +31,7 @@ from .window import imgui
 _EDGES = 15_000
 #: Seconds of each frame that a window spends on a map that is being computed.
 _POLL = 0.01
+_KEYS = f"Click a vertex to see its image and its figures, and beside it to forget it. {MOUSE}"
 
 
 class MapView(ColouredApp):
@@ -226,7 +227,7 @@ class MapView(ColouredApp):
             self.grid.mark(self.picked)
         if not self.grid.panel:
             return
-        with panel("Map", self.grid.panel):
+        with panel("Map", self.grid.panel, _KEYS):
             if self.result is not None:
                 self._balance_slider()
             if self.colours.widgets():
@@ -237,12 +238,6 @@ class MapView(ColouredApp):
             imgui.Separator()
             for line in filter(None, (self.message, *self.lines)):
                 paragraph(line)
-            imgui.Separator()
-            paragraph(
-                "Click a vertex to see its image and its figures, and beside it to forget it; the lens is a "
-                "Moebius map: what is under it grows. Drag to turn all, drag with the right button to shift, "
-                "scroll to zoom, double-click to reset."
-            )
 
     def _balance_slider(self) -> None:
         assert self.result is not None

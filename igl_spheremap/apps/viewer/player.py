@@ -30,7 +30,7 @@ from .app import App, SaveWidgets, file_stem, present
 from .background_run import ShownRun, Source
 from .choices import KEEP, SIZE, SUBJECTS, TIPS, guess_up
 from .curves import energy_plot, folding_plot
-from .grid import Grid, Part, text_width
+from .grid import MOUSE, Grid, Part, text_width
 from .map_view import count_foldings, edge_width
 from .widgets import Colours, box, lens_widgets, menu, panel, paragraph, tip, warning
 from .window import imgui, ps
@@ -53,10 +53,9 @@ _REST = 2
 #: Iterations that a picture goes on by.
 SPEEDS = (1, 2, 5, 10, 25, 100)
 
-_HINT = (
+_KEYS = (
     "The space bar plays, the arrow keys left and right step, up and down go to where foldings change much. "
-    "Drag the line in a curve. Drag to turn all, drag with the right button to shift, scroll to zoom, double-click to "
-    "reset."
+    f"Drag the line in a curve. {MOUSE}"
 )
 
 
@@ -385,7 +384,7 @@ class Player(App):
                 self._leave_for(round(pressed))
         if not self.grid.panel:
             return
-        with panel("Player", self.grid.panel):
+        with panel("Player", self.grid.panel, _KEYS):
             self._run_widgets()
             imgui.Separator()
             if self.before is not None:
@@ -398,7 +397,7 @@ class Player(App):
                 imgui.TreePop()
             if self._refused:
                 warning(self._refused)
-            for line in filter(None, (self.message, *self._state(), _HINT)):
+            for line in filter(None, (self.message, *self._state())):
                 paragraph(line)
         if self.refusal is not None:
             self._refusal_widgets(self.refusal)
@@ -501,6 +500,7 @@ class Player(App):
             self.speed = speeds[chosen]
         imgui.SetNextItemWidth(-1)
         moved, iteration = imgui.SliderInt("##iteration", at, 0, last, "iterate %d")
+        tip("Of the whole run, from 0, the Gauss map; captions count within a stage.")
         if moved:
             self._leave_for(iteration)
         for label, way in (("previous", -1), ("next", 1)):

@@ -51,9 +51,14 @@ def box(
 
 
 @contextmanager
-def panel(title: str, width: float) -> Iterator[None]:
-    """A panel over the whole height of the left edge, with a title and a width in pixels; widgets are drawn inside."""
+def panel(title: str, width: float, keys: str) -> Iterator[None]:
+    """A panel over the whole height of the left edge, with a title and a width in pixels; widgets are drawn inside.
+
+    What `keys` and the mouse do is said where the mouse is on its first line.
+    """
     with box(title, (0, 0), (width, ps.get_window_size()[1]), "NoMove", "NoResize", "NoCollapse"):
+        imgui.TextDisabled("(?) keys and mouse")
+        tip(keys)
         imgui.PushItemWidth(0.55 * width)
         yield
         imgui.PopItemWidth()
@@ -170,8 +175,8 @@ def lens_widgets(lens: Lens, sizes: IntArray, shown: int) -> tuple[float | None,
 
 
 def tip(text: str) -> None:
-    """Say what the last widget does while the mouse is on it."""
-    if imgui.BeginItemTooltip():
+    """Say what the last widget does while the mouse rests on it."""
+    if not imgui.IsItemActive() and imgui.BeginItemTooltip():
         imgui.PushTextWrapPos(_TIP)
         imgui.TextUnformatted(text)
         imgui.PopTextWrapPos()

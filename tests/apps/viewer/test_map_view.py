@@ -263,8 +263,7 @@ figures = dict(spread=spread, facts=facts, drawn=min(drawn_), back=bool((view.re
     assert equal < 0.02 < 0.4 * conformal < half < 0.7 * conformal
     assert figures["back"]
     assert all(
-        "covered once (exact)" in text and "areas: |log(image / source)" in text
-        for text in figures["facts"]
+        "covered once (exact)" in text and "areas: change " in text for text in figures["facts"]
     )
     assert figures["drawn"] > 0.15
 

@@ -29,9 +29,9 @@ def script(hand):
 
     done()
     hand.click('pause')
-    hand.click_at(*hand.find('folded faces').at(0.5))
+    hand.click_at(*hand.find('folded faces, by iterate').at(0.5))
     figures['pressed'] = at()
-    plot = hand.find('folded faces')
+    plot = hand.find('folded faces, by iterate')
     hand.drag(plot.at(0.5), (plot.at(0.6)[0], plot.rectangle[1] - 50))  # beyond the plot
     figures['dragged'] = at()
     for act in (lambda: hand.click('next'), lambda: hand.click('previous'), lambda: hand.click('>'),
@@ -111,7 +111,7 @@ figures['files'] = sorted(os.listdir())
         "lens",
         "picture",
         "map",
-        "folded faces",
+        "folded faces, by iterate",
         "fit",
         "whole sphere",
     } <= set(figures["used"])
