@@ -16,6 +16,7 @@ from scene import begin_scene, end_scene
 
 import igl_spheremap as ism
 
+PLACES = "", ", on the sphere"
 GREY, RED = (0.8, 0.8, 0.8), (0.7, 0.02, 0.0)
 
 
@@ -32,7 +33,7 @@ def every_iteration(surface, picture):
             colours = np.tile(GREY, (len(f), 1))
             colours[frame.folded] = RED
             for column, x in enumerate((v, size / 2 * frame.iterate.x)):
-                part = ps.register_surface_mesh(f"{name} {column}", x, f)
+                part = ps.register_surface_mesh(f"{name}{PLACES[column]}", x, f)
                 part.set_position(1.1 * size * np.array([column, 0, -row]))
                 part.add_color_quantity("folded", colours, "faces", enabled=True)
 

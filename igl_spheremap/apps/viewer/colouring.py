@@ -26,6 +26,7 @@ SQUARES = 24
 #: Cosine of the least angle between two poles that are chosen.
 _APART = 0.5
 FOLDED_MARKS = ("folded face (dot: small, ring: behind)", palette.FOLDED)
+PLACE_LEGEND = ("same colour: same place", palette.SURFACE)
 FOLDED_LEGEND = (f"{FOLDED_MARKS[0]}; same colour: same place", palette.FOLDED)
 BOARD_LEGEND = ("squares of the sphere, the same on the surface", palette.CHECKS[0])
 _DARKEST = 0.72  # brightness of the deepest hollows
@@ -100,7 +101,10 @@ def colouring(
     if ramp is None:
         ramp = scale(mesh, x, subject)
     if ramp is None:
-        return Colouring(_without_caps(mesh, places(mesh)), folded, (FOLDED_LEGEND,))
+        meaning = PLACE_LEGEND
+        if len(folded):
+            meaning = FOLDED_LEGEND
+        return Colouring(_without_caps(mesh, places(mesh)), folded, (meaning,))
     values = measured(mesh, x, subject)
     beyond = float((np.abs(values[mesh.surface]) > ramp.high).mean())
     legend = ramp

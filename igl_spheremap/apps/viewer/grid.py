@@ -405,7 +405,8 @@ def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -
     for k, line in enumerate(lines):
         text(canvas, x, y + _LINE * k, line)
     y += _LINE * (len(lines) - 1)
-    width = min(200.0, width - 60)
+    beside = 2 * (_GAP + max(map(text_width, legend.ends)))
+    width = max(min(200.0, width - beside - _GAP), 1.0)
     left = x - width / 2
     step = width / (len(legend.stops) - 1)
     for k in range(len(legend.stops) - 1):

@@ -33,7 +33,7 @@ def run_match(args: Namespace) -> Exit:
     check_outputs(args, surface=True)
     pictures = pictures_of(args)
     if args.show or pictures.offscreen:
-        open_for(pictures)
+        open_for(pictures, title=f"{args.source} onto {args.other} - match")
     sources = [load_source(args, name) for name in (args.source, args.other)]
     landmarks, features = None, None
     if args.landmarks:

@@ -31,7 +31,8 @@ def run_register(args: Namespace) -> Exit:
         raise UsageError(f"--stages knows no {unknown[0]!r}: choose from {', '.join(STAGES)}")
     pictures = Pictures(args.screenshot, size=REGISTRATION_SIZE)
     if args.show or pictures.offscreen:
-        open_for(pictures, instead="--screenshot OUT.png")
+        title = f"{args.source} on {args.other} - registration"
+        open_for(pictures, instead="--screenshot OUT.png", title=title)
     pair = load_pair(args)
     source, target = pair.source, read_source(args.other)
     maps = pair.map(), read_pair(target, args.other_sphere).map()
