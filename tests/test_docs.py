@@ -112,6 +112,15 @@ class Block:
     needs: tuple[str, ...]
     text: str
     line: int
+    prints: str | None = None
+
+
+def printed_after(rest: str) -> str | None:
+    """What a block prints, which may stand below it."""
+    found = re.match(r"\n\n```text\n(.*?)^```$", rest, re.MULTILINE | re.DOTALL)
+    if found is None:
+        return None
+    return found[1]
 
 
 def blocks(page: Path, language: str) -> list[Block]:
@@ -122,6 +131,7 @@ def blocks(page: Path, language: str) -> list[Block]:
             tuple(re.findall(r"needs=(\w+)", found[2])),
             found[3],
             text[: found.start()].count("\n") + 1,
+            printed_after(text[found.end() :]),
         )
         for found in FENCE.finditer(text)
         if found[1] == language
@@ -191,6 +201,26 @@ def desk(files, tmp_path, monkeypatch):
     return tmp_path
 
 
+_FIGURE = re.compile(r"\d+(?:\.\d+)?(?:e[-+]\d+)?")
+
+
+def assert_alike(said, printed):
+    """The same words, and numbers within 3 percent: they depend on rounding, but 0 is 0, and 1 is 1."""
+    words, numbers = zip(
+        *((_FIGURE.sub("#", text).split(), _FIGURE.findall(text)) for text in (said, printed)),
+        strict=True,
+    )
+    assert words[0] == words[1]
+    assert [*map(float, numbers[1])] == pytest.approx([*map(float, numbers[0])], rel=0.03)
+
+
+def test_another_count_or_word_is_noticed():
+    assert_alike("a: 1341 -> 206", "a: 1341 ->  208")
+    for printed in ("a: 1341 -> 240", "b: 1341 -> 206", "a: 1341 -> 0"):
+        with pytest.raises(AssertionError):
+            assert_alike("a: 1341 -> 206", printed)
+
+
 @pages
 def test_python_blocks_run(page, desk, capsys):
     found = blocks(page, "python")
@@ -209,6 +239,9 @@ def test_python_blocks_run(page, desk, capsys):
         require(block.needs)
         code = "\n" * block.line + block.text  # so that a traceback shows the page's own line
         exec(compile(code, str(page), "exec"), namespace)
+        out = capsys.readouterr().out
+        if block.prints is not None:
+            assert_alike(block.prints, out)
 
 
 @pytest.mark.posix
