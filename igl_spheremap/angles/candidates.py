@@ -25,7 +25,7 @@ from ..untangle.local_repair import small_moves
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces, signed_volumes
-from .angles import close_angles, proper_angles
+from .close_angles import close_angles, proper_angles
 from .layout import Layout, Placed, centred, onto_sphere
 from .match_angles import covers_once
 

@@ -20,7 +20,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..mesh.arrays import ComplexArray, FloatArray, IntArray
-from ..sphere.stereographic import Anchored, log_sum, plane_angles
+from ..sphere.log_plane import Anchored, log_sum, plane_angles
 from .layout import Placed
 
 #: In nepers. A limb begins where edges on the sphere are shorter than exp(-4), as all are on a compact body of 80,000

@@ -24,12 +24,12 @@ from ..mesh.check import Mesh
 from ..mesh.edges import half_edges, sides
 from ..mesh.measure import corner_angles, log_edges, weighted_quantile
 from ..newton.system import VertexSystem
+from ..sphere.log_plane import Anchored, exponential, log_sum, logarithm, plane_angles, to_ball
 from ..sphere.moebius import best_rotation, conformal_barycentre, orientation_target
 from ..sphere.rows import to_chart, unit_rows
-from ..sphere.stereographic import Anchored, exponential, log_sum, logarithm, plane_angles, to_ball
 from ..start.punctured import candidate_faces
 from ..verify.signs import folded_faces
-from .angles import close_angles, proper_angles
+from .close_angles import close_angles, proper_angles
 
 #: Above this share of folded faces the target angles are taken from the mesh alone: the map says nothing on them.
 _LOST = 0.25

@@ -14,7 +14,7 @@ from typing import TypeGuard
 import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray
-from ..sphere.stereographic import Anchored, exponential, log_sum, logarithm, to_ball
+from ..sphere.log_plane import Anchored, exponential, log_sum, logarithm, to_ball
 from .candidates import Start
 from .deep_limbs import floor_of, normal_range, shorten_limbs, tips_beyond
 from .layout import Placed, about_images, onto_sphere

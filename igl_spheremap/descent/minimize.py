@@ -13,9 +13,6 @@ from ..result.run import Iterate, Listener, Round, Stage, Status
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 
-#: Steps over which a plateau is judged: Barzilai-Borwein energies oscillate with periods of tens.
-_WINDOW = 100
-
 
 class State(NamedTuple):
     """A map that a solver yields. `minimize` knows the stage and the round, and makes an `Iterate` of all three."""
@@ -102,9 +99,12 @@ def minimize_round(
     )
 
 
-def _is_flat(energies: list[float], plateau: float) -> bool:
-    """True if the lowest energy fell by less than the share `plateau` of it over the last 100 steps."""
-    if plateau == 0 or len(energies) % _WINDOW or len(energies) <= _WINDOW:
+def _is_flat(energies: list[float], plateau: float, window: int = 100) -> bool:
+    """True if the lowest energy fell by less than the share `plateau` of it over the last steps.
+
+    Barzilai-Borwein energies oscillate with periods of tens, so that shorter windows see plateaus where none are.
+    """
+    if plateau == 0 or len(energies) % window or len(energies) <= window:
         return False
     lowest = min(energies)
-    return min(energies[:-_WINDOW]) - lowest < plateau * lowest
+    return min(energies[:-window]) - lowest < plateau * lowest

@@ -24,11 +24,6 @@ from .line_search import NonmonotoneSearch, line_search
 from .minimize import State, minimize
 from .problem import Problem, SobolevH1
 
-#: A run ends when its energy is above the minimum by at most this share of the mesh's own discretisation error, which
-#: is energy minus image area.
-TOLERANCE = 1e-3
-#: Steps at most; on most meshes one or two reach the tolerance.
-MAX_ITERATIONS = 30
 #: A rise of the energy by this share of it is rounding.
 _ROUNDING = 1e-13
 #: At most this many halvings of a step. Only bodies with limbs beyond float64, whose maps fold anyway, took shorter
@@ -124,11 +119,14 @@ def harmonic_map(
     operators: Operators,
     x: FloatArray | None = None,
     *,
-    tolerance: float = TOLERANCE,
-    max_iterations: int = MAX_ITERATIONS,
+    tolerance: float = 1e-3,
+    max_iterations: int = 30,
     listener: Listener | None = None,
 ) -> tuple[Iterate, Status]:
     """Harmonic map of a mesh whose Laplacian is factorised, from the punctured harmonic map by default.
+
+    The steps end when the energy is above the minimum by at most the share `tolerance` of the mesh's own discretisation
+    error, energy minus image area; on most meshes one or two reach it.
 
     On a mesh so coarse that its faces cut deep through the sphere the chord energy has no useful minimiser: there the
     start is returned in place of the last iterate if it keeps angles better.

@@ -16,10 +16,6 @@ from ..sphere.moebius import center
 from ..sphere.rows import along, inner, row_dots, tangent, weighted_moment, weighted_sum
 from .energies import Energy, PHarmonicEnergy
 
-#: Smallest image area of a vertex, in units of the mean, that the H2 metric divides by: vertices of limbs have next to
-#: none.
-_LEAST_AREA = 1e-6
-
 
 class Metric(ABC):
     """A metric on the vector fields along a map, in which an energy's gradient is its steepest direction.
@@ -134,10 +130,15 @@ class SobolevH2(Metric):
     B: FloatArray
 
     @classmethod
-    def of(cls, L: sp.csr_matrix, f: IntArray, x: FloatArray) -> SobolevH2:
-        """The metric that the map `x` makes; a FactorisationFailed where P is not positive definite."""
+    def of(
+        cls, L: sp.csr_matrix, f: IntArray, x: FloatArray, least_area: float = 1e-6
+    ) -> SobolevH2:
+        """The metric that the map `x` makes; a FactorisationFailed where P is not positive definite.
+
+        No area is below `least_area` times the mean, since it is divided by, and vertices of limbs have next to none.
+        """
         B = vertex_areas(x, f)
-        B = np.maximum(B, _LEAST_AREA * B.mean())
+        B = np.maximum(B, least_area * B.mean())
         P = (L + sp.diags(B)).tocsr()
         return cls(factorize(P), P, B)
 

@@ -12,8 +12,8 @@ from ..angles.deep_limbs import floor_of, shorten_limbs
 from ..angles.layout import Placed, onto_sphere
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.measure import corner_angles, face_areas, log_edges
+from ..sphere.log_plane import logarithm
 from ..sphere.rows import tangent_axes, to_chart, unit_rows
-from ..sphere.stereographic import logarithm
 from ..untangle.embedding import embed_locally
 from ..verify.certificate import Certificate
 from ..verify.signs import orientation_signs

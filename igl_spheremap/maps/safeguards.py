@@ -9,6 +9,7 @@ from ..descent.problem import Problem
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..paper.hooks import Hooks
+from ..paper.optm import TRIALS
 from ..result.run import Iterate, Round, Status
 from ..untangle.local_repair import most_of_few
 from ..verify.certificate import Certificate
@@ -19,8 +20,6 @@ from ..verify.signs import folded_faces
 _OFF_CENTRE, _OFF_CENTRE_CONFINED = 1e-2, 1e-9
 #: Iterations after which it is looked whether the map has shrunk.
 _LOOK = 20
-#: Number of steps that a search tries where folds are refused, that of the paper's program.
-_TRIALS = 5
 
 
 class Confined(Hooks):
@@ -89,7 +88,7 @@ class Safeguards(Confined):
         """A search that soon gives up where folds are refused: a face in the way of a step is in that of the next."""
         if self._most == np.inf:
             return super().search(energy, rho, delta, xi)
-        return NonmonotoneSearch(energy, rho, delta, xi, _TRIALS)
+        return NonmonotoneSearch(energy, rho, delta, xi, TRIALS)
 
     def settled(self, last: Iterate) -> bool:
         """Whether the map has shrunk to nothing."""

@@ -22,8 +22,8 @@ HALF_DIGITS = float(np.sqrt(np.finfo(float).eps))
 #: Share of the largest value that is rounding of sums and small matrices: 4,500 times float64's epsilon.
 ROUNDING = 1e-12
 
-#: From here on float64 does not hold every whole number.
-_LARGEST_WHOLE = 2.0**53
+#: From 2^53 on float64 does not hold every whole number.
+_LARGEST_WHOLE = 2 / np.finfo(float).eps
 
 
 def plain_array(values: ArrayLike, name: str) -> NDArray[Any]:

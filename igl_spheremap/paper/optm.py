@@ -15,7 +15,7 @@ from ..result.run import Iterate
 from .hooks import Hooks
 
 #: Number of steps that a search tries; the last one is taken in any case.
-_TRIALS = 5
+TRIALS = 5
 #: Tolerances for the changes of map and energy, and the number of last steps over which their means are taken.
 _CHANGES, _RECENT = np.array([1e-6, 1e-12]), 5
 #: Bounds of the quotients of eq. (12).
@@ -33,7 +33,7 @@ class OptMRules(Hooks):
 
     def search(self, energy: float, rho: float, delta: float, xi: float) -> NonmonotoneSearch:
         """A search that accepts its fifth trial at any finite energy."""
-        return NonmonotoneSearch(energy, rho, delta, xi, _TRIALS, takes_last=True)
+        return NonmonotoneSearch(energy, rho, delta, xi, TRIALS, takes_last=True)
 
     def settled(self, last: Iterate) -> bool:
         """True if the last step changed map and energy by less than their tolerances.

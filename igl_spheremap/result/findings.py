@@ -11,7 +11,6 @@ from ..mesh.arrays import BoolArray, FloatArray, plural
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_figures, log_figures
 
-_FIRST = 10  # faces or vertices of each kind of fault that programs are given
 #: A map of less harmonic energy has collapsed: maps that cover the sphere have at least its area, 4 pi, a hundred times
 #: this.
 _COLLAPSED = 0.04 * math.pi
@@ -52,8 +51,8 @@ def verdict(certificate: Certificate, caps: BoolArray | None = None) -> Finding:
     return Finding("certificate", text, {"certificate": numbers})
 
 
-def certificate_numbers(certificate: Certificate) -> dict[str, Any]:
-    """Counts, and the first faces or vertices of each fault."""
+def certificate_numbers(certificate: Certificate, most: int = 10) -> dict[str, Any]:
+    """Counts, and the first faces or vertices of each fault, `most` of each."""
     numbers: dict[str, Any] = {
         "folding_free": certificate.folding_free,
         "degree": certificate.degree,
@@ -64,7 +63,7 @@ def certificate_numbers(certificate: Certificate) -> dict[str, Any]:
         names.append("crossings")
     for name in names:
         where: Sequence[int] = getattr(certificate, name)
-        numbers[name] = {"count": len(where), "first": [int(i) for i in where[:_FIRST]]}
+        numbers[name] = {"count": len(where), "first": [int(i) for i in where[:most]]}
     return numbers
 
 

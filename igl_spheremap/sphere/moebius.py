@@ -21,8 +21,6 @@ _BOUNDARY = 1 - 512 * _EPS
 #: Weights are balanced if their mean is shorter than this: it can't be seen, and is far above the 1e-17 by which sums
 #: over a million vertices are off.
 _BALANCED = 1e-12
-#: Newton steps at most; no map took more than 12.
-_STEPS = 50
 #: Newton steps longer than the first number are shortened to the tanh of their length, which is cut at the second: so
 #: to .96 of the ball's radius at most.
 _LONG, _LONGEST = 0.5, 2.0
@@ -74,12 +72,15 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def _balance(
-    x: FloatArray, weights: FloatArray, within: float = _BALANCED
+    x: FloatArray, weights: FloatArray, within: float = _BALANCED, most: int = 50
 ) -> tuple[FloatArray, FloatArray]:
-    """The conformal barycentre, and the rows moved by the Moebius map that takes it to the origin."""
+    """The conformal barycentre, and the rows moved by the Moebius map that takes it to the origin.
+
+    No map took more than 12 of the 50 Newton steps, at most, that are allowed.
+    """
     w = weights / weights.sum()
     centre, y, mean = np.zeros(3), x, weighted_sum(w, x)
-    for _ in range(_STEPS):
+    for _ in range(most):
         size = float(np.linalg.norm(mean))
         if size <= within:
             break

@@ -11,8 +11,8 @@ from scipy.spatial import ConvexHull, Delaunay
 from triangulations import unit
 
 from igl_spheremap import Auto, Effort, samples, spherical_conformal_map
-from igl_spheremap.angles.angles import close_angles, proper_angles
 from igl_spheremap.angles.candidates import Badness, layouts
+from igl_spheremap.angles.close_angles import close_angles, proper_angles
 from igl_spheremap.angles.layout import Layout, centred, onto_sphere
 from igl_spheremap.angles.plan import plan_repair
 from igl_spheremap.angles.repair import left_out, repair

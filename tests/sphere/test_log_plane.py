@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from igl_spheremap.sphere.rows import INFINITE
-from igl_spheremap.sphere.stereographic import (
+from igl_spheremap.sphere.log_plane import (
     Anchored,
     exponential,
     log_sum,
@@ -14,6 +13,7 @@ from igl_spheremap.sphere.stereographic import (
     plane_angles,
     to_ball,
 )
+from igl_spheremap.sphere.rows import INFINITE
 
 ENDS = np.array([0, 1, -1, 1j, -1j])
 

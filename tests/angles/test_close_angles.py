@@ -8,7 +8,7 @@ from bodies import grow, random_body
 from triangulations import icosphere
 
 from igl_spheremap import spherical_conformal_map
-from igl_spheremap.angles.angles import close_angles, proper_angles
+from igl_spheremap.angles.close_angles import close_angles, proper_angles
 from igl_spheremap.angles.deep_limbs import shorten_limbs, tips_beyond
 from igl_spheremap.angles.layout import Layout, centred, lengths_and_directions, onto_sphere
 from igl_spheremap.angles.poles import at_poles
@@ -17,8 +17,8 @@ from igl_spheremap.mesh.arrays import HALF_DIGITS
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import corner_angles, log_edges
 from igl_spheremap.newton.system import VertexSystem
+from igl_spheremap.sphere.log_plane import exponential, to_ball
 from igl_spheremap.sphere.rows import from_chart, to_chart
-from igl_spheremap.sphere.stereographic import exponential, to_ball
 from igl_spheremap.verify.certificate import Certificate
 
 
