@@ -75,7 +75,15 @@ def progressive_embedding(
         y = np.tile([0.0, 0.0, 1.0], (len(x), 1))
         every = np.ones(len(x), bool)
         return _rebuild_locally(
-            y, f, np.ones(len(f), bool), every, ~every, unit_rows, listener, 0, False
+            y,
+            f,
+            np.ones(len(f), bool),
+            forced=every,
+            fixed=~every,
+            grid=unit_rows,
+            listener=listener,
+            rings=0,
+            keep_positions=False,
         )
     return x
 
@@ -97,7 +105,9 @@ def embed_nearby(
         fixed = none
     if bad.any():
         with suppress(_RegionTooSmall, _TooCoarse):
-            return _rebuild_locally(x, f, bad, none, fixed, grid, listener, REMOVED_RINGS, True)
+            return _rebuild_locally(
+                x, f, bad, forced=none, fixed=fixed, grid=grid, listener=listener
+            )
     return x
 
 
@@ -146,7 +156,17 @@ def _embed_cluster(
     fixed = np.zeros_like(forced)
     while (bad := cluster & folded_faces(x, f)).any():
         try:
-            return _rebuild_locally(x, f, bad, forced, fixed, grid, listener, rings, keep)
+            return _rebuild_locally(
+                x,
+                f,
+                bad,
+                forced=forced,
+                fixed=fixed,
+                grid=grid,
+                listener=listener,
+                rings=rings,
+                keep_positions=keep,
+            )
         except _RegionTooSmall:
             rings *= 2
         except _TooCoarse as failure:
@@ -188,17 +208,18 @@ def _rebuild_locally(
     x: FloatArray,
     f: IntArray,
     bad: BoolArray,
+    *,
     forced: BoolArray,
     fixed: BoolArray,
     grid: Grid,
     listener: PositionsListener | None,
-    rings: int,
-    keep_positions: bool,
+    rings: int = REMOVED_RINGS,
+    keep_positions: bool = True,
 ) -> FloatArray:
-    """Remove and rebuild the forced vertices, and as few as possible around bad faces, within `rings` of both.
+    """Remove and rebuild the `forced` vertices, and as few as possible around `bad` faces, within `rings` of both.
 
-    Those that are `fixed` stay.
-    With `keep_positions` vertices return to where they were, or as near as their kernels allow; else they spread out.
+    Vertices that are `fixed` stay. With `keep_positions` vertices return to where they were, or as near as their
+    kernels allow; else they spread out.
     """
     around = forced.copy()
     around[f[bad]] = True
@@ -207,7 +228,12 @@ def _rebuild_locally(
     frozen = fixed.copy()
     frozen[f[~faces]] = True
     mesh = ProgressiveMesh(local.reshape(-1, 3), x[vertices], frozen[vertices], grid)
-    notify = None if listener is None else lambda part: listener(with_rows(x, vertices, part))
+    notify = None
+    if listener is not None:
+
+        def notify(part: FloatArray) -> None:
+            listener(with_rows(x, vertices, part))
+
     try:
         _rebuild(mesh, forced[vertices] & ~mesh.frozen, notify, keep_positions)
     except _TooCoarse as failure:
@@ -229,7 +255,9 @@ def _rebuild(
     keep_positions: bool = False,
 ) -> None:
     """Remove the forced vertices and all foldings, and put everything back, changing the positions."""
-    f, home = mesh.f.copy(), mesh.x.copy() if keep_positions else None
+    f, home = mesh.f.copy(), None
+    if keep_positions:
+        home = mesh.x.copy()
     batches = list(_removals(mesh, forced))
     if mesh.bad.any() or (forced & mesh.present).any():
         if mesh.frozen.any():
