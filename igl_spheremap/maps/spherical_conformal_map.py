@@ -48,8 +48,20 @@ def spherical_conformal_map(
         map), or a baseline that the paper compares with: "gu-yau" (gradient descent), "stereographic" (a punctured
         plane). A name runs the method with its defaults; a record, such as ``ism.Lai2014(rounds=1)``, with options:
         see `Auto`, `Lai2014`, `GuYau`, `Stereographic`.
-    tolerance, max_iterations, backend, gauge, polish, effort
-        The options of "auto" and their defaults are those of `Auto`. Other methods take theirs by record only.
+    tolerance : float, default 1e-3
+        This and the next five are options of "auto", of which `Auto` says more; other methods take theirs by record.
+        Steps end when the energy is this far above its minimum, in units of the mesh's own discretisation error.
+    max_iterations : int, default 30
+        Most steps to the harmonic map.
+    backend : str, default "auto"
+        Factorisation: "scipy", "rslab", "cvxopt", or "auto", the fastest that is installed.
+    gauge : {"poles", "centred"}, default "poles"
+        What is done for limbs too deep for float64: their tips go to ends of the coordinate axes, where numbers are
+        finer; or they are shortened, and the map is centred.
+    polish : {"auto", "angles"} or None, default "auto"
+        When Newton steps lower angle differences: where they pay, always (up to 26 times the time), never.
+    effort : Effort
+        What such steps may cost.
     caps : (m,) array_like of bool, optional
         As of `check_mesh`.
     listener : callable, optional
