@@ -62,9 +62,15 @@ def card_section(
     figures: Mapping[str, str],
     legends: Iterable[Ramp | tuple[str, Colour]],
 ) -> str:
-    """A section of cards: what they are, histograms of their figures, what is said of them, and the cards."""
+    """A section of cards: what they are, histograms of their figures, what is said of them, and the cards.
+
+    Of fewer than ten, histograms would only push the cards down.
+    """
+    shown = ""
+    if len(cards) >= 10:
+        shown = f'<div class="plots">{"".join(plots)}</div>\n'
     return (
-        f'<h2>{nouns.capitalize()}</h2>\n<div class="plots">{"".join(plots)}</div>\n<p>{said}</p>\n'
+        f"<h2>{nouns.capitalize()}</h2>\n{shown}<p>{said}</p>\n"
         f"{card_sheet(cards, figures, legends)}"
     )
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from igl_spheremap.draw.cards import Card, card_sheet, histogram
+from igl_spheremap.draw.cards import Card, card_section, card_sheet, histogram
 
 
 def test_what_is_not_finite_is_null_and_no_name_ends_the_script():
@@ -20,6 +20,14 @@ def test_what_is_not_finite_is_null_and_no_name_ends_the_script():
     assert card["row"] == row | {"size": None}
     assert card["name"] == "</script>"
     assert card["badges"] == ["a", "b", "c", "and 2 more"]
+
+
+def test_histograms_stand_above_ten_cards_and_more():
+    for count in (9, 10):
+        cards = [Card(str(k), {"source": "", "status": ""}, "", "", "", ()) for k in range(count)]
+        assert ("<b>bars</b>" in card_section(cards, "maps", "", ["<b>bars</b>"], {}, [])) == (
+            count == 10
+        )
 
 
 def test_bars_hold_what_is_finite():

@@ -165,12 +165,6 @@ def test_hemispheres_are_seen_from_their_side_first(desk):
         assert (first > 2 * last) == (side == "lh")
 
 
-def test_equal_figures_are_said_in_a_sentence(desk):
-    """In place of a distribution from half below to half above."""
-    mapped_here(["100.ply"], report="page")
-    assert "stretch: 1<" in Path("page/index.html").read_text("utf-8")
-
-
 def test_the_page_says_when_by_which_version_and_how_it_was_made(desk):
     words = "batch 100.ply open.ply --out {stem}.obj --report page --jobs 1 --quiet"
     assert main(words.split()) == Exit.NO_MESH
