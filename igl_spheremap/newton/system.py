@@ -36,7 +36,7 @@ class VertexSystem:
     def assemble(self, blocks: FloatArray, at_vertices: FloatArray | None = None) -> FloatArray:
         """Entries of the sum of faces' blocks (6, 2, 2, m) for the corner pairs `PAIRS`, and vertices' (2, 2, n)."""
         values = np.asarray(
-            np.bincount(self._numbers, blocks.ravel(), len(self._layout[0]) + 1)[:-1],
+            np.bincount(self._numbers, blocks.ravel())[:-1],
             dtype=np.float64,
         )
         if at_vertices is not None:

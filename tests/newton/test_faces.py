@@ -3,6 +3,7 @@
 from itertools import islice
 
 import numpy as np
+import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.balance.energy import BalancedEnergy
@@ -65,6 +66,9 @@ def test_a_face_whose_energy_grows_a_little_moves_as_asked_and_one_whose_grows_m
         assert value == energy.by_face(y).sum()
         assert np.array_equal(y[300], whole[300]) == (rise == 1.0)
         assert 1 < energy.by_face(y)[there].max() <= most
+        halvings = np.log2(0.05 / np.tan(np.arccos(y[300] @ x[300])))
+        assert halvings == pytest.approx(round(halvings), abs=1e-6)
+        assert np.allclose(y[300], unit_rows(x[[300]] + move[[300]] / 2 ** round(halvings))[0])
         slack = np.where(there, 1e5, 0.0)
         assert np.array_equal(FaceProblem(energy, slack=slack).accept(x, move).x, whole)
 

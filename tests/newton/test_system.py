@@ -75,6 +75,21 @@ def test_blocks_of_a_product_are_those_of_its_matrix():
         assert np.allclose(block, np.einsum("ram,rbm->abm", left[:, i], right[:, j]))
 
 
+def test_a_matrix_that_memory_does_not_hold_is_not_factorised(monkeypatch):
+    """It has two unknowns a vertex; only callers that ask for it are refused."""
+    x, f = icosphere(1)
+    system = VertexSystem(f, len(x))
+    values = system.assemble(random_blocks(f)[0])
+    for most, fits in ((2 * len(x), True), (2 * len(x) - 1, False)):
+        monkeypatch.setattr("igl_spheremap.newton.system.fits_memory", lambda n, k=most: n <= k)
+        assert system.factorize(values).backend
+        if fits:
+            assert system.factorize(values, within_memory=True).backend
+        else:
+            with pytest.raises(FactorisationFailed, match="too large"):
+                system.factorize(values, within_memory=True)
+
+
 def test_entries_that_are_not_finite_fail():
     x, f = icosphere(1)
     system = VertexSystem(f, len(x))

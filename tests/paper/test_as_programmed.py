@@ -153,6 +153,18 @@ def test_parameters_that_algorithm_1_excludes_are_refused(name, value):
         ism.Lai2014(**{name: value})
 
 
+def test_the_numbers_are_those_of_the_program():
+    """Its gtol, mxitr, eta and tau."""
+    programmed = ism.Lai2014.as_programmed()
+    assert (programmed.gradient_tolerance, programmed.max_iterations) == (1e-6, 1000)
+    assert (programmed.delta, programmed.tau, programmed.rho, programmed.xi) == (
+        0.2,
+        1e-3,
+        1e-4,
+        0.85,
+    )
+
+
 def test_the_programs_rules_go_without_safeguards():
     for options in ({"may_fold": False}, {"gauge": "centred"}):
         with pytest.raises(ValueError, match="have no safeguards"):

@@ -9,8 +9,13 @@ from triangulations import icosphere
 import igl_spheremap as ism
 from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.problem import Problem, l2_metric
-from igl_spheremap.mesh.measure import vertex_normals
-from igl_spheremap.paper.star_map import project, stiffness, weighted_mass
+from igl_spheremap.mesh.measure import vertex_areas, vertex_normals
+from igl_spheremap.paper.star_map import (
+    finite_conformal_factor,
+    project,
+    stiffness,
+    weighted_mass,
+)
 from igl_spheremap.sphere.moebius import moebius
 from igl_spheremap.verify.signs import folded_faces
 
@@ -89,6 +94,23 @@ def test_the_smallest_mesh_has_a_star_map():
 def test_two_runs_agree_bit_for_bit():
     one, two = (ism.weighted_eigen_projection(MESH.v, F, X) for _ in range(2))
     assert np.array_equal(one.phi, two.phi)
+
+
+def test_the_conformal_factor_is_made_finite_and_positive():
+    """A vertex without source area has the largest finite value, one without image the least; all others their own."""
+    v, x = X.copy(), X.copy()
+    hidden, crushed = (np.unique(F[(vertex == F).any(axis=1)]) for vertex in (0, 400))
+    assert not np.isin(hidden, crushed).any()
+    v[hidden], x[crushed] = X[0], X[400]
+    mesh = ism.check_mesh(v, F)
+    factor, changed = finite_conformal_factor(mesh, x)
+    image, source = vertex_areas(x, F), vertex_areas(mesh.unit, F)
+    own = np.ones(len(X), bool)
+    own[[0, 400]] = False
+    assert changed == 2
+    assert np.allclose(factor[own], image[own] / source[own])
+    assert factor[0] == factor[own].max()
+    assert 0 < factor[400] < 1e-9 * factor[own].min()
 
 
 def test_images_that_are_no_numbers_are_refused():

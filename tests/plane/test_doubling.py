@@ -1,10 +1,13 @@
 """Doubled surfaces: symmetric, without chords."""
 
 import numpy as np
+import pytest
 from disks import cap, grid
+from scipy.spatial import Delaunay
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.edges import sides
+from igl_spheremap.mesh.measure import surface_area
 from igl_spheremap.plane import doubling
 from igl_spheremap.plane.doubling import centred, double_map
 
@@ -42,3 +45,30 @@ def test_chords_of_a_fan_are_split_in_a_few_passes(monkeypatch):
     assert len(passes) <= 4  # the last finds none
     assert len(w) == len(v) + n - 2
     assert len(ism.check_disk(w, f).rim) == len(disk.rim)
+
+
+@pytest.mark.parametrize("seed", [None, 0, 1, 2])
+def test_what_is_split_is_the_same_surface_without_chords(seed):
+    """Each chord gets its middle once, each of its two faces is parted there; up to three in a face."""
+    p, f = grid(2, 9)
+    if seed is not None:  # a polygon, triangulated without inner vertices
+        turn = np.sort(np.random.default_rng(seed).uniform(0, 2 * np.pi, 15))
+        p = np.column_stack((np.cos(turn), np.sin(turn)))
+        f = Delaunay(p).simplices
+        a, b, c = p[f].transpose(1, 0, 2)
+        inwards = (b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0]
+        f[inwards] = f[inwards, ::-1]
+    disk = ism.check_disk(np.column_stack((p, p[:, 0] ** 2)), f)
+    chords = len(f) - 1
+    w, g = doubling.without_chords(disk.unit, disk.f, disk.rim)
+    assert len(w) == len(p) + chords
+    assert len(g) == len(f) + 2 * chords
+    assert surface_area(w, g) == pytest.approx(surface_area(disk.unit, f))
+    edges = np.sort(g[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2))
+    keys, count = np.unique(edges, axis=0, return_counts=True)
+    old = keys[(keys < len(p)).all(axis=1)]
+    assert (count[(keys < len(p)).all(axis=1)] == 1).all()
+    assert len(old) == len(disk.rim)
+    new = ism.check_disk(w, g)
+    normals = np.cross(*(new.unit[g[:, k]] - new.unit[g[:, 0]] for k in (1, 2)))
+    assert (normals[:, 2] > 0).all()

@@ -1,12 +1,13 @@
 """Tutte's map: exact where it is known, and free of foldings whatever the boundary."""
 
+import igl
 import numpy as np
 import pytest
 from disks import cap, grid, half, polar
 
 import igl_spheremap as ism
 from igl_spheremap.plane.doubling import centred
-from igl_spheremap.plane.tutte import by_harmonic_measure, by_lengths, tutte_map
+from igl_spheremap.plane.tutte import by_harmonic_measure, by_lengths, evenly, tutte_map
 
 
 def turns(circle):
@@ -83,3 +84,30 @@ def test_strips_have_room_for_each_boundary_vertex(rows):
 def test_one_face_is_a_triangle_on_the_circle():
     disk = ism.check_disk(np.eye(3), [[0, 1, 2]])
     assert turns(by_harmonic_measure(disk)) == pytest.approx(np.full(3, 2 * np.pi / 3))
+
+
+def test_each_inner_vertex_is_at_the_weighted_mean_of_its_neighbours():
+    """With cotangents of the surface for weights, where these fold no face."""
+    v, f, _ = half(*ism.samples.make("pear", n_vertices=1500))
+    disk = ism.check_disk(v, f)
+    p = tutte_map(disk, by_lengths(disk))
+    pull = igl.cotmatrix(v, f) @ p
+    inner = np.setdiff1d(np.arange(len(v)), disk.rim)
+    assert np.abs(pull[inner]).max() < 1e-9 * np.abs(pull[disk.rim]).max()
+    assert np.array_equal(p[disk.rim], by_lengths(disk))
+
+
+def test_the_circle_is_shared_out_by_the_lengths_of_edges_or_evenly():
+    """No edge counts as shorter than a thousandth of the mean."""
+    p, f = polar(4)
+    p[:, 1] *= 3
+    disk = ism.check_disk(np.column_stack((p, 0 * p[:, 0])), f)
+    ring = p[disk.rim]
+    length = np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1)
+    assert turns(by_lengths(disk)) == pytest.approx(2 * np.pi * length / length.sum())
+    assert turns(evenly(disk)) == pytest.approx(np.full(24, 2 * np.pi / 24))
+    for circle in (by_lengths(disk), evenly(disk)):
+        assert np.allclose((circle**2).sum(axis=1), 1)
+    p[disk.rim[1]] = p[disk.rim[0]]
+    short = turns(by_lengths(ism.check_disk(np.column_stack((p, 0 * p[:, 0])), f)))
+    assert short[0] / short.mean() == pytest.approx(1e-3, rel=1e-2)
