@@ -134,6 +134,9 @@ def _placed_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
     loads[a] = -1
     green = operators.factor.solve(loads)  # algorithm (3)
     target = np.conj(np.ravel(_in_their_planes(mesh, mesh.f[[face]])))
+    # without area it is placed as an equilateral one: the affine correction finds its shape
+    if target[1].imag == 0:
+        target = np.array([1, 0.5 - 0.75**0.5 * 1j])
     with np.errstate(all="ignore"):
         try:
             coefficients = np.linalg.solve(green[[b, c]] - green[a], target)  # algorithm (4)

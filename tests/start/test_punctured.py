@@ -160,3 +160,16 @@ def test_without_a_face_to_puncture_the_gauss_map_is_the_start():
     assert mean_angle_difference(mesh, x) == pytest.approx(
         mean_angle_difference(mesh, gauss), rel=0.3
     )
+
+
+@pytest.mark.parametrize("scales", [[1, 0, 0], [1, 1e-200, 0]])
+@pytest.mark.parametrize("points", ["two", "many"])
+def test_a_body_without_any_area_has_a_start(scales, points):
+    """Its vertices lie on a line, or at its ends."""
+    x, f = icosphere(2)
+    if points == "two":
+        x = np.where(x > 0, 1.0, 0.0)
+    mesh = ism.check_mesh(x * scales, f)
+    start = punctured_start(mesh, build_operators(mesh))
+    assert np.allclose((start.x**2).sum(axis=1), 1)
+    assert np.isfinite(start.energy)
