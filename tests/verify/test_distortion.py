@@ -153,7 +153,7 @@ def test_a_surface_without_any_area_has_no_figures_but_a_summary():
         warnings.simplefilter("error")
         result = ism.spherical_conformal_map(np.where(x[:, [0]] > 0, 1.0, 0.0) * [1, 0, 0], f)
         assert np.isnan(list(log_figures(result.log_area_ratios()).values())).all()
-        assert "nan on average" in result._repr_html_()
+        assert "nan-fold on average" in result._repr_html_()
 
 
 def test_areas_below_the_least_float_have_their_logarithms():
