@@ -57,8 +57,9 @@ HEADER = """# Benchmarks
 Time, memory and quality beside other programs, by `python -m benchmarks peers`. CPU seconds from arrays to result,
 certificate included for this package; medians over rounds in which the competitors take turns, with one thread, on a
 busy machine, so that ratios are what counts. *Memory* is the growth of the peak in MB. *Foldings* are exact; *mean* and
-*99 %* are of the angle differences in degrees. *Speed-up* is CPU time of the row over that of `ours, cvxopt` and of
-`ours, scipy`, *over factor* CPU time (memory) over those of ordering and factorisation alone.
+*99 %* are of the angle differences in degrees. *Speed-up* is CPU time of the row over that of `ours` with each backend:
+`cvxopt`, `rslab` (the extra `fast`), `scipy` (always there). *Over factor* is CPU time (memory) over those of ordering
+and factorisation alone. Compare like with like: `LaPy` factorises by scipy, too, unless it says `cholespy`.
 
 - `LaPy`: `lapy.conformal.spherical_conformal_map`, as it ships; `no refusals`: with its refusals of denominators
   below an absolute 1e-8 switched off; `cholespy`: the same with its optional Cholesky factorisation.
@@ -133,9 +134,12 @@ def factorised_matrix(v: Array, f: Array) -> sp.csr_matrix:
     )
 
 
+BACKENDS = ("cvxopt", "rslab", "scipy")
+
 #: In the order of the tables.
 COMPETITORS: dict[str, Competitor] = {
     "ours, cvxopt": partial(ours, backend="cvxopt"),
+    "ours, rslab": partial(ours, backend="rslab"),
     "ours, scipy": partial(ours, backend="scipy"),
     "LaPy": lapy,
     "LaPy, no refusals": partial(lapy, guarded=False),
@@ -145,7 +149,7 @@ COMPETITORS: dict[str, Competitor] = {
 }
 
 #: Ordering and factorisation alone: the least that a map can cost, by backend.
-FACTORS = {f"factor, {backend}": backend for backend in ("cvxopt", "scipy")}
+FACTORS = {f"factor, {backend}": backend for backend in BACKENDS}
 
 #: Vertices beyond which a competitor is not tried.
 LARGEST = {
@@ -301,7 +305,7 @@ def cells(name: str, trial: dict, trials: dict) -> list[str]:
     quality = ["-", "-", "-"]
     if "mean" in trial:
         quality = [f"{trial['foldings']:.0f}", f"{trial['mean']:.3f}", f"{trial['p99']:.2f}"]
-    base = [trials.get(other, {}).get("cpu") for other in ("ours, cvxopt", "ours, scipy")]
+    base = [trials.get(f"ours, {backend}", {}).get("cpu") for backend in BACKENDS]
     quotient = " / ".join(f"{trial['cpu'] / cpu:.1f}" for cpu in base if cpu)
     factor = trials.get(name.replace("ours", "factor"), {}) if name.startswith("ours") else {}
     over = "-"

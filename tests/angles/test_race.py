@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import igl
 import numpy as np
 import pytest
 from bodies import random_body
@@ -122,6 +123,22 @@ def test_a_map_with_few_foldings_starts_itself_whatever_is_done_with_many(bodies
     assert (plan.use_map, plan.layouts) == (True, 0)
     assert (plan.price < np.inf) == (polish == "angles")
     assert plan_of(result, result.sphere, polish, large).starts == (polish == "angles")
+
+
+def test_layouts_start_beside_a_poor_map_only_if_its_energy_is_far_above_its_area(bodies):
+    """Smooth bodies reach the area within a few percent: there angles are not even measured."""
+    result, _ = bodies["small"]
+    x = unit(result.sphere * [1.0, 1.0, 3.0])  # no face folds, and angles are far off
+    certificate = Certificate.of(x, result.faces)
+    area = igl.doublearea(x, result.faces).sum() / 2
+    below, above = (
+        plan_repair(result.mesh, x, share * area, certificate, None, ism.Effort())
+        for share in (1.049, 1.051)
+    )
+    assert certificate.folding_free
+    assert below.starts == 0
+    assert above.use_map
+    assert above.layouts == ism.Effort().layouts(len(x))
 
 
 def test_a_plan_says_what_starts_and_why():

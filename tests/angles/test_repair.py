@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull, Delaunay
 from triangulations import unit
 
 from igl_spheremap import Auto, Effort, samples, spherical_conformal_map
-from igl_spheremap.angles.candidates import Badness, layouts
+from igl_spheremap.angles.candidates import Badness, Start, from_the_best, layouts
 from igl_spheremap.angles.close_angles import close_angles, proper_angles
 from igl_spheremap.angles.layout import Layout, centred, onto_sphere
 from igl_spheremap.angles.plan import plan_repair
@@ -366,3 +366,20 @@ def test_layouts_around_other_faces_leave_out_the_one_that_was_cut_out_and_no_ot
     _, *rest = (start.x for start in layouts(mesh, inverted, system, 4))
     assert not any((x == onto_sphere(own, own.points)).all() for x in rest)
     assert any((x == onto_sphere(another, another.points)).all() for x in rest)
+
+
+def test_starts_come_by_their_angles_and_those_that_stay_folded_come_last(spheroid):
+    mesh, _, x = spheroid
+    i, j = mesh.f[7, :2]
+
+    def stretched(share):
+        return unit(x * [1, 1, 1 + share])
+
+    crossed = x.copy()
+    crossed[i] = -x[i]  # no small move brings it back
+    thin = stretched(0.2)
+    thin[i] = unit(thin[mesh.f[7]].mean(axis=0)[None] * 0.1 + thin[j] * 0.9)[0]
+    starts = {"far": stretched(1.0), "crossed": crossed, "near": stretched(0.5), "thin": thin}
+    found = list(from_the_best(mesh, [Start(*each) for each in starts.items()]))
+    assert [start.name for start in found] == ["thin", "near", "far", "crossed"]
+    assert folded_faces(found[-1].after_moves, mesh.f).any()

@@ -17,7 +17,12 @@ from triangulations import (
 
 from igl_spheremap.sphere.rows import unit_rows
 from igl_spheremap.untangle.collapse import ProgressiveMesh, _Adjacency
-from igl_spheremap.untangle.embedding import progressive_embedding
+from igl_spheremap.untangle.embedding import (
+    clusters,
+    embed_locally,
+    embed_nearby,
+    progressive_embedding,
+)
 from igl_spheremap.untangle.kernel import analytic_centres, centres_beside, stars_of
 from igl_spheremap.verify.certificate import certify, orientation_signs
 
@@ -46,6 +51,38 @@ def test_only_vertices_near_a_planted_folding_move():
     moved = np.flatnonzero((y != folded).any(axis=1))
     assert len(moved) <= 12
     assert np.linalg.norm(x[moved] - x[0], axis=1).max() < 0.35
+
+
+def _folded_near_and_deep():
+    """A sphere on which a vertex lies beyond a neighbour, and a cap at the other end lies beside its place."""
+    x, f = icosphere(5)
+    cap = x[:, 2] < -0.9
+    y = x.copy()
+    y[cap] = unit(x[cap] + [0.6, 0.0, 0.0])
+    at = int(np.argmax(x[:, 2]))
+    y[at] = unit(x[at : at + 1] + 4 * (x[f[(f == at).any(axis=1)][0]].mean(axis=0) - x[at]))[0]
+    return x, y, f
+
+
+def test_clusters_share_out_the_folded_faces_by_what_joins_them():
+    x, y, f = _folded_near_and_deep()
+    bad = orientation_signs(y, f) <= 0
+    apart = clusters(f, bad)
+    assert (np.sum(apart, axis=0) == bad).all()
+    height = [x[f[each], 2] for each in apart]
+    assert sorted(float(np.sign(h.mean())) for h in height) == [-1, 1]
+    assert len(clusters(f, (f == f[0, 0]).any(axis=1))) == 1
+
+
+def test_a_cluster_that_needs_more_room_leaves_all_between_it_and_another_in_place():
+    x, y, f = _folded_near_and_deep()
+    assert embed_nearby(y, f) is y
+    z = embed_locally(y, f)
+    assert certify(z, f).folding_free
+    between = np.abs(x[:, 2]) < 0.3
+    assert (z[between] == y[between]).all()
+    near = x[:, 2] > 0.5
+    assert 0 < (z[near] != y[near]).any(axis=1).sum() <= 12
 
 
 def test_a_folding_beside_an_end_of_an_axis_is_repaired_alike_at_every_scale():
