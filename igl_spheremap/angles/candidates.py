@@ -29,13 +29,6 @@ from .close_angles import close_angles, proper_angles
 from .layout import Layout, Placed, centred, onto_sphere
 from .match_angles import covers_once
 
-#: Nepers: on a body whose limbs are at most this deep rounding turns edges by at most .001 (float64's eps times e^29).
-_DEEPEST = 29.0
-#: Gauges are compared by the angles of at most this many faces.
-_SAMPLE = 1000
-#: Where gauges are compared, each folded face counts as much as this mean angle difference, in degrees.
-_FOLDED = 0.03
-
 
 @dataclass(frozen=True, eq=False)
 class Start:
@@ -82,10 +75,13 @@ def from_the_best(mesh: Mesh, starts: Iterable[Start]) -> Iterator[Start]:
         yield start
 
 
-def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int) -> Iterator[Start]:
+def layouts(
+    mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int, deepest: float = 29.0
+) -> Iterator[Start]:
     """Yield a placement, then layouts around up to `holes` other faces, by the mesh's own angles.
 
-    Layouts with limbs that are too deep for Moebius maps are left out.
+    Layouts with limbs deeper than `deepest` nepers are left out: Moebius maps round them, and turn edges by more than
+    .001, which is float64's eps times e^29.
     """
     first = None
     if placed is not None:
@@ -103,20 +99,24 @@ def layouts(mesh: Mesh, placed: Placed | None, system: VertexSystem, holes: int)
         closed = close_angles(system, source, hole)
         if closed is not None:
             placed = centred(mesh, Layout.of(mesh.f, closed, hole))
-            if placed.depth.max() < _DEEPEST:
+            if placed.depth.max() < deepest:
                 yield Start("angles", onto_sphere(placed, placed.points))
 
 
 class Badness:
-    """Measures how bad maps of a mesh are: their mean angle difference and their foldings, in degrees."""
+    """Measures how bad maps of a mesh are: their mean angle difference and their foldings, in degrees.
 
-    def __init__(self, mesh: Mesh) -> None:
-        self.f, self.sample = mesh.f, mesh.f[spread(len(mesh.f), _SAMPLE)]
+    At most `sample` faces are measured, and each face that folds counts as `per_fold` degrees.
+    """
+
+    def __init__(self, mesh: Mesh, sample: int = 1000, per_fold: float = 0.03) -> None:
+        self.f, self.sample = mesh.f, mesh.f[spread(len(mesh.f), sample)]
+        self.per_fold = per_fold
         self.source = corner_angles(mesh.unit, self.sample)
 
     def __call__(self, x: FloatArray) -> float:
         """Mean angle difference of a sample of faces, plus a part for each face that folds."""
-        return mean_difference(self.source, x, self.sample) + _FOLDED * self.folded(x)
+        return mean_difference(self.source, x, self.sample) + self.per_fold * self.folded(x)
 
     def folded(self, x: FloatArray) -> int:
         """Number of faces that fold; all where the degree is not 1.

@@ -18,46 +18,45 @@ from ..errors import FactorisationFailed
 from ..mesh.arrays import HALF_DIGITS, FloatArray
 from ..newton.system import VertexSystem, gram_blocks
 
-#: In radians, the least of the angles that are aimed at, so that those of slivers can shrink.
-_LEAST_ANGLE = 1e-3
-#: Number of steps that aim at the given angles; later ones only close the conditions, and converge quadratically.
-_AIMING = 2
-#: Steps at most: twice what meshes take whose angles close at all.
-_STEPS = 16
-#: Share of the diagonal that is added, so that rounding leaves nearly singular matrices positive definite.
-_RIDGE = 1e-12
-#: An angle grows or shrinks by a factor of exp(this) at most in one step.
-_LONGEST = 1.2
 
-
-def proper_angles(angles: FloatArray) -> FloatArray:
-    """Angles (m, 3) near the given ones, none much below `_LEAST_ANGLE`; each three sum to pi."""
-    angles = np.maximum(angles, _LEAST_ANGLE)
+def proper_angles(angles: FloatArray, least: float = 1e-3) -> FloatArray:
+    """Angles (m, 3) near the given ones, each three of sum pi, none much below the `least`: slivers can shrink."""
+    angles = np.maximum(angles, least)
     return angles * (np.pi / angles.sum(axis=1))[:, None]
 
 
-def close_angles(system: VertexSystem, target: FloatArray, hole: int) -> FloatArray | None:
+def close_angles(
+    system: VertexSystem,
+    target: FloatArray,
+    hole: int,
+    *,
+    steps: int = 16,
+    aiming: int = 2,
+    longest: float = 1.2,
+) -> FloatArray | None:
     """The angles (m, 3) nearest to the target, relative to their size, that close up in the plane without the hole.
 
-    The angles returned for the hole, a face, have no meaning. None if a sum or a logarithm of a product stays off by
-    more than half of float64's digits.
+    The first steps, `aiming`, aim at the target; later ones only close the conditions, and converge quadratically. A
+    step changes no angle by more than a factor of exp(`longest`). Meshes whose angles close take half of the `steps` at
+    most. The angles returned for the hole, a face, have no meaning. None if a sum or a logarithm of a product stays off
+    by more than half of float64's digits.
     """
     wheels = _Wheels(system, hole)
     a, aim = target.T.copy(), target.T
     residual = np.inf
-    for step in range(_STEPS):
+    for step in range(steps):
         missing = wheels.missing(a)
         residual = float(np.abs(missing).max())
         if not HALF_DIGITS < residual < np.inf:
             break
         size, wanted = a, 0 * a
-        if step < _AIMING:  # by weights that stay, for changing ones make the steps cycle
+        if step < aiming:  # by weights that stay, for changing ones make the steps cycle
             size, wanted = aim, aim - a
         try:
             move = wheels.step(a, wanted, np.minimum(size, np.pi - size), missing)
         except FactorisationFailed:
             break
-        a = a * np.exp(np.clip(move / a, -_LONGEST, _LONGEST))  # positive angles stay so
+        a = a * np.exp(np.clip(move / a, -longest, longest))  # positive angles stay so
         a *= np.pi / a.sum(axis=0)
     if residual <= HALF_DIGITS:
         return a.T.copy()
@@ -97,8 +96,9 @@ class _Wheels:
         PJ = compliance[:, None, None] * (J - np.einsum("am,aikm->ikm", share, J))
         wanted = wanted - share * wanted.sum(axis=0)
         lack = missing - self.system.gathered(np.einsum("aikm,am->kim", J, wanted))
+        # the ridge keeps nearly singular matrices positive definite in spite of rounding
         values = self.system.damped(
-            self.system.assemble(gram_blocks(PJ, J)), _RIDGE, np.where(self.free, 0.0, 1.0)
+            self.system.assemble(gram_blocks(PJ, J)), 1e-12, np.where(self.free, 0.0, 1.0)
         )
         multipliers = self.system.solve(self.system.factorize(values, within_memory=True), lack)
         return wanted + np.einsum("aikm,kim->am", PJ, multipliers.take(self.corners, axis=1))

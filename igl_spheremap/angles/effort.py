@@ -6,14 +6,6 @@ from dataclasses import dataclass
 
 from ..errors import check_number, check_whole
 
-#: Vertices, added up, of the layouts that take steps, and of those that are made: the cost is the same for every mesh.
-_TOGETHER, _COMPARED = 3000, 30_000
-#: Vertices at which the price of steps is halfway from its least to its largest: factors take more than proportional
-#: time.
-_MIDDLING = 3000
-#: On large meshes, where steps take 2 to 4 times the time of the map, they must gain up to 1 + this times `least_gain`.
-_GROWTH = 7
-
 
 @dataclass(frozen=True)
 class Effort:
@@ -66,25 +58,29 @@ class Effort:
             check_number(getattr(self, name), f"effort: {name}", most=1)
 
     def layouts(self, n: int) -> int:
-        """How many layouts of a mesh of n vertices may start.
+        """How many layouts of a mesh of n vertices may start: 3,000 vertices together, the same cost for every mesh.
 
         >>> [Effort().layouts(n) for n in (100, 500, 1000, 10_000)]
         [5, 5, 3, 1]
         """
-        return min(self.holes, max(1, round(_TOGETHER / n)))
+        return min(self.holes, max(1, round(3000 / n)))
 
     def holes_of(self, n: int) -> int:
         """Around how many faces a mesh of n vertices may be laid out, to choose the layouts that start.
 
+        All layouts have 30,000 vertices together at most.
+
         >>> [Effort().holes_of(n) for n in (100, 6000, 10_000, 40_000)]
         [5, 5, 3, 0]
         """
-        return min(self.holes, _COMPARED // n)
+        return min(self.holes, 30_000 // n)
 
     def price(self, n: int) -> float:
         """Share of the mean angle difference that further steps have to gain on a mesh of n vertices.
 
+        It grows to eight times `least_gain`, as factors take more than proportional time, and is halfway at 3,000.
+
         >>> [round(Effort().price(n), 3) for n in (0, 1000, 3000, 100_000)]
         [0.015, 0.041, 0.068, 0.117]
         """
-        return self.least_gain * (1 + _GROWTH * n / (n + _MIDDLING))
+        return self.least_gain * (1 + 7 * n / (n + 3000))

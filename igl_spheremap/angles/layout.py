@@ -31,16 +31,6 @@ from ..start.punctured import candidate_faces
 from ..verify.signs import folded_faces
 from .close_angles import close_angles, proper_angles
 
-#: Above this share of folded faces the target angles are taken from the mesh alone: the map says nothing on them.
-_LOST = 0.25
-#: Number of faces, those with the largest images, of which the best shaped one is cut out: enough for a good shape, and
-#: few enough to lie in the body's middle.
-_LARGEST = 60
-#: Faces with shorter edges keep the mesh's own angles: projection changes angles by about the length of edges, so by a
-#: hundredth of a degree at most there, and rounding changes them by eps over the length.
-_SHORT = 1e-4
-
-
 #: Logarithms of all positions relative to a vertex, precise relative to the distance from it.
 About = Callable[[int], ComplexArray]
 
@@ -71,13 +61,14 @@ class Placed:
         return Anchored(exponential(self.log), self.anchor)
 
 
-def unroll(mesh: Mesh, x: FloatArray, system: VertexSystem) -> Placed | None:
+def unroll(mesh: Mesh, x: FloatArray, system: VertexSystem, lost: float = 0.25) -> Placed | None:
     """The body laid out in the plane, a face of its middle at infinity; None if no angles are found that close.
 
     `x` is a map that may be folded; it shows which faces are in the middle, and how the angles there are to change.
+    If more than the share `lost` of its faces fold, it shows neither.
     """
     source = proper_angles(mesh.angles)
-    if folded_faces(x, mesh.f).mean() > _LOST:
+    if folded_faces(x, mesh.f).mean() > lost:
         hole, target = next(candidate_faces(mesh)), source
     else:
         hole = _hole(mesh.f, source, -log_edges(x, mesh.f))
@@ -98,22 +89,23 @@ def _hole(f: IntArray, source: FloatArray, depth: FloatArray) -> int:
     return int(largest[np.argmax(source[largest].min(axis=1))])
 
 
-def _largest(f: IntArray, depth: FloatArray) -> IntArray:
-    """Faces with the largest images."""
-    return np.argsort(depth[f].max(axis=1), kind="stable")[:_LARGEST]
+def _largest(f: IntArray, depth: FloatArray, number: int = 60) -> IntArray:
+    """Faces with the largest images: many enough for a good shape, few enough to lie in the body's middle."""
+    return np.argsort(depth[f].max(axis=1), kind="stable")[:number]
 
 
-def _targets(f: IntArray, source: FloatArray, x: FloatArray, hole: int) -> FloatArray:
+def _targets(
+    f: IntArray, source: FloatArray, x: FloatArray, hole: int, short: float = 1e-4
+) -> FloatArray:
     """The mesh's angles, changed as stereographic projection from the hole changes those of a map.
 
-    Short faces keep the mesh's angles, and so do folded ones.
+    Folded faces keep the mesh's angles, and so do those with edges that are `short`: projection changes angles by about
+    the length of edges, so by a hundredth of a degree at most there, and rounding changes them by eps over the length.
     """
     pole = -unit_rows(x[f[hole]].sum(axis=0, keepdims=True))
     z = to_chart(x, pole)
     plane, ball = plane_angles(z[f]), corner_angles(x, f)
-    known = np.isfinite(plane + ball).all(axis=1) & (
-        log_edges(x, f)[f].min(axis=1) > np.log(_SHORT)
-    )
+    known = np.isfinite(plane + ball).all(axis=1) & (log_edges(x, f)[f].min(axis=1) > np.log(short))
     usable = known & ~folded_faces(x, f) & (plane > 0).all(axis=1)
     return proper_angles(source + np.where(usable[:, None], plane - ball, 0))
 

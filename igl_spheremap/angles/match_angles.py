@@ -29,22 +29,6 @@ from ..untangle.relax import AngleLoss, relax_angles
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces, signed_volumes
 
-#: In Newton steps, angle differences below this share of their mean count by their squares. With a smaller share steps
-#: stall.
-_SMOOTHING = 0.1
-#: In the sweep that predicts what steps gain, angle differences below this share of their mean count by their squares:
-#: a single sweep can't stall.
-_SAMPLE_SMOOTHING = 0.03
-#: Degrees: a map without foldings takes no steps if its mean angle difference is below, since they hardly show.
-_GOOD = 1.2
-#: Predicted gain of Newton steps, in gains of one sweep over the vertices: less than all samples gained.
-_STEPS_PER_SWEEP = 4
-#: Mean least angle of a mesh's faces up to which steps gain as much from its harmonic map as from any other map: where
-#: faces are better shaped the harmonic map is conformal already.
-_THIN = np.radians(30)
-#: Faces, and stars of vertices, that are sampled to predict what steps gain: a mean needs no more.
-_SAMPLE = 500
-
 
 def match_angles(
     mesh: Mesh,
@@ -92,34 +76,61 @@ class Aitken:
         faces fold. If the damping has grown since the first step, the gain `predicts` no others: then it decides alone.
         """
         self._gains = [*self._gains[-2:], gain]
-        q = (gain / self._gains[0]) ** (1 / (len(self._gains) - 1)) if len(self._gains) > 1 else 0.5
-        self.further = gain * q / (1 - q) if predicts and q < 1 else np.inf
-        return self.further < self._least if predicts else gain < self._least**2
+        q = 0.5
+        if len(self._gains) > 1:
+            q = (gain / self._gains[0]) ** (1 / (len(self._gains) - 1))
+        self.further = np.inf
+        if predicts and q < 1:
+            self.further = gain * q / (1 - q)
+        if predicts:
+            return self.further < self._least
+        return gain < self._least**2
 
 
-def is_worth_steps(mesh: Mesh, x: FloatArray, price: float) -> bool:
+def is_worth_steps(
+    mesh: Mesh,
+    x: FloatArray,
+    price: float,
+    *,
+    good: float = 1.2,
+    sampled: int = 500,
+    smoothing: float = 0.03,
+    thin: float = np.radians(30),
+    steps_per_sweep: float = 4,
+) -> bool:
     """True if steps are predicted, by a sample, to lower the angle differences of a map by more than the share `price`.
 
     The prediction is what a sweep gains, times the share of the differences that can be lowered. The sum of the
-    differences at a vertex can't: it is the vertex's curvature less that of its image. A harmonic map is conformal
-    already where faces are well shaped.
+    differences at a vertex can't: it is the vertex's curvature less that of its image. Where faces are better shaped
+    than `thin`, in the mean of their least angles, the harmonic map is conformal already, and steps gain less.
+
+    Parameters
+    ----------
+    good
+        Degrees: a map whose mean is below takes no steps, since they hardly show.
+    sampled
+        Number of faces, and of stars of vertices, in the sample.
+    smoothing
+        Angle differences below this share of their mean count by their squares.
+    steps_per_sweep
+        Gain of the steps over that of a sweep: less than all samples gained.
     """
-    sample = mesh.f[spread(len(mesh.f), _SAMPLE)]
-    if mean_difference(corner_angles(mesh.unit, sample), x, sample) <= _GOOD:
+    sample = mesh.f[spread(len(mesh.f), sampled)]
+    if mean_difference(corner_angles(mesh.unit, sample), x, sample) <= good:
         return False
-    movable = marked(np.arange(0, len(x), max(1, len(x) // _SAMPLE)), len(x))
+    movable = marked(np.arange(0, len(x), max(1, len(x) // sampled)), len(x))
     around = mesh.f[touching(mesh.f, movable)]
     source = corner_angles(mesh.unit, around)
     difference, own = corner_angles(x, around) - source, movable[around]
     curvature = np.bincount(around[own], difference[own], len(x))
     lowerable = 1 - np.abs(curvature).sum() / np.abs(difference[own]).sum()
     mean = float(np.degrees(np.abs(difference).mean()))
-    thin = _THIN / source.min(axis=1).mean()
+    thinness = thin / source.min(axis=1).mean()
     y = relax_angles(
-        x, around, AngleLoss(source.T, _SAMPLE_SMOOTHING * np.radians(mean)), movable, sweeps=1
+        x, around, AngleLoss(source.T, smoothing * np.radians(mean)), movable, sweeps=1
     )
     gain = 1 - mean_difference(source, y, around) / mean
-    return bool(_STEPS_PER_SWEEP * gain * lowerable * thin > price)
+    return bool(steps_per_sweep * gain * lowerable * thinness > price)
 
 
 class AngleProblem:
@@ -162,7 +173,10 @@ class AngleProblem:
         axes = column_axes(x.T) * np.exp(log_edges(x, self.f))
         difference, J = self.linearised(x, axes)
         mean = float(np.degrees(np.abs(difference).mean()))
-        smoothing = self._smoothing or _SMOOTHING * np.radians(max(mean, np.degrees(HALF_DIGITS)))
+        smoothing = self._smoothing
+        if smoothing is None:
+            # with a smaller share steps stall
+            smoothing = 0.1 * np.radians(max(mean, np.degrees(HALF_DIGITS)))
         weight = 1 / np.sqrt(difference**2 + smoothing**2)
         corners, slopes = self.f.T.ravel(), np.einsum("im,ijam->ajm", weight * difference, J)
         gradient = np.array(
@@ -188,7 +202,10 @@ class AngleProblem:
         if folded.sum() > FEW * len(self.f):
             return Trial(x, np.inf, folded)
         if folded.any():
-            y = small_moves(y, self.f) if self._rough else self._mended(y)
+            if self._rough:
+                y = small_moves(y, self.f)
+            else:
+                y = self._mended(y)
             if folded_faces(y, self.f).any():
                 return Trial(x, np.inf, folded)
         if not covers_once(y, self.f):

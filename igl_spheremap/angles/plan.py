@@ -19,9 +19,6 @@ from .match_angles import is_worth_steps
 
 #: Degrees: where a map is farther off in the mean, layouts start, too; none starts after a candidate that is nearer.
 POOR = 2.4
-#: Harmonic energy over flat image area is 1 for a conformal map. Smooth bodies reach 1.01 and noisy scans 1.04; it
-#: begins at 1.07 on machine parts, whose long faces cut through the sphere or fold.
-_CONFORMAL = 1.05
 #: How to repair a map of which many faces fold: embed it ("embedded"); embed it only if several layouts start, since
 #: embedding breaks symmetry ("laid out"); or leave it as it is ("left").
 Large = Literal["embedded", "laid out", "left"]
@@ -92,8 +89,14 @@ def plan_repair(
     polish: str | None,
     effort: Effort,
     large: Large = "embedded",
+    conformal: float = 1.05,
 ) -> Plan:
-    """The first row of `Auto`'s table whose condition a map of this harmonic energy meets."""
+    """The first row of `Auto`'s table whose condition a map of this harmonic energy meets.
+
+    Harmonic energy over flat image area is 1 for a conformal map. Smooth bodies reach 1.01 and noisy scans 1.04; it
+    begins at 1.07 on machine parts, whose long faces cut through the sphere or fold. Angles are measured, and layouts
+    may start, above `conformal`, or where more than few faces fold.
+    """
     n, few = len(x), has_few_foldings(certificate, mesh.f)
     folded = f"{certificate.foldings:,} of {len(mesh.f):,} faces fold"
     if certificate.folding_free:
@@ -103,7 +106,7 @@ def plan_repair(
         price = effort.polish_gain
     if not few and large == "left":
         return Plan(folded)
-    coarse = energy > _CONFORMAL * surface_area(x, mesh.f)
+    coarse = energy > conformal * surface_area(x, mesh.f)
     mean = 0.0
     if coarse or not few:
         mean = mean_angle_difference(mesh, x)

@@ -45,8 +45,6 @@ from .plan import POOR, Plan
 from .poles import is_too_deep, map_deep_limbs
 from .race import Candidate, race
 
-#: Rough steps, which compare candidates, end when all further ones are predicted to gain less than this share.
-_ROUGH_GAIN = 0.1
 #: Errors of a step that arithmetic or memory fails. All else, such as a caller's time limit, ends the call.
 _FAILURES = (
     FactorisationFailed,
@@ -123,13 +121,13 @@ class _Repair:
         except _FAILURES as error:
             self.notes.append(left_out(name, error))
 
-    def candidates(self) -> list[Candidate]:
+    def candidates(self, rough_gain: float = 0.1) -> list[Candidate]:
         """All candidates. If there may be several, each first takes rough steps, whose gains predict nothing."""
         field = list[Candidate]()
         certified = filter(None, map(self.certify_or_embed, self.starts()))
         for candidate in islice(certified, self.plan.starts):
             if self.plan.starts > 1:
-                rough = self.improve(candidate, _ROUGH_GAIN, rough=True)
+                rough = self.improve(candidate, rough_gain, rough=True)
                 candidate = replace(rough, further=np.inf)
             field.append(candidate)
             if candidate.mean <= POOR:

@@ -24,11 +24,6 @@ from .kernel import Stars, stars_of
 #: Rounds unit rows to positions that vertices may take.
 Grid = Callable[[FloatArray], FloatArray]
 
-#: The fans that are tried for a vertex have at most this many faces together. Up to a valence of 22 all neighbours'
-#: fans are tried, at a hub every k-th neighbour's, so that its collapse costs no more than in proportion to its
-#: valence.
-_FANS_TRIED = 512
-
 
 @dataclass(frozen=True)
 class Batch:
@@ -203,9 +198,13 @@ def _ranked(stars: Stars, first: IntArray, n: int) -> IntArray:
     return rank
 
 
-def _spread(owner: IntArray, valence: IntArray) -> BoolArray:
-    """Which of the contractible neighbours are tried as targets: all, or at high valence every k-th."""
-    stride = -(-(valence**2) // _FANS_TRIED)
+def _spread(owner: IntArray, valence: IntArray, faces: int = 512) -> BoolArray:
+    """Which of the contractible neighbours are tried as targets: all, or at high valence every k-th.
+
+    The fans that are tried for a vertex have at most this many faces together, so that the collapse of a hub costs no
+    more than in proportion to its valence. Up to a valence of 22 all are tried.
+    """
+    stride = -(-(valence**2) // faces)
     first = np.searchsorted(owner, np.arange(len(valence)))
     return (np.arange(len(owner)) - first[owner]) % stride[owner] == 0
 

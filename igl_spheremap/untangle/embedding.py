@@ -29,12 +29,6 @@ from .kernel import Stars, analytic_centres, centres_beside, stars_of
 #: Vertices are removed at first within this many rings around foldings, and around places where float64 was too coarse;
 #: the number is doubled until it suffices.
 REMOVED_RINGS = 4
-#: Each time after this many batches of collapses, a further ring around the foldings that are left is removed as well:
-#: a mirrored limb takes many times as long if only vertices of folded faces are removed.
-_PATIENCE = 8
-#: The vertices present are relaxed each time their number has grown by this factor: some 25 times on the way from a
-#: tetrahedron to 100,000 vertices, which costs as much as relaxing all of them three times.
-_GROWTH = 1.5
 
 
 class _RegionTooSmall(Exception):
@@ -273,12 +267,16 @@ def _rebuild(
     _put_back(mesh, batches, movable, listener, home)
 
 
-def _removals(mesh: ProgressiveMesh, forced: BoolArray) -> Iterator[Batch]:
-    """Collapse until no forced vertex and no folding is left, or nothing more can go."""
+def _removals(mesh: ProgressiveMesh, forced: BoolArray, patience: int = 8) -> Iterator[Batch]:
+    """Collapse until no forced vertex and no folding is left, or nothing more can go.
+
+    Each time after `patience` batches a further ring around the foldings that are left is removed as well: a mirrored
+    limb takes many times as long if only vertices of folded faces are removed.
+    """
     for turn in count():
         wanted = np.zeros_like(mesh.present)
         wanted[mesh.f[mesh.bad]] = True
-        wanted = dilate(mesh.f[mesh.faces()], wanted, turn // _PATIENCE) | (forced & mesh.present)
+        wanted = dilate(mesh.f[mesh.faces()], wanted, turn // patience) | (forced & mesh.present)
         batch = mesh.next_batch(wanted & ~mesh.frozen)
         if batch is not None:
             mesh.collapse(batch)
@@ -295,8 +293,13 @@ def _put_back(
     movable: BoolArray,
     listener: PositionsListener | None,
     home: FloatArray | None,
+    growth: float = 1.5,
 ) -> None:
-    """Reverse the collapses, newest first: towards positions `home` if given, else relaxing as the complex grows."""
+    """Reverse the collapses, newest first: towards positions `home` if given, else relaxing as the complex grows.
+
+    It is relaxed each time the number of vertices has grown by the factor `growth`: some 25 times on the way from a
+    tetrahedron to 100,000 vertices, which costs as much as to relax all of them three times.
+    """
     for batch in reversed(batches):
         mesh.x[batch.stars.vertices] = mesh.x[batch.target]
     relaxed_at = int((mesh.present & movable).sum())
@@ -304,7 +307,7 @@ def _put_back(
         mesh.restore(batch)
         _insert(mesh, batch, home)
         size = int((mesh.present & movable).sum())
-        if home is None and size > _GROWTH * relaxed_at + 4:
+        if home is None and size > growth * relaxed_at + 4:
             relax_areas(mesh, movable)
             relaxed_at = size
         if listener is not None:
@@ -314,7 +317,10 @@ def _put_back(
 def _insert(mesh: ProgressiveMesh, batch: Batch, home: FloatArray | None) -> None:
     """Give the vertices of a batch that was just restored positions in their kernels."""
     x, stars, target = mesh.x, batch.stars, batch.target
-    placed = centres_beside(x, stars, target, None if home is None else home[stars.vertices])
+    wanted = None
+    if home is not None:
+        wanted = home[stars.vertices]
+    placed = centres_beside(x, stars, target, wanted)
     x[stars.vertices] = mesh.grid(placed)
     failed = ~proper(x, stars)
     if failed.any():

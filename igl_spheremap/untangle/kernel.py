@@ -20,18 +20,6 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.edges import next_corners
 from ..sphere.rows import row_crosses, row_dets, row_dots, tangent_axes, unit_rows
 
-#: Damped Newton steps for an analytic centre: 8 bring all but pathological kernels to 1e-3 of their width.
-_NEWTON_STEPS = 8
-#: Radius of the chart's disc, in which points stay since kernels may be unbounded: 56 degrees from its centre, where
-#: lengths in the chart are 3.25 times those on the sphere.
-_CHART_RADIUS = 1.5
-#: A point is in view of a chart if the cosine of its angle from the chart's centre is above this: the chart's point is
-#: then at most 10 from the centre, and rounding moves it by at most 100 eps.
-_IN_VIEW = 0.1
-#: Moves end at this share of the distance to the kernel's boundary: vertices that are inserted or moved later need part
-#: of the kernel.
-_REACH = 0.7
-
 
 @dataclass(frozen=True)
 class Stars:
@@ -177,10 +165,21 @@ def centres_beside(
     return _towards(planes, z, wanted)
 
 
-def _towards(planes: _HalfPlanes, z: FloatArray, wanted: FloatArray) -> FloatArray:
-    """The wanted points, bit for bit, where they lie well inside; else points on the way there from `z`."""
+def _towards(
+    planes: _HalfPlanes,
+    z: FloatArray,
+    wanted: FloatArray,
+    in_view: float = 0.1,
+    reach: float = 0.7,
+) -> FloatArray:
+    """The wanted points, bit for bit, where they lie well inside; else points on the way there from `z`.
+
+    The way ends at the share `reach` of the distance to the kernel's boundary: vertices that are inserted or moved
+    later need part of the kernel. A point whose angle from the chart's centre has a cosine above `in_view` is at most
+    10 from there in the chart, and rounding moves it by at most 100 eps.
+    """
     ahead = row_dots(planes.centre, wanted)
-    seen = ahead > _IN_VIEW
+    seen = ahead > in_view
     ahead = np.where(seen, ahead, 1.0)
     size = planes.size[:, None]
     away = (
@@ -191,21 +190,25 @@ def _towards(planes: _HalfPlanes, z: FloatArray, wanted: FloatArray) -> FloatArr
     h = planes.offset + row_dots(planes.normal, z[planes.owner])
     approach = -row_dots(planes.normal, way[planes.owner])
     share = np.where(approach > 0, h, np.inf) / np.where(approach > 0, approach, 1.0)
-    share = _REACH * np.minimum.reduceat(np.maximum(share, 0.0), planes.start)
+    share = reach * np.minimum.reduceat(np.maximum(share, 0.0), planes.start)
     inside = planes.lift(z + np.minimum(share, 1.0)[:, None] * way)
     return np.where((seen & (share >= 1))[:, None], wanted, inside)
 
 
-def _newton(planes: _HalfPlanes, z: FloatArray) -> FloatArray:
-    """Damped Newton steps towards the maximum of sum log det(x, a, b) over unit x, within the chart's disc."""
+def _newton(planes: _HalfPlanes, z: FloatArray, steps: int = 8, radius: float = 1.5) -> FloatArray:
+    """Damped Newton steps towards the maximum of sum log det(x, a, b) over unit x, within the chart's disc.
+
+    8 steps bring all but pathological kernels to 1e-3 of their width. Kernels may be unbounded: the disc has this
+    radius, so that it ends 56 degrees from the chart's centre, where lengths are 3.25 times those on the sphere.
+    """
     valence = np.bincount(planes.owner)
     bend = planes.size**2
-    for _ in range(_NEWTON_STEPS):
+    for _ in range(steps):
         h = planes.offset + row_dots(planes.normal, z[planes.owner])
         unit = planes.normal / np.where(h > 0, h, np.inf)[:, None]
         square = bend * row_dots(z, z)
         # Determinants are divided by the length of x, above 1 in the chart; the disc's barrier has the weight 2.
-        pull = bend * (valence / (1 + square) + 2 / (_CHART_RADIUS**2 - square))
+        pull = bend * (valence / (1 + square) + 2 / (radius**2 - square))
         g = np.add.reduceat(unit, planes.start, axis=0) - pull[:, None] * z
         xx, xy, yy = (
             np.add.reduceat(unit[:, i] * unit[:, j], planes.start)

@@ -34,21 +34,9 @@ FEW = 0.01
 _MOVED_RINGS = 2
 #: Rings around what a repair moved that are relaxed with it.
 RELAXED_RINGS = 2
-#: Relaxing ends after this many sweeps, or one that gains less than this share.
-_SWEEPS, _SETTLED = 30, 0.01
-#: Twice the area that small moves give folded faces, over the square of their longest side: about their least angle in
-#: radians.
-_LEAST_AREA = 1e-3
-#: A map is worse than another if its mean angle difference is this many times the other's: centring always changes it a
-#: bit.
-_WORSE = 1.05
 #: Distance of the centroid from the origin, the sphere's radius being 1, beyond which a map is centred even if that
 #: folds faces.
 _OFF_CENTRE = 1e-3
-#: Small moves are longer than the shortest sufficient ones by this factor, so that fewer rounds are needed.
-_OVER_RELAXATION = 1.3
-#: Small moves end after this many rounds in which no fewer faces fold.
-_PATIENCE = 25
 
 
 def most_of_few(f: IntArray) -> float:
@@ -108,18 +96,22 @@ def _relaxed(mesh: Mesh, x: FloatArray, moved: IntArray) -> FloatArray:
     near = mesh.edges.within(moved, RELAXED_RINGS)
     f = mesh.f[mesh.edges.faces_at(near)]
     loss = AngleLoss(corner_angles(mesh.unit, f).T)
-    return relax_angles(x, f, loss, marked(near, len(x)), sweeps=_SWEEPS, tolerance=_SETTLED)
+    return relax_angles(x, f, loss, marked(near, len(x)), sweeps=30, tolerance=0.01)
 
 
 def unfolded(mesh: Mesh, x: FloatArray) -> FloatArray:
     """The map itself, or repaired locally if a face folds."""
-    return repair_locally(mesh, x)[0] if folded_faces(x, mesh.f).any() else x
+    if folded_faces(x, mesh.f).any():
+        return repair_locally(mesh, x)[0]
+    return x
 
 
 def small_moves(
-    x: FloatArray, f: IntArray, listener: PositionsListener | None = None
+    x: FloatArray, f: IntArray, listener: PositionsListener | None = None, patience: int = 25
 ) -> FloatArray:
     """Repair foldings by small moves of the vertices around them, where that succeeds.
+
+    It ends after `patience` rounds in which no fewer faces fold.
 
     For each folded face the shortest move of its corners is computed that gives it a small positive area: a projection
     onto a half-space. Where several faces move a vertex, their moves are averaged. The iteration ends in the
@@ -136,7 +128,7 @@ def small_moves(
     y = best = x[vertices].T.copy()
     folded = column_signs(y.take(faces.T, axis=1)) <= 0
     fewest, since = folded.sum(), 0
-    while folded.any() and since < _PATIENCE:
+    while folded.any() and since < patience:
         bad = faces[folded]
         y = _projected(y, bad.T, movable)
         if listener is not None:
@@ -149,8 +141,17 @@ def small_moves(
     return with_rows(x, vertices, best.T)
 
 
-def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArray:
+def _projected(
+    x: FloatArray,
+    folded: IntArray,
+    movable: BoolArray,
+    least_area: float = 1e-3,
+    over_relaxation: float = 1.3,
+) -> FloatArray:
     """One step of a map (3, n) that moves all folded faces, corners (3, m), towards a little area each.
+
+    Twice that area over the square of the longest side is `least_area`, about the least angle in radians. Moves are
+    longer than the shortest sufficient ones by the factor `over_relaxation`, so that fewer rounds are needed.
 
     Twice a face's area is det(o, q - p, r - p) with the outward unit vector o; it changes by o x (opposite side) as a
     corner moves.
@@ -163,7 +164,7 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
     size = binary_sizes((np.abs(side[:, 0]) + np.abs(side[:, 1])).T)
     side /= size
     square = column_dots(side, side)
-    lack = _LEAST_AREA * square.max(axis=0) - column_dots(
+    lack = least_area * square.max(axis=0) - column_dots(
         outward, column_crosses(side[:, 1], side[:, 2])
     )
     length = size * lack / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
@@ -172,13 +173,13 @@ def _projected(x: FloatArray, folded: IntArray, movable: BoolArray) -> FloatArra
     move = np.stack([np.bincount(local, part.ravel()) for part in moves]) / np.bincount(local)
     move[:, ~movable[moved]] = 0
     y = x.copy()
-    y[:, moved] = unit_rows((x[:, moved] + _OVER_RELAXATION * move).T.copy()).T
+    y[:, moved] = unit_rows((x[:, moved] + over_relaxation * move).T.copy()).T
     return y
 
 
 def is_worse(mean: float, before: float) -> bool:
-    """True if a mean angle difference is more than 5 percent above another."""
-    return mean >= _WORSE * before
+    """True if a mean angle difference is more than 5 percent above another: centring always changes it a bit."""
+    return mean >= 1.05 * before
 
 
 def restore_gauge(mesh: Mesh, x: FloatArray) -> tuple[FloatArray, Certificate]:

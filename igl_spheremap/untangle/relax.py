@@ -18,12 +18,6 @@ from ..verify.signs import column_signs
 from .collapse import colour_classes
 from .kernel import Stars, solve_symmetric, stars_of
 
-#: Factors of a step, tried in turn; if none is accepted, the vertex stays until the next sweep. The first is an
-#: over-relaxation, as neighbours will move the same way.
-_LENGTHS = (1.8, 0.7, 0.2)
-#: Share of the distance to the nearest neighbour that no step exceeds: longer ones crowd vertices.
-_REACH = 0.7
-
 
 @dataclass(frozen=True)
 class AngleLoss:
@@ -131,7 +125,13 @@ def relax_angles(
     return np.ascontiguousarray(columns.T)
 
 
-def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
+def _step(
+    x: FloatArray,
+    stars: Stars,
+    loss: AngleLoss,
+    lengths: tuple[float, ...] = (1.8, 0.7, 0.2),
+    reach: float = 0.7,
+) -> tuple[float, float]:
     """Move one class of vertices of a map (3, n), in place; the loss before and after."""
     owner = stars.owner
     p, a, b = (x.take(ids, axis=1) for ids in (stars.vertices, stars.a, stars.b))
@@ -151,10 +151,10 @@ def _step(x: FloatArray, stars: Stars, loss: AngleLoss) -> tuple[float, float]:
         np.minimum.reduceat(column_dots(u, u), stars.start),
         (steps * steps).sum(axis=0),
     )
-    share = np.minimum(1, _REACH * np.sqrt(nearest / np.maximum(squared, np.finfo(float).tiny)))
+    share = np.minimum(1, reach * np.sqrt(nearest / np.maximum(squared, np.finfo(float).tiny)))
     move = size * share * (steps[0] * axes[0] + steps[1] * axes[1])
     new, rows, part = old.copy(), np.arange(len(old)), stars
-    for length in _LENGTHS:
+    for length in lengths:
         y = unit_rows((p + length * move).T.copy()).T
         x[:, part.vertices] = y
         at, unit = y.take(part.owner, axis=1), size.take(part.owner)
