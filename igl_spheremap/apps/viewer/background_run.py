@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import multiprocessing
 import os
@@ -11,8 +12,8 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
-from multiprocessing.synchronize import Event
 from typing import Any, Protocol
 
 import numpy as np
@@ -26,18 +27,8 @@ from ...result.recording import BUDGET, Frame, Recording
 from ...result.run import Iterate, Listener, Stage, Step, title_of
 
 Source = tuple[FloatArray, IntArray]
-
-#: Messages on their way between the processes: more than a run sends while a window draws a picture.
-_IN_TRANSIT = 64
-#: Seconds between two reports of progress without a window.
-_TURN = 0.3
-#: Seconds between messages: iterates of small meshes come faster than messages are worth.
-_GATHER = 0.01
-#: A stage may begin with the last map of the one before, up to rounding; it is shown once.
-_SAME = 1e-9
-#: The most steps among which a jump goes to changes of the foldings: where more change, one jump would lead hardly
-#: further.
-_FEW = 24
+#: Its kind, and its content.
+Message = tuple[str, Any]
 
 
 class Solve(Protocol):
@@ -91,20 +82,25 @@ class ShownRun:
         With options of `repair_mesh` the mesh is repaired first.
         """
         spawn = multiprocessing.get_context("spawn")  # a fork would share the OpenGL context
-        self._stopped = spawn.Event()
-        self._messages: multiprocessing.Queue[Any] = spawn.Queue(_IN_TRANSIT)
-        work = (load, repair, solve, self._messages, self._stopped)
+        # No queue and no event: of these a process that is killed may hold a lock, or leave half a message, for which
+        # the window would wait for ever. A pipe whose other end is theirs alone ends with the process.
+        self._messages, messages = spawn.Pipe(duplex=False)
+        stopped, self._stopped = spawn.Pipe(duplex=False)
+        work = (load, repair, solve, messages, stopped)
         self.began = time.monotonic()
         self.process = spawn.Process(target=_work, args=work, daemon=True)
         # Ctrl-C is for the window, which ends the process
         handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
         self.process.start()
         signal.signal(signal.SIGINT, handler)
+        messages.close()
+        stopped.close()
         return self
 
     def stop(self) -> None:
         """Ask the run to end at its next iterate, with the map so far."""
-        self._stopped.set()
+        with contextlib.suppress(OSError):  # it has ended
+            self._stopped.send(None)
 
     def close(self) -> None:
         """End at once."""
@@ -112,25 +108,27 @@ class ShownRun:
             self.process.kill()
             self.process.join()
 
-    def wait(self, progress: Callable[[ShownRun], None] = lambda run: None) -> None:
-        """Wait until it is done; `progress` is called with the run several times a second."""
+    def wait(
+        self, progress: Callable[[ShownRun], None] = lambda run: None, turn: float = 0.3
+    ) -> None:
+        """Wait until it is done; `progress` is called with the run each time that `turn` seconds have passed."""
         while self.running:
-            self.poll(_TURN, wait=_TURN / 3)
+            self.poll(turn, wait=turn / 3)
             progress(self)
 
     def poll(self, seconds: float, wait: float = 0.0) -> None:
         """Take over what has arrived, for this many seconds at most, and wait up to `wait` seconds for a message."""
         until = time.monotonic() + seconds
         while self.running and self.process is not None and time.monotonic() < until:
-            # before the queue is read, so that no last word is missed
-            alive = self.process.is_alive()
             try:
-                kind, content = self._messages.get(wait > 0, wait)
-            except queue.Empty:
-                if not alive:
-                    self.error = RuntimeError(
-                        f"the computation ended with exit code {self.process.exitcode}"
-                    )
+                if not self._messages.poll(wait):
+                    break
+                kind, content = self._messages.recv()
+            except (EOFError, OSError):  # behind the last message, or within one
+                self.process.join()
+                self.error = RuntimeError(
+                    f"the computation ended with exit code {self.process.exitcode}"
+                )
                 break
             self._take[kind](content)
         self._update()
@@ -209,7 +207,8 @@ class ShownRun:
         self.mesh = check_mesh(*source)
         self._recording = Recording(self.mesh.f, budget=self._budget)
 
-    def _take_iterates(self, content: tuple[float, list[Iterate]]) -> None:
+    def _take_iterates(self, content: tuple[float, list[Iterate]], same: float = 1e-9) -> None:
+        """Record iterates; a stage may begin with the last map of the one before, up to rounding: it is shown once."""
         self.seconds, iterates = content
         assert self.mesh is not None
         assert self._recording is not None
@@ -222,10 +221,7 @@ class ShownRun:
             )
         for iterate in iterates:
             begins = iterate.iteration == 0 and len(self._recording.steps) > 0
-            if (
-                not begins
-                or np.abs(self._recording.frames[-1].iterate.x - iterate.x).max() >= _SAME
-            ):
+            if not begins or np.abs(self._recording.frames[-1].iterate.x - iterate.x).max() >= same:
                 self._recording(iterate)
 
     def _take_result(self, result: SphereMap) -> None:
@@ -240,15 +236,17 @@ class ShownRun:
         self.error = error
 
 
-def changes(foldings: IntArray) -> IntArray:
-    """Find the steps after which 1 + foldings has changed by a factor since the last: 2, or more where those are many.
+def changes(foldings: IntArray, most: int = 24) -> IntArray:
+    """Find the steps after which 1 + foldings has changed by a factor since the last: 2, or a power of it.
+
+    The power is the first with at most so many steps: where more change, one jump would lead hardly further.
 
     >>> changes(np.array([100, 90, 40, 45, 0, 0]))
     array([1, 3])
     """
     levels = np.log2(1.0 + foldings).tolist()
     tried = (_jumps(levels, octaves) for octaves in itertools.count(1))
-    return np.array(next(found for found in tried if len(found) <= _FEW), dtype=np.int64)
+    return np.array(next(found for found in tried if len(found) <= most), dtype=np.int64)
 
 
 def _jumps(levels: list[float], size: float) -> list[int]:
@@ -262,18 +260,20 @@ def _jumps(levels: list[float], size: float) -> list[int]:
 
 
 class _Sender:
-    """Listener that sends every iterate, and waits while too many are on their way."""
+    """Listener that sends every iterate, those of some seconds together: of small meshes they come fast."""
 
-    def __init__(self, messages: multiprocessing.Queue[Any], stopped: Event) -> None:
-        self._messages, self._stopped = messages, stopped
+    def __init__(
+        self, messages: queue.Queue[Message | None], stopped: Connection, gather: float = 0.01
+    ) -> None:
+        self._messages, self._stopped, self._gather = messages, stopped, gather
         self._unsent: list[Iterate] = []
         self._began = self._sent = time.monotonic()
 
     def __call__(self, iterate: Iterate) -> None:
         self._unsent.append(replace(iterate, details=None))
-        if time.monotonic() > self._sent + _GATHER:
+        if time.monotonic() > self._sent + self._gather:
             self.flush()
-        if self._stopped.is_set():
+        if self._stopped.poll():
             raise StopIteration
 
     def flush(self) -> None:
@@ -292,15 +292,31 @@ def _end_with_window() -> None:
         os._exit(1)
 
 
+def _send_all(messages: queue.Queue[Message | None], pipe: Connection) -> None:
+    """Send messages up to None; where that fails this process ends, which the window says."""
+    try:
+        for message in iter(messages.get, None):
+            pipe.send(message)
+    except Exception:
+        os._exit(1)
+
+
 def _work(
     load: Callable[[], Source],
     repair: Mapping[str, Any] | None,
     solve: Solve,
-    messages: Any,
-    stopped: Event,
+    pipe: Connection,
+    stopped: Connection,
+    in_transit: int = 64,
 ) -> None:
-    """The process: whatever happens, its last message is the result or the error."""
+    """The process: whatever happens, its last message is the result or the error.
+
+    It waits where so many messages are held, more than a run sends while a window draws a picture.
+    """
     threading.Thread(target=_end_with_window, daemon=True).start()
+    messages: queue.Queue[Message | None] = queue.Queue(in_transit)
+    sending = threading.Thread(target=_send_all, args=(messages, pipe))
+    sending.start()
     try:
         v, f = load()
         if repair is not None:
@@ -316,3 +332,5 @@ def _work(
         messages.put(("result", result))
     except Exception as error:  # shown in the window
         messages.put(("error", error))
+    messages.put(None)
+    sending.join()

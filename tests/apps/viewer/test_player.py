@@ -1,8 +1,11 @@
 """The player: every iterate of a run, its foldings always in sight, computed beside the window."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
+import threading
 import time
 from functools import partial
 
@@ -127,6 +130,21 @@ def test_what_ends_a_run_in_its_process_is_known_here():
     assert not run.running
 
 
+def _large_then_killed():
+    """Arrays that no pipe takes at once, from a process that is killed while they are on their way."""
+    threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGKILL)).start()
+    return ism.samples.make("spheroid", n_vertices=100_000)
+
+
+@pytest.mark.posix
+def test_a_run_that_is_killed_within_a_message_is_an_error_and_not_waited_for():
+    run = ShownRun().begin(_large_then_killed, ism.spherical_conformal_map)
+    run.process.join()  # nobody takes the message, so the process is killed as it sends
+    run.stop()
+    run.wait()
+    assert str(run.error) == "the computation ended with exit code -9"
+
+
 @pytest.mark.posix
 def test_the_process_of_a_run_ends_with_a_window_that_is_killed():
     code = """
@@ -136,7 +154,7 @@ import igl_spheremap as ism
 from igl_spheremap.apps.viewer.background_run import ShownRun, changes
 run = ShownRun().begin(partial(ism.samples.make, 'dumbbell', n_vertices=300),
                     partial(ism.spherical_conformal_map, method='lai2014'))
-while run.mesh is None:
+while run.mesh is None and run.running:
     run.poll(0.1, 0.1)
 print(run.process.pid, flush=True)
 time.sleep(60)
