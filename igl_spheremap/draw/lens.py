@@ -10,12 +10,6 @@ import numpy as np
 from ..mesh.arrays import FloatArray, IntArray
 from ..sphere.rows import from_chart, to_chart
 
-#: Angle that most of a large cluster takes to each side of the place: the rest of the view shows what is around it.
-_SPREAD = 0.6
-#: Angle for one face; a cluster of k faces takes sqrt(k) as much, so that faces of all clusters look equally large.
-_FACE = 0.1
-#: Percentage of the corners of a cluster within that angle; the rest may be the ends of long faces.
-_WITHIN = 95
 #: Power of the strongest lens: beyond it the rounding of float64 shows.
 STRONGEST = 1e9
 _TINIEST = np.finfo(float).tiny
@@ -87,13 +81,20 @@ def follow_vertex(
     return [replace(lens, place=x[vertex]) for lens, x in zip(lenses, maps, strict=True)]
 
 
-def look_at(x: FloatArray, faces: IntArray) -> Lens:
-    """Lens on faces of a map, given as rows of vertex indices."""
+def look_at(
+    x: FloatArray, faces: IntArray, face: float = 0.1, most: float = 0.6, within: float = 95
+) -> Lens:
+    """Lens on faces of a map, given as rows of vertex indices.
+
+    One face takes the angle `face` to each side of the place, k faces sqrt(k) as much, so that faces of all clusters
+    look equally large, and no more than `most`: the rest of the view shows what is around them. So many percent of the
+    corners lie within; others may be the ends of long faces.
+    """
     corners = x[np.unique(faces)]
     place = corners[int(np.argmax(corners @ corners.mean(axis=0)))]
     # 2 tan of half the angle
-    radius = float(np.percentile(np.abs(to_chart(corners, place[None])), _WITHIN))
-    spread = min(_SPREAD, _FACE * float(np.sqrt(len(faces))))
+    radius = float(np.percentile(np.abs(to_chart(corners, place[None])), within))
+    spread = min(most, face * float(np.sqrt(len(faces))))
     fitting, filling = (
         float(np.clip(2 * np.tan(angle / 2) / max(radius, _TINIEST), 1.0, STRONGEST))
         for angle in (spread, np.pi / 2)

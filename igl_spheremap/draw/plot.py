@@ -20,10 +20,6 @@ from .palette import AREAS, FOLDED, LINES, Ramp, fitting
 #: What a figure can be saved as.
 FORMATS = (".png", ".svg", ".pdf")
 SMALL = 8  # points, of small text
-_PIXELS = 840  # along a side of a picture of a surface
-_BINS = 81  # odd: the middle one is about 0
-_BEYOND = 0.5  # percent of the values of a histogram that lie beyond its axis
-_CURVE = 1000  # bins of a curve: more than it is pixels wide
 
 
 def new_figure(
@@ -62,21 +58,32 @@ def plot_areas(ax: Any, ratios: FloatArray) -> None:
     )
 
 
-def _histogram(ax: Any, values: FloatArray, of: str, name: str, unit: str) -> None:
-    """Shares of values on an axis that ends where few lie beyond; the bars at its ends hold these."""
+def _histogram(
+    ax: Any,
+    values: FloatArray,
+    of: str,
+    name: str,
+    unit: str,
+    bins: int = 81,
+    beyond: float = 0.5,
+) -> None:
+    """Shares of values on an axis beyond which so many percent lie; the bars at its ends hold these.
+
+    The number of bins is odd: the middle one is about 0.
+    """
     size = np.abs(values[np.isfinite(values)])
     ax.set_title(f"{name} {size.mean():.3g}{unit},\n99% below {np.percentile(size, 99):.3g}{unit}, "
                  f"largest {size.max():.3g}{unit}", fontsize=SMALL)  # fmt: skip
-    low, high = np.percentile(values[np.isfinite(values)], (_BEYOND / 2, 100 - _BEYOND / 2))
+    low, high = np.percentile(values[np.isfinite(values)], (beyond / 2, 100 - beyond / 2))
     if low == high:
         low, high = low - 1, high + 1
-    counts, edges = np.histogram(np.clip(values, low, high), bins=_BINS, range=(low, high))
+    counts, edges = np.histogram(np.clip(values, low, high), bins=bins, range=(low, high))
     ax.stairs(counts * 100 / values.size, edges, fill=True, color=LINES[0])
     ax.set_ylabel(f"percent {of}\n(bars at the ends: all beyond)", fontsize=SMALL)
     ax.tick_params(labelsize=SMALL)
 
 
-def extremes(values: FloatArray, bins: int = _CURVE) -> IntArray:
+def extremes(values: FloatArray, bins: int = 1000) -> IntArray:
     """Places of the least and of the largest of each of so many bins of values in a row: a curve that drops no peak.
 
     >>> peaks = np.zeros(1000)
@@ -107,18 +114,24 @@ def colour_bar(ax: Any, ramp: Ramp) -> None:
 
 
 def plot_plane(
-    p: FloatArray, f: IntArray, differences: FloatArray, ratios: FloatArray, title: str
+    p: FloatArray,
+    f: IntArray,
+    differences: FloatArray,
+    ratios: FloatArray,
+    title: str,
+    pixels: int = 840,
 ) -> Any:
     """A figure of a map: its image, coloured by area ratios, folded faces in their own colour, and two histograms.
 
-    It takes images (n, 2), faces, angle differences in degrees, and logarithms of area ratios.
+    It takes images (n, 2), faces, angle differences in degrees, and logarithms of area ratios. The image has so many
+    pixels a side.
     """
     figure, ((left, middle, right),) = new_figure(1, 3, title, size=(3.6, 3.4))
     ramp, corners = fitting(AREAS, ratios), p[f]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     folded = np.flatnonzero(a[:, 0] * b[:, 1] <= a[:, 1] * b[:, 0])
     left.imshow(
-        raster(np.column_stack((p, np.zeros(len(p)))), f, ramp.colours(ratios), _PIXELS, folded)
+        raster(np.column_stack((p, np.zeros(len(p)))), f, ramp.colours(ratios), pixels, folded)
     )
     left.set_axis_off()
     colour_bar(left, ramp)
@@ -129,16 +142,10 @@ def plot_plane(
 
 #: Where the light comes from, in the frame of the view.
 LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
-#: Points of faces that are drawn at once: some 20 MB.
-_SAMPLES = 2**19
 #: Factors of the axes of a view that turn it half around the vertical.
 BEHIND = np.array([-1.0, 1.0, -1.0])
-_POINT = 1e-300  # half a side where all lies at one point: the scale to pixels stays finite
-_MARGIN = 1.06  # side of a picture, in units of the body's longer side
 #: Angles by which a pose is turned away from the broad side of a surface, and seen from above.
 _AZIMUTH, _ELEVATION = np.radians(28), np.radians(16)
-#: Share of the height that is the lowest part of a surface, on which it may stand.
-_LOWEST = 0.04
 #: Directions that may be up, by the names that users give.
 UPS = {
     "x": (1, 0, 0),
@@ -165,14 +172,17 @@ def upright(v: FloatArray) -> str:
     return best
 
 
-def _stability(v: FloatArray, axis: int) -> float:
-    """Distance from the middle to the border of the lowest part's hull, both seen from above; negative outside."""
+def _stability(v: FloatArray, axis: int, part: float = 0.04) -> float:
+    """Distance from the middle to the border of the lowest part's hull, both seen from above; negative outside.
+
+    The part is this share of the height.
+    """
     from scipy.spatial import ConvexHull, QhullError  # takes long to import
 
     level = [k for k in range(3) if k != axis]
     height = v[:, axis] - v[:, axis].min()
     try:
-        hull = ConvexHull(v[height <= _LOWEST * height.max()][:, level])
+        hull = ConvexHull(v[height <= part * height.max()][:, level])
     except (QhullError, ValueError):  # a line or a point
         return -math.inf
     return float(-(hull.equations[:, :2] @ v[:, level].mean(axis=0) + hull.equations[:, 2]).max())
@@ -307,22 +317,28 @@ def _blocks(pixels: FloatArray, f: IntArray, size: int, least: int) -> IntArray:
     return np.asarray((row[:, :, None] * size + column[:, None, :]).ravel())
 
 
-def frame(y: FloatArray) -> tuple[FloatArray, float]:
-    """Middle (3,) of positions, and half the side of the square around it that their picture shows."""
+def frame(y: FloatArray, margin: float = 1.06) -> tuple[FloatArray, float]:
+    """Middle (3,) of positions, and half the side of the square around it that their picture shows.
+
+    It is the larger extent times the margin. At one point it is not 0: the scale to pixels stays finite.
+    """
     low, high = y.min(axis=0), y.max(axis=0)
-    return (low + high) / 2, max(float((high - low)[:2].max()) / 2, _POINT) * _MARGIN
+    return (low + high) / 2, max(float((high - low)[:2].max()) / 2, 1e-300) * margin
 
 
 def _samples(
-    pixels: FloatArray, f: IntArray, size: int
+    pixels: FloatArray, f: IntArray, size: int, at_once: int = 2**19
 ) -> Iterator[tuple[IntArray, FloatArray, IntArray]]:
-    """Places in the picture, depths and faces of points that lie less than a pixel apart on every face, in parts."""
+    """Places in the picture, depths and faces of points that lie less than a pixel apart on every face, in parts.
+
+    A part has about so many points, some 20 MB.
+    """
     corners = pixels[f]
     longest = np.abs(corners - corners[:, [1, 2, 0]])[:, :, :2].max(axis=(1, 2))
     level = np.ceil(np.log2(np.maximum(longest, 0.5))).astype(int)
     for k in np.unique(level):
         grid, faces = _grid(int(2.0**k)), np.flatnonzero(level == k)
-        for part in np.array_split(faces, math.ceil(len(faces) * len(grid) / _SAMPLES)):
+        for part in np.array_split(faces, math.ceil(len(faces) * len(grid) / at_once)):
             x, y, depth = (corners[part, :, axis] @ grid.T for axis in range(3))
             column, row = (np.clip(pixel, 0, size - 1).astype(np.int32) for pixel in (x, y))
             yield (row * size + column).ravel(), depth.ravel(), np.repeat(part, len(grid))

@@ -14,13 +14,6 @@ from ..result.run import Step, iterations_in
 from .palette import FOLDED, GUIDE, INK, LINES
 from .plot import SMALL, extremes, new_figure, plot_angles, plot_areas
 
-#: Energies that end nearer to 4 pi than this are plotted less 4 pi: the harmonic energy, with or without landmarks.
-_NEAR_4_PI = 1.0
-#: Values in a wider ratio than this need a logarithmic axis.
-_WIDE = 30.0
-#: Axes of counts up to this have a tick for each number.
-_FEW = 9
-
 
 def plot_run(
     history: Sequence[Step],
@@ -65,7 +58,7 @@ def plot_run(
         most = counts.max()
         drawn = extremes(counts)
         curves[-1].plot(drawn, counts[drawn], color=FOLDED, marker=_marker(counts))
-        if most > _FEW:
+        if most > 9:  # else each number has a tick
             curves[-1].set_yscale("symlog", linthresh=1)
             curves[-1].set_ylim(bottom=-0.2)
         else:
@@ -81,10 +74,11 @@ def plot_run(
     return figure
 
 
-def objective(history: Sequence[Step]) -> tuple[IntArray, FloatArray, str]:
+def objective(history: Sequence[Step], near: float = 1.0) -> tuple[IntArray, FloatArray, str]:
     """Places in the history, values and name of what was minimised last.
 
-    It is the harmonic energy minus 4 pi, its value for a smooth conformal map; or another energy minus its minimum.
+    It is an energy that ends near 4 pi minus this, its value for a smooth conformal map, as the harmonic energy with or
+    without landmarks does; or another energy minus its minimum.
 
     >>> from igl_spheremap.result.run import Stage, Step
     >>> energies = (Stage.ALGORITHM_1, 13.0), (Stage.BALANCE, 5.0), (Stage.BALANCE, 3.0)
@@ -106,7 +100,7 @@ def objective(history: Sequence[Step]) -> tuple[IntArray, FloatArray, str]:
     least = float(energies.min())
     if last:
         return at, energies - least, f"energy of the {last} above its minimum"
-    if abs(least - 4 * math.pi) < _NEAR_4_PI:
+    if abs(least - 4 * math.pi) < near:
         return at, energies - 4 * math.pi, "energy minus 4π"
     return at, energies - least, "energy above its minimum"
 
@@ -118,19 +112,19 @@ def _minimised(step: Step) -> str:
     return ""
 
 
-def linear_below(values: FloatArray) -> float:
+def linear_below(values: FloatArray, wide: float = 30.0) -> float:
     """Size of values below which an axis that shows all of them is linear, and logarithmic beyond.
 
-    0 where a logarithmic axis serves; infinity where a linear one does.
+    0 where a logarithmic axis serves; infinity where a linear one does: where values are in no wider ratio.
 
     >>> [linear_below(np.array(values)) for values in ([200.0, 1e-3], [2e-3, -1e-3], [9.0, -0.01])]
     [0.0, inf, 0.01]
     """
     above, below = max(float(values.max(initial=0)), 0.0), max(-float(values.min(initial=0)), 0.0)
     positive = values[values > 0]
-    if below and above > _WIDE * below:
+    if below and above > wide * below:
         return below
-    if not below and len(positive) > 1 and above > _WIDE * float(positive.min()):
+    if not below and len(positive) > 1 and above > wide * float(positive.min()):
         return 0.0
     return math.inf
 

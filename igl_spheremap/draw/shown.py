@@ -18,9 +18,6 @@ from .palette import AREAS, fitting, pale
 from .plot import pose, raster, shading
 
 _SIZE = 288  # pixels along a side of a body's picture: three of them fit beside one another
-# pixels along a side of the mark of a folded face, before pictures are made half as large
-_MARK = 8
-_LEVELS = 31  # of each colour above 0: the file takes a third less, and it is not seen
 #: Notebooks set all cells to the right, as numbers are.
 _STYLE = "<style>.shown figure { margin: 0 } .shown [scope=row] + td { text-align: left }</style>"
 
@@ -39,8 +36,12 @@ class Drawing:
     colours: FloatArray
     folded: IntArray
 
-    def image(self) -> NDArray[np.uint8]:
-        """The pixels, (height, width, 3)."""
+    def image(self, mark: int = 8, levels: int = 31) -> NDArray[np.uint8]:
+        """The pixels, (height, width, 3).
+
+        The mark of a folded face has so many pixels a side, before pictures are made half as large. A colour has so
+        many levels above 0: a file takes a third less than with all, and it is not seen.
+        """
         drawn, folded = [], None
         if len(self.folded):
             folded = self.folded
@@ -48,11 +49,11 @@ class Drawing:
             # maps that are given hold anything
             y = own_unit(np.nan_to_num(body, posinf=0.0, neginf=0.0))[0] @ turn.T
             shaded = self.colours * shading(y, self.f, np.eye(3))[:, None]
-            drawn.append(raster(y, self.f, shaded, 2 * _SIZE, folded, least=_MARK))
+            drawn.append(raster(y, self.f, shaded, 2 * _SIZE, folded, least=mark))
         fine = np.concatenate(drawn, axis=1).astype(np.uint16)
         # so that borders are smooth
         sums = fine[::2, ::2] + fine[1::2, ::2] + fine[::2, 1::2] + fine[1::2, 1::2]
-        return np.rint(np.rint(sums * (_LEVELS / 1020)) * (255 / _LEVELS)).astype(np.uint8)
+        return np.rint(np.rint(sums * (levels / 1020)) * (255 / levels)).astype(np.uint8)
 
 
 class Shown:

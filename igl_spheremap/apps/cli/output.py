@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import shlex
 import sys
 import tempfile
 import textwrap
@@ -85,6 +86,11 @@ def check_plots(args: Namespace) -> None:
         if getattr(args, flag.lstrip("-")) is not None:
             import_optional("matplotlib", flag, "plot")
     check_report(args)
+
+
+def command_of(args: Namespace) -> str:
+    """The command line, as a page says what made it."""
+    return shlex.join(("igl-spheremap", *args.words))
 
 
 def check_report(args: Namespace, name: str = "report.html") -> None:

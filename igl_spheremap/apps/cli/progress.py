@@ -16,9 +16,6 @@ from ...verify.signs import folded_faces
 
 #: Phases of the library that take long on large meshes, by what they do.
 _LONG = {"factorisation": "factorising", "repair": "finishing the map", "certificate": "certifying"}
-_INTERVAL = 0.5  # seconds between lines of a terminal; foldings are counted anew for each
-_LOG_INTERVAL = 60.0  # seconds between the lines of a log
-_LONG_LOOP = 2.0  # seconds above which the time that is left is shown
 
 
 class _Line(tqdm):
@@ -41,9 +38,10 @@ class Progress(logging.Handler):
     def __init__(self, quiet: bool = False) -> None:
         super().__init__(logging.INFO)
         self._terminal = sys.stderr.isatty() and not quiet
-        self._interval, self._shown = _LOG_INTERVAL, time.monotonic()
+        # seconds between lines of a log, and of a terminal, where foldings are counted anew for each
+        self._interval, self._shown = 60.0, time.monotonic()
         if self._terminal:
-            self._interval, self._shown = _INTERVAL, -math.inf
+            self._interval, self._shown = 0.5, -math.inf
         elif quiet:
             self._interval = math.inf
         self._bar: _Line | None = None
@@ -154,8 +152,8 @@ class Progress(logging.Handler):
         self._bar.set_description_str(text, refresh=False)
         self._bar.set_postfix_str(postfix)
 
-    def _count_loop(self, name: object, done: int, total: int) -> None:
-        """Show the share of the outermost loop that is done, and the time that is left, if the loop takes long."""
+    def _count_loop(self, name: object, done: int, total: int, short: float = 2.0) -> None:
+        """Show the share of the outermost loop that is done, and the time that is left, unless it takes few seconds."""
         if total < 2 or self._loop not in (None, name):
             return
         now = time.monotonic()
@@ -165,7 +163,7 @@ class Progress(logging.Handler):
             self._loop, self._share = None, ""
             if self._terminal:
                 self._line(self._activity)
-        elif (now - self._began) * total > _LONG_LOOP * done:
+        elif (now - self._began) * total > short * done:
             self._share = f": {done / total:.0%}, {_duration((now - self._began) * (total - done) / done)} left"
             if self._due():
                 self._line(f"{self._activity or name}{self._share}")

@@ -1,7 +1,6 @@
 """The way of every command that maps: map, write, certify what was written, draw, and report."""
 
 import os
-import shlex
 from argparse import Namespace
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -14,7 +13,7 @@ from ...result.run import Iterate, Listener, Status
 from ...verify.certificate import Certificate
 from .exits import Exit, Interrupt, exit_of
 from .inputs import STREAM, InputMesh, up_of
-from .output import Findings
+from .output import Findings, command_of
 
 M = TypeVar("M", SphereMap, PlaneMap)
 
@@ -63,7 +62,7 @@ def map_and_report(
             result,
             source=os.path.basename(source.name),
             up=up_of(args, source),
-            command=shlex.join(("igl-spheremap", *args.words)),
+            command=command_of(args),
         )
     found.written(plot=args.plot, report=report)
     found.report(args)

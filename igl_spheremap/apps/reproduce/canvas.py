@@ -18,11 +18,7 @@ from .surfaces import PaperSurface
 PAGE = 7.2
 TEXT = 7  # points
 _NONE = np.empty(0, dtype=np.int64)
-# of the pictures in a row together: about as many as they have in a PNG, so that no thin limb is lost
-_PIXELS = 1600
-_LARGEST = 180  # degrees: no angle difference is larger
 _ASPECT = 1.25  # width over height of a picture
-_DOT = 0.02  # a map of less extent has collapsed
 _SIDE = 1.04  # side of what is shown, in units of the body's own
 
 
@@ -58,7 +54,7 @@ def show_image(
     ax.add_patch(Circle((0, 0), radius, fill=False, color=GUIDE, linewidth=0.5))
     height = _SIDE * max(radius, float(np.linalg.norm(x, axis=1).max()))
     ax.set(xlim=(-_ASPECT * height, _ASPECT * height), ylim=(-height, height))
-    if np.ptp(x, axis=0).max() < _DOT:
+    if np.ptp(x, axis=0).max() < 0.02:  # it has collapsed
         ax.plot(
             *(x.mean(axis=0) @ pose(surface.v, surface.up).T)[:2],
             "o",
@@ -81,14 +77,14 @@ def show_function(
         colour_bar(ax, ramp)
 
 
-def show_angles(ax: Any, results: dict[str, SphereMap]) -> None:
+def show_angles(ax: Any, results: dict[str, SphereMap], largest: int = 180) -> None:
     """Angle differences of maps of one surface, counted by degree on a logarithmic axis."""
     for (name, result), colour in zip(results.items(), LINES, strict=False):
         differences = result.angle_differences().ravel()
-        counts, edges = np.histogram(differences, np.arange(-_LARGEST - 0.5, _LARGEST + 1))
+        counts, edges = np.histogram(differences, np.arange(-largest - 0.5, largest + 1))
         label = f"{name}: mean {np.abs(differences).mean():.2f}°"
         ax.stairs(counts, edges, color=colour, label=label, linewidth=1)
-    ax.set(yscale="log", xticks=(-_LARGEST, 0, _LARGEST))
+    ax.set(yscale="log", xticks=(-largest, 0, largest))
     ax.set_xlabel("angle difference, degrees", fontsize=TEXT)
     ax.set_ylabel("angles per degree", fontsize=TEXT)
     ax.tick_params(labelsize=TEXT)
@@ -117,7 +113,8 @@ def show_surface(
         colours = np.tile(SURFACE, (len(surface.f), 1))
     colours = colours * shading(surface.v, surface.f, view, ambient)[:, None]
     (x0, y0, _), radius = frame(y)
-    pixels = _PIXELS // ax.get_subplotspec().get_gridspec().ncols
+    # about as many as the pictures of a row have in a PNG, so that no thin limb is lost
+    pixels = 1600 // ax.get_subplotspec().get_gridspec().ncols
     picture = raster(y, surface.f, colours, pixels, folded)
     ax.imshow(
         picture,

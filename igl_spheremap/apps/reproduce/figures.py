@@ -42,23 +42,24 @@ SETTINGS = ("lai2014", "as printed", "as programmed")
 _PHI_RADIUS = np.sqrt(3 / (4 * np.pi))
 #: u of a surface of unit area, less u of the surface scaled to the area of the sphere.
 _UNIT = 0.5 * np.log(4 * np.pi)
-#: Squares of the checkerboard of Fig. 1 in a quarter of a circle, and how often its faces are divided by four.
-_SQUARES, _DIVIDED = 3, 2
 
 
-def figure_1(runs: Runs) -> Any:
-    """A brain and its conformal map under one checkerboard, whose squares keep their right angles."""
+def figure_1(runs: Runs, squares: int = 3, divided: int = 2) -> Any:
+    """A brain and its conformal map under one checkerboard, whose squares keep their right angles.
+
+    A quarter turn has so many squares; faces are divided so often, for smooth borders.
+    """
     surface = runs.surface("Brain")
     result = runs.get(surface, "auto").result
     mean = np.abs(result.angle_differences()).mean()
     title = f"Fig. 1. A brain and its conformal map: mean angle difference {mean:.2f}°"
     figure, ((source, sphere),) = page_figure(1, 2, title, 3.6)
-    v, f = igl.upsample(surface.v, surface.f, _DIVIDED)  # smooth borders of the squares
-    x = unit_rows(igl.upsample(result.sphere, surface.f, _DIVIDED)[0])
+    v, f = igl.upsample(surface.v, surface.f, divided)
+    x = unit_rows(igl.upsample(result.sphere, surface.f, divided)[0])
     longitude, latitude = np.arctan2(*x[f].mean(axis=1).T[:2]), np.arcsin(x[f, 2].mean(axis=1))
     odd = (
         sum(
-            np.floor(angle / (np.pi / 2 / _SQUARES)).astype(np.int64)
+            np.floor(angle / (np.pi / 2 / squares)).astype(np.int64)
             for angle in (longitude, latitude)
         )
         % 2

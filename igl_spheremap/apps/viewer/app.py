@@ -25,8 +25,6 @@ from .window import imgui, ps
 
 #: How a sentence begins that a window shows in place of a traceback.
 FAILED = "Something went wrong here: "
-#: Pixels of the height of what says that something went wrong.
-_SAID = 90.0
 
 
 class App:
@@ -216,10 +214,10 @@ def _live(app: App) -> None:
         ps.unshow()
 
 
-def _failure_widgets(app: App) -> None:
+def _failure_widgets(app: App, high: float = 90.0) -> None:
     """Say what went wrong, at the lower edge, until it is read."""
     width, height = ps.get_window_size()
-    with box("failure", (0.1 * width, height - _SAID), (0.8 * width, _SAID)):
+    with box("failure", (0.1 * width, height - high), (0.8 * width, high)):
         paragraph(FAILED + app.failure)
         if imgui.Button("close"):
             app.failure = ""

@@ -18,15 +18,9 @@ from .window import MATERIAL, linear, ps
 #: Points (k, 3) on a surface, their colour, and their radius.
 Dots = tuple[FloatArray, palette.Colour, float]
 
-#: Dots are drawn by this factor farther out than the surface.
-_OUT = 1.012
-#: Edges of up to this many folded faces are drawn; those of more would be all that is seen.
-_EDGES = 10_000
 EDGE_WIDTH = 0.5
 #: Folded faces keep their colour in every light, to be found by it alone; polyscope applies no gamma to it.
 _UNLIT = "flat"
-#: Directions in which the farthest vertices are looked for that must stay within the cell.
-_DIRECTIONS = 162
 
 
 class Body:
@@ -39,7 +33,8 @@ class Body:
     def __init__(self, name: str, x: FloatArray, f: IntArray, image: bool) -> None:
         self.name, self.f, self.image, self.x = name, f, image, x
         self.magnified, self.visible, self.version = False, True, 0
-        self._farthest = x[[int(np.argmax(x @ way)) for way in sphere(_DIRECTIONS)[0]]]
+        # in so many directions the farthest vertices, which must stay within the cell
+        self._farthest = x[[int(np.argmax(x @ way)) for way in sphere(162)[0]]]
         self._outside = 1
         if row_dets(*(x[f[:, k]] for k in range(3))).sum() < 0:
             self._outside = -1
@@ -133,8 +128,18 @@ class Body:
             cloud = ps.register_point_cloud(name, positions, color=colour, material=_UNLIT)
             self.points[label] = cloud, radius
 
-    def move(self, centre: FloatArray, radius: float, turn: FloatArray, zoom: float) -> None:
-        """Put the unit ball somewhere; dots don't grow with `zoom`, by which the radius was magnified."""
+    def move(
+        self,
+        centre: FloatArray,
+        radius: float,
+        turn: FloatArray,
+        zoom: float,
+        out: float = 1.012,
+    ) -> None:
+        """Put the unit ball somewhere; dots don't grow with `zoom`, by which the radius was magnified.
+
+        They lie farther out than the surface by the factor `out`.
+        """
         _put(self.mesh, centre, radius, turn)
         if self._folded is not None:
             _put(self._folded, centre + np.array([0.0, 0.0, self._nearer * radius]), radius, turn)
@@ -142,7 +147,7 @@ class Body:
             structure.set_enabled(self.visible)
         for cloud, size in self.points.values():
             cloud.set_radius(size * radius / zoom, relative=False)
-            _put(cloud, centre, radius * _OUT, turn)
+            _put(cloud, centre, radius * out, turn)
 
     def structures(self) -> list[Any]:
         """All that polyscope draws of it."""
@@ -154,7 +159,8 @@ class Body:
         for structure in self.structures():
             structure.remove()
 
-    def _bring_to_front(self, folded: IntArray) -> None:
+    def _bring_to_front(self, folded: IntArray, most: int = 10_000) -> None:
+        """Draw folded faces before the others, with edges if they are at most so many: else nothing else were seen."""
         corners = self.x[self.f[folded].ravel()]
         if len(folded) and np.array_equal(folded, self._folds):
             self._folded.update_vertex_positions(corners)
@@ -170,7 +176,7 @@ class Body:
             self._folded.set_color(palette.FOLDED)
             self._folded.set_edge_color(palette.FOLDED_EDGES)
             width = 0.0
-            if len(folded) <= _EDGES:
+            if len(folded) <= most:
                 width = EDGE_WIDTH
             self._folded.set_edge_width(width)
 

@@ -22,8 +22,6 @@ from .grid import MOUSE, Grid, Part
 from .widgets import menu, panel, paragraph
 from .window import imgui
 
-#: Radius of the dot of a landmark.
-_DOT = 0.03
 _DIRICHLET = "symmetric Dirichlet energy above an isometry's"
 
 
@@ -82,8 +80,11 @@ class CarriedView(ColouredApp):
         self._colours = colours
         self.show_way(self.way)
 
-    def show_way(self, way: float) -> None:
-        """Move the surface between to a share of the way from the source to the target, and the landmarks with it."""
+    def show_way(self, way: float, dot: float = 0.03) -> None:
+        """Move the surface between to a share of the way from the source to the target, and the landmarks with it.
+
+        Their dots have the radius `dot`.
+        """
         self.way = way
         said = f"{100 * way:.0f}% of the way\n{len(self.common.faces):,} faces"
         between = (1 - way) * self.ends[0] + way * self.ends[1]
@@ -94,7 +95,7 @@ class CarriedView(ColouredApp):
         )
         self.grid.show([[
             Part(caption, x, self.common.faces, self._colours, legends=legends,
-                 dots={f"landmark {k}": (x[[landmark]], LINES[k % len(LINES)], _DOT)
+                 dots={f"landmark {k}": (x[[landmark]], LINES[k % len(LINES)], dot)
                        for k, landmark in enumerate(self.result.landmarks)})
             for caption, x, legends in shown
         ]])  # fmt: skip

@@ -23,15 +23,10 @@ Legend = palette.Ramp | tuple[str, palette.Colour]
 
 #: Squares of a checkerboard around the sphere.
 SQUARES = 24
-#: Cosine of the least angle between two poles that are chosen.
-_APART = 0.5
 FOLDED_MARKS = ("folded face (dot: small, ring: behind)", palette.FOLDED)
 PLACE_LEGEND = ("same colour: same place", palette.SURFACE)
 FOLDED_LEGEND = (f"{FOLDED_MARKS[0]}; same colour: same place", palette.FOLDED)
 BOARD_LEGEND = ("squares of the sphere, the same on the surface", palette.CHECKS[0])
-_DARKEST = 0.72  # brightness of the deepest hollows
-#: Hollows of about this size are seen, on a surface as large as the unit sphere.
-_REACH = 0.1
 #: The scales of what has one.
 SCALES = {"angle differences": palette.ANGLES, "area distortion": palette.AREAS}
 
@@ -47,13 +42,16 @@ class Colouring:
 
 
 @lru_cache(maxsize=4)
-def relief(mesh: Mesh) -> FloatArray:
-    """Brightness of the faces, hollows being darker: so the image shows what is where, as atlases of the cortex do."""
+def relief(mesh: Mesh, reach: float = 0.1, darkest: float = 0.72) -> FloatArray:
+    """Brightness of the faces, hollows being darker: so the image shows what is where, as atlases of the cortex do.
+
+    Hollows of about the size `reach` are seen, on a surface as large as the unit sphere; the deepest are `darkest`.
+    """
     a, b, c = (mesh.unit[mesh.f[:, k]] for k in range(3))
     outward = np.copysign(1, np.einsum("ij,ij->", a, np.cross(b, c)))  # the sign of the volume
-    hollow = -outward * FeatureSurface(mesh).depth(_REACH)[mesh.f].mean(axis=1)
+    hollow = -outward * FeatureSurface(mesh).depth(reach)[mesh.f].mean(axis=1)
     scale = float(np.percentile(np.abs(hollow), 80)) or 1.0
-    return np.asarray(1 - (1 - _DARKEST) * np.clip(0.5 + 0.5 * hollow / scale, 0, 1))
+    return np.asarray(1 - (1 - darkest) * np.clip(0.5 + 0.5 * hollow / scale, 0, 1))
 
 
 @lru_cache(maxsize=4)
@@ -149,21 +147,21 @@ def _marks(folded: IntArray) -> tuple[Legend, ...]:
     return (FOLDED_MARKS,)
 
 
-def deepest_tips(mesh: Mesh, x: FloatArray) -> IntArray:
-    """Vertices at the tips of the two limbs that a map shrinks most, at least 60 degrees apart if possible.
+def deepest_tips(mesh: Mesh, x: FloatArray, apart: float = 0.5) -> IntArray:
+    """Vertices at the tips of the two limbs that a map shrinks most, apart by this cosine or more if possible.
 
     A chart with its poles there gives limbs squares down to the tip.
     """
     factor = finite_conformal_factor(mesh, x)[0]
     first = int(np.argmin(factor))
-    second = int(np.argmin(np.where(x @ x[first] < _APART, factor, np.inf)))
+    second = int(np.argmin(np.where(x @ x[first] < apart, factor, np.inf)))
     return np.array([first, second])
 
 
-def poles_at(x: FloatArray, tips: IntArray) -> FloatArray:
-    """The images (2, 3) of two vertices as poles; if they coincide, the first one and its opposite."""
+def poles_at(x: FloatArray, tips: IntArray, apart: float = 0.5) -> FloatArray:
+    """The images (2, 3) of two vertices as poles; if they are nearer than this cosine, the first and its opposite."""
     first, second = x[tips]
-    if first @ second >= _APART:
+    if first @ second >= apart:
         second = -first
     return np.vstack((first, second))
 

@@ -15,8 +15,6 @@ from .window import imgui, implot
 
 #: Pixels around a plot: half of the last number below it stands there; and those of its title and of these numbers.
 _PADDING, _AROUND = (24.0, 8.0), 56.0
-#: Pixels between two numbers beside a curve, and between two below it.
-_BETWEEN, _ASIDE = 18.0, 60.0
 
 
 def energy_plot(history: Sequence[Step], shown: int, size: tuple[float, float]) -> float | None:
@@ -100,22 +98,28 @@ def _curve(
         implot.PopStyleVar(2)
 
 
-def _apart(values: FloatArray, unit: float, ends: tuple[float, float], room: float) -> FloatArray:
+def _apart(
+    values: FloatArray,
+    unit: float,
+    ends: tuple[float, float],
+    room: float,
+    pixels: float = 18.0,
+) -> FloatArray:
     """The values that lie on an axis and are far enough apart for text; earlier ones are preferred."""
     places = np.arcsinh(values / unit)
     chosen: list[int] = []
     for k in np.flatnonzero((places >= ends[0]) & (places <= ends[1])):
         if all(
-            abs(places[k] - places[other]) / (ends[1] - ends[0]) * room >= _BETWEEN
+            abs(places[k] - places[other]) / (ends[1] - ends[0]) * room >= pixels
             for other in chosen
         ):
             chosen.append(int(k))
     return values[chosen]
 
 
-def _whole(last: int, room: float) -> list[int]:
+def _whole(last: int, room: float, pixels: float = 60.0) -> list[int]:
     """Whole numbers from 0 to the last, a round number apart, of which no two are too close for text."""
-    least = last * _ASIDE / room
+    least = last * pixels / room
     apart = next(
         size * ten for ten in 10 ** np.arange(18) for size in (1, 2, 5) if size * ten >= least
     )

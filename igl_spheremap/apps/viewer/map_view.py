@@ -27,10 +27,6 @@ from .grid import MOUSE, Grid, Part
 from .widgets import Colours, lens_widgets, panel, paragraph
 from .window import imgui
 
-#: Edges are drawn on images of at most this many faces; beyond they would be all that is seen.
-_EDGES = 15_000
-#: Seconds of each frame that a window spends on a map that is being computed.
-_POLL = 0.01
 _KEYS = f"Click a vertex to see its image and its figures, and beside it to forget it. {MOUSE}"
 
 
@@ -200,7 +196,7 @@ class MapView(ColouredApp):
     def _take_map(self) -> None:
         if self._run is None:
             return
-        self._run.poll(_POLL)
+        self._run.poll(0.01)
         if self._run.result is not None:
             self.result, self._run = self._run.result, None
             self._show_maps({caption_of(self.result): self.result.sphere})
@@ -273,9 +269,9 @@ def _rebalanced(
     return result.rebalance(balance, listener=listener)
 
 
-def edge_width(mesh: Mesh, subject: str) -> float:
+def edge_width(mesh: Mesh, subject: str, most: int = 15_000) -> float:
     """Width of the edges on images; 0 where there are too many, or where they would hide a scale of colours."""
-    if subject == SUBJECTS[0] and len(mesh.f) <= _EDGES:
+    if subject == SUBJECTS[0] and len(mesh.f) <= most:
         return EDGE_WIDTH
     return 0.0
 

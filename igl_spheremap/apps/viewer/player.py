@@ -39,17 +39,7 @@ from .window import imgui, ps
 Start = Callable[[str, Method, "Mapping[str, Any] | None"], ShownRun]
 #: The name of a surface that is given as arrays.
 _GIVEN = "the given mesh"
-#: Edges are drawn where the lens magnifies more than this; elsewhere they would be all that is seen.
-_NEAR = 2.0
 _NONE = np.empty(0, dtype=np.int64)
-#: Height in pixels of the curves below the spheres: text and a hundred pixels of curve.
-_CURVES = 170
-#: Height in pixels of the box that says why a mesh is not shown: two lines and a button.
-_REFUSAL = 76.0
-#: Pixels of the button that plays, whatever it says.
-_PLAY = 50.0
-#: Beside a computation, pictures rest for this many times as long as the last one took: less slows the run down.
-_REST = 2
 #: Iterations that a picture goes on by.
 SPEEDS = (1, 2, 5, 10, 25, 100)
 
@@ -98,7 +88,7 @@ class Player(App):
         self._updated = self._ticked = time.monotonic()
         self._moved, self._rests_until = False, 0.0
         self._next: ShownRun | None = None
-        self.grid = Grid(foot=_CURVES)
+        self.grid = Grid(foot=170)  # of text and a hundred pixels of curves
         #: Why the last mesh that was asked for is not shown.
         self.refusal: Exception | None = None
         run = start(name, method, None)
@@ -205,15 +195,15 @@ class Player(App):
             "foldings": frame.foldings,
         }
 
-    def tick(self) -> None:
+    def tick(self, rest: float = 2) -> None:
         """Take over what was computed, and move on while playing.
 
-        Beside a computation the next picture waits for `_REST` times as long as the last one took: they share
+        Beside a computation the next picture waits for `rest` times as long as the last one took: they share
         processors.
         """
         began = time.monotonic()
         if self._moved:
-            self._rests_until = began + _REST * (began - self._ticked)
+            self._rests_until = began + rest * (began - self._ticked)
         self._ticked, self._moved = began, False
         self._update()
         pixel = self.grid.clicked()
@@ -294,7 +284,7 @@ class Player(App):
             lenses = follow_vertex(maps, mesh.f, self.picked, aim, self.power, self._facing)
         self._lens = lenses[aim]
         edges = 0.0
-        if self._lens.power > _NEAR:
+        if self._lens.power > 2:  # elsewhere they would be all that is seen
             edges = edge_width(mesh, self.colours.subject)
         parts = []
         for frame, x, lens in zip(shown, maps, lenses, strict=True):
@@ -403,10 +393,10 @@ class Player(App):
             self._refusal_widgets(self.refusal)
         self._keys()
 
-    def _refusal_widgets(self, refusal: Exception) -> None:
-        """Say beside the name of a mesh why it is not shown, and offer what repairs it."""
+    def _refusal_widgets(self, refusal: Exception, height: float = 76.0) -> None:
+        """Say beside the name of a mesh why it is not shown, in two lines, above a button that repairs it."""
         width, left = ps.get_window_size()[0], self.grid.panel
-        with box("refusal", (left, 0.0), (width - left, _REFUSAL)):
+        with box("refusal", (left, 0.0), (width - left, height)):
             warning(f"{refusal}. Still shown: {self.run.name}")
             remedy = getattr(refusal, "remedy", None)
             if remedy is not None and remedy.function == "repair_mesh":
@@ -487,7 +477,10 @@ class Player(App):
     def _play_widgets(self) -> None:
         assert self.before is not None
         at, last = self.before.index, self.frames() - 1
-        if imgui.Button("pause" if self.playing else "play ", (_PLAY, 0.0)):
+        label = "play "
+        if self.playing:
+            label = "pause"
+        if imgui.Button(label, (50.0, 0.0)):
             self._toggle()
         for label, way in (("<", -1), (">", 1)):
             imgui.SameLine()

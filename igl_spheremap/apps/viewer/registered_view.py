@@ -11,23 +11,21 @@ from .colouring import Colouring
 from .compare import PartsView
 from .grid import Part
 
-#: In standard deviations: the ends of the colours of a feature.
-_REACH = 2.0
-#: Width of the depth potential that shows folds and limbs alike.
-_FOLDS = 0.12
-
 
 def registration_view(
     source: SphereMap, target: SphereMap, result: Registration, features: tuple[FloatArray, FloatArray] | None = None,
-    name: str = "depth",
+    name: str = "depth", reach: float = 2.0, width: float = 0.12,
 ) -> PartsView:  # fmt: skip
-    """The target's sphere, and the source's before and after, coloured by the first feature or by depth."""
+    """The target's sphere, and the source's before and after, coloured by the first feature or by depth.
+
+    Colours end `reach` standard deviations away. The depth potential has a width that shows folds and limbs alike.
+    """
     surfaces = [FeatureSurface(one.mesh) for one in (source, target)]
     if features is None:
-        own, other = (s.standardize(s.potential(_FOLDS)[:, None])[:, 0] for s in surfaces)
+        own, other = (s.standardize(s.potential(width)[:, None])[:, 0] for s in surfaces)
     else:
         own, other = (s.standardize(each[:, 0]) for s, each in zip(surfaces, features, strict=True))
-    ramp = sequential(f"{name}, in standard deviations", -_REACH, _REACH)
+    ramp = sequential(f"{name}, in standard deviations", -reach, reach)
     first, last = (f"correlation {result.stages[k].correlation.mean():.3f}" for k in (0, -1))
     shown = (
         (f"the target's sphere\n{len(target.vertices):,} vertices", target, other, (ramp,)),

@@ -23,9 +23,6 @@ from .colouring import (
 from .grid import magnification
 from .window import imgui, implot, ps
 
-#: Pixels of a line of a tooltip.
-_TIP = 360.0
-
 
 @contextmanager
 def box(
@@ -174,10 +171,10 @@ def lens_widgets(lens: Lens, sizes: IntArray, shown: int) -> tuple[float | None,
     return None, min(max(place, 1), count) - 1
 
 
-def tip(text: str) -> None:
+def tip(text: str, width: float = 360.0) -> None:
     """Say what the last widget does while the mouse rests on it."""
     if not imgui.IsItemActive() and imgui.BeginItemTooltip():
-        imgui.PushTextWrapPos(_TIP)
+        imgui.PushTextWrapPos(width)
         imgui.TextUnformatted(text)
         imgui.PopTextWrapPos()
         imgui.EndTooltip()

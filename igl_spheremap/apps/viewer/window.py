@@ -61,16 +61,12 @@ MATERIAL = "spheremap"
 #: World units that are as long as a pixel: the grid lays things out in pixels.
 UNITS_PER_PIXEL = 0.01
 _FIELD_OF_VIEW = 45.0  # degrees, from top to bottom
-#: Frames that show nothing new take 20 ms of a core by Mesa's software OpenGL: half of it at this rate.
-MAX_FPS = 25
 PICTURES = (".png", ".jpg")
 #: The last bytes of their files.
 _ENDS = (b"IEND\xaeB`\x82", b"\xff\xd9")
 Picture = NDArray[np.uint8]
 #: Takes a picture and how often it is shown.
 Write = Callable[[Picture, int], None]
-#: Brightness of faces that are turned away from the light, and what the light adds to those that face it.
-_AMBIENT, _DIFFUSE = 0.62, 0.42
 #: Files that hold a video.
 VIDEOS = (".gif", ".mp4")
 _offscreen: bool | None = None
@@ -158,21 +154,23 @@ def _set_scene(offscreen: bool) -> None:
     ps.set_automatically_compute_scene_extents(False)
     ps.set_view_projection_mode("orthographic")
     ps.set_vertical_fov_degrees(_FIELD_OF_VIEW)
-    ps.set_max_fps(MAX_FPS)
+    # a frame that shows nothing new takes 20 ms of a core by Mesa's software OpenGL: half of it at this rate
+    ps.set_max_fps(25)
 
 
-def matcaps() -> list[FloatArray]:
+def matcaps(ambient: float = 0.62, diffuse: float = 0.42) -> list[FloatArray]:
     """Images (256, 256, 3) of a lit ball in red, green, blue and black, which make a blendable material of polyscope.
 
     The light comes from the viewer's upper left. A colour c is seen as c times the shade: polyscope's own
-    materials would wash it out, and then no legend fits.
+    materials would wash it out, and then no legend fits. Faces that are turned away from the light have the brightness
+    `ambient`, to which it adds `diffuse` where they face it.
     """
     y, x = np.mgrid[1 - 1 / 256 : -1 : -1 / 128, -1 + 1 / 256 : 1 : 1 / 128]
     size = np.maximum(np.hypot(x, y), 1)
     x, y = x / size, y / size
     z = np.sqrt(np.maximum(0, 1 - x * x - y * y))
     shade = linear(
-        np.minimum(1, _AMBIENT + _DIFFUSE * np.maximum(0, np.stack((x, y, z), axis=2) @ LIGHT))
+        np.minimum(1, ambient + diffuse * np.maximum(0, np.stack((x, y, z), axis=2) @ LIGHT))
     )
     return [shade[..., None] * np.eye(4, 3)[k] for k in range(4)]
 

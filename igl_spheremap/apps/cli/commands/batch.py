@@ -1,7 +1,6 @@
 """`batch`: maps of many files; and the way of all commands for many."""
 
 import os
-import shlex
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -19,7 +18,7 @@ from ....populations.table import JobRow, check_table, write_table
 from ..arguments import chosen_method, repair_of
 from ..exits import Exit, Interrupt, UsageError, usage
 from ..inputs import expand, parts_of
-from ..output import LISTED, check_apart, check_report, paragraph
+from ..output import LISTED, check_apart, check_report, command_of, paragraph
 
 _STATUS = {
     "certified": Exit.OK,
@@ -78,7 +77,7 @@ def run_files(args: Namespace, name: str, jobs: Sequence[JobT], task: Task[JobT]
             rows,
             sheet(rows),
             args.jobs,
-            command=shlex.join(("igl-spheremap", *args.words)),
+            command=command_of(args),
         )
     args.progress.close()
     if not args.quiet:

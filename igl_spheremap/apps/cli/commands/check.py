@@ -21,12 +21,6 @@ from ..inputs import InputMap, load_pair
 from ..output import Findings, check_outputs, mirrored, write_target
 from .plane import check_plane_map, load_map
 
-_ROUNDING = 1e-14  # directions that differ by less count as unmoved
-#: Rounding, in radii, above which a file says too little of its sphere: with one digit a cube would pass for one.
-_COARSEST = 1e-3
-#: Digits up to which a file's decimals are counted: float32 holds no more.
-_DIGITS = 7
-
 
 def run_check(args: Namespace) -> Exit:
     check_outputs(args)
@@ -42,7 +36,8 @@ def run_check(args: Namespace) -> Exit:
     checked = certify_radius(x, mesh.f)
     off_radius = _off_radius(x, checked)
     certificate: Certificate = checked
-    rounded = bool(off_radius) and _farthest(off_radius) <= off_radius["rounding"] <= _COARSEST
+    # with one digit a cube would pass for a sphere
+    rounded = bool(off_radius) and _farthest(off_radius) <= off_radius["rounding"] <= 1e-3
     if rounded:  # exact signs are those of directions, however far along them the vertices are
         certificate = replace(checked, off_sphere=checked.off_sphere[:0])
     found = Findings()
@@ -111,13 +106,16 @@ def _measured(mesh: Mesh, x: FloatArray) -> list[Finding]:
     ]
 
 
-def _rounding(x: FloatArray) -> float:
-    """Bound how far a row was moved when its numbers were rounded, to float32 or to the decimals that they have."""
+def _rounding(x: FloatArray, digits: int = 7) -> float:
+    """Bound how far a row was moved when its numbers were rounded, to float32 or to the decimals that they have.
+
+    So many digits are tried: float32 holds no more.
+    """
     size, epsilon, step = float(np.abs(x).max()), float(np.finfo(float).eps), 0.0
     if (x == x.astype(np.float32)).all():
         epsilon = float(np.finfo(np.float32).eps)
         step = epsilon * size
-    for decimals in range(_DIGITS - int(np.floor(np.log10(size)))):
+    for decimals in range(digits - int(np.floor(np.log10(size)))):
         if (np.abs(x - np.round(x, decimals)) <= epsilon * size).all():
             return max(step, 10.0**-decimals) * np.sqrt(3) / 2
     return step * np.sqrt(3) / 2
@@ -151,7 +149,8 @@ def run_repair(args: Namespace) -> Exit:
         )
         found.add(angles.label, angles.text)
         found.figures[label] = findings.verdict(certificate, source.caps).numbers | angles.numbers
-    moved = int((np.linalg.norm(unit_rows(result.sphere) - unit, axis=1) > _ROUNDING).sum())
+    # directions that differ by less are unmoved
+    moved = int((np.linalg.norm(unit_rows(result.sphere) - unit, axis=1) > 1e-14).sum())
     found.add(
         "moved", f"{moved} vertices, in {result.seconds:.2f} s", moved=moved, seconds=result.seconds
     )

@@ -28,10 +28,10 @@ from ....shapes.groups.coefficients import (
 from ....shapes.harmonics.files import check_name, read_coefficients, write_coefficients
 from ....shapes.harmonics.geometry_image import mesh_from_grid
 from ....shapes.harmonics.grid import to_grid
-from ....shapes.harmonics.harmonics import spherical_harmonics
+from ....shapes.harmonics.harmonics import SphericalHarmonics, spherical_harmonics
 from ....timings import counted
 from ..exits import Exit, UsageError, usage
-from ..inputs import InputMesh, expand, load_pair, read_data, read_target_sphere
+from ..inputs import InputMap, InputMesh, expand, load_pair, read_data, read_target_sphere
 from ..output import Findings, check_outputs, target_format, write_target
 
 
@@ -60,7 +60,9 @@ def run_grid(args: Namespace) -> None:
     check_outputs(args)
     pair = load_pair(args)
     source = pair.source
-    values = source.v if args.data is None else _data(args, source)
+    values = source.v
+    if args.data is not None:
+        values = _data(args, source)
     args.progress.begin(f"sampling {source.name}")
     grid = to_grid(pair.map(), values, kind=args.kind, rows=args.rows, columns=args.columns)
     if target.lower().endswith(".png"):
@@ -130,19 +132,12 @@ def run_harmonics(args: Namespace) -> Exit:
             check_table(args.table)
     check_outputs(args)
     check_name(args.target)
-    mesh = read_target_sphere(args.to) if args.surface else None
-    pair = load_pair(args)
+    mesh = None
+    if args.surface:
+        mesh = read_target_sphere(args.to)
+    pair, found = load_pair(args), Findings(target=args.target)
     source = pair.source
-    values = None if args.data is None else _data(args, source)
-    coefficients = (args.degree + 1) ** 2
-    if coefficients > len(source.v):
-        args.progress.write(
-            f"igl-spheremap: degree {args.degree} has {coefficients:,} coefficients a coordinate, more than the "
-            f"{len(source.v):,} vertices determine, and takes long; they determine --degree {isqrt(len(source.v)) - 1}"
-        )
-    args.progress.begin(f"expanding {source.name}")
-    harmonics = spherical_harmonics(pair.map(), values, degree=args.degree)
-    found = Findings(target=args.target)
+    harmonics = _expanded(args, pair)
     found.add(
         "source",
         f"{source.name}: {len(source.v)} vertices, sphere {pair.name}",
@@ -184,6 +179,21 @@ def run_harmonics(args: Namespace) -> Exit:
     found.add("written", ", ".join(filter(None, (args.target, args.surface, args.table))))
     found.report(args)
     return Exit.OK
+
+
+def _expanded(args: Namespace, pair: InputMap) -> SphericalHarmonics:
+    """The surface, or its data, in the basis; a line says that its vertices do not determine the degree."""
+    values, n = None, len(pair.source.v)
+    if args.data is not None:
+        values = _data(args, pair.source)
+    coefficients = (args.degree + 1) ** 2
+    if coefficients > n:
+        args.progress.write(
+            f"igl-spheremap: degree {args.degree} has {coefficients:,} coefficients a coordinate, more than the "
+            f"{n:,} vertices determine, and takes long; they determine --degree {isqrt(n) - 1}"
+        )
+    args.progress.begin(f"expanding {pair.source.name}")
+    return spherical_harmonics(pair.map(), values, degree=args.degree)
 
 
 def _harmonics_of_all(args: Namespace) -> Exit:

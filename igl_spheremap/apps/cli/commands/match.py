@@ -20,9 +20,6 @@ from ..inputs import STREAM, InputMesh, load_source, map_of, up_of
 from ..output import Findings, check_outputs, pictures_of, write_target
 from .register import read_features
 
-#: Shares of the target's size: landmarks are met bit for bit on the sphere, so that less is rounding.
-_MISSED = 1e-9
-
 
 def run_match(args: Namespace) -> Exit:
     if args.source == args.other == STREAM:
@@ -140,7 +137,7 @@ def _describe(found: Findings, result: SurfaceMap) -> None:
     errors = result.landmark_errors
     if len(errors):
         size = float(np.ptp(result.target.vertices, axis=0).max())
-        missed = int(np.count_nonzero(errors > _MISSED * size))
+        missed = int(np.count_nonzero(errors > 1e-9 * size))
         text = f"{len(errors)}, {missed} of them missed; the farthest is {errors.max():.3g} off, in units of TARGET"
         found.add("landmarks", text, landmark_errors=errors)
     found.notes(result.notes)

@@ -1,7 +1,6 @@
 """`template`: the mean of many surfaces, its modes, and new surfaces in a group that stays."""
 
 import re
-import shlex
 import shutil
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
@@ -47,7 +46,7 @@ from ....shapes.groups.template import template
 from ..arguments import refuse_flags
 from ..exits import Exit, UsageError, usage
 from ..inputs import expand
-from ..output import LISTED, Findings
+from ..output import LISTED, Findings, command_of
 from .batch import engine_of
 
 _PAGE, _FILM = "index.html", "frames.gif"
@@ -118,7 +117,7 @@ def _make(args: Namespace) -> Exit:
     group = replace(group, left_out={**excluded, **failed}, feature_names=names)
     args.progress.begin("writing")
     write_group(out, group, force=True)
-    write_group_page(out / _PAGE, group, shlex.join(("igl-spheremap", *args.words)))
+    write_group_page(out / _PAGE, group, command_of(args))
     # the maps stay, for another group of these surfaces
     shutil.rmtree(out / "work" / "rounds", ignore_errors=True)
     _describe(args, group)
@@ -142,9 +141,7 @@ def _follow(args: Namespace) -> Exit:
     out = Path(args.out)
     mean = write_series(out, found, kept, names)
     write_series_film(out / _FILM, found, mean)
-    write_series_page(
-        out / _PAGE, found, mean, _FILM, kept, names, shlex.join(("igl-spheremap", *args.words))
-    )
+    write_series_page(out / _PAGE, found, mean, _FILM, kept, names, command_of(args))
     summary, off = Findings(), np.sqrt((found.drift**2).mean())
     summary.add("frames", f"{len(kept)}, followed at {len(mean)} points", frames=kept)
     for label, values in (("area", found.surface_areas), ("volume", found.volumes)):
@@ -387,7 +384,7 @@ def _test(args: Namespace) -> Exit:
     )
     table = Path(args.out) / "tests.tsv"
     write_cells(table, [header, *rows], force=True)
-    write_tests(table.with_name(_PAGE), group, shown, shlex.join(("igl-spheremap", *args.words)))
+    write_tests(table.with_name(_PAGE), group, shown, command_of(args))
     found.add(
         "written", f"{table.with_name(_PAGE)} shows them, {table} and files beside it hold them"
     )

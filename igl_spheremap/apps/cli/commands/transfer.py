@@ -79,15 +79,19 @@ def run_transfer(args: Namespace) -> None:
     if others:
         metadata |= {"structure": LEFT, "others": {RIGHT: others[0].after}}
     if first.labels:
-        metadata["labels"] = first.table or ()
+        metadata["labels"] = ()
+        if first.table:
+            metadata["labels"] = first.table
     after = first.after
     if first.labels and not kind.sides:
         after = {key: np.nan_to_num(values) for key, values in after.items()}
     write_scalars(args.target, after, surface=first.there, force=args.force, metadata=metadata)
     if args.matrix is not None:
+        matrix = first.weights.matrix
+        if first.labels:
+            matrix = largest(matrix)
         with replacing(args.matrix, args.force) as partial:
-            matrix = first.weights.matrix
-            save_npz(partial, csr_array((largest(matrix) if first.labels else matrix).T))
+            save_npz(partial, csr_array(matrix.T))
     found = Findings(target=args.target, vertices=len(first.there[0]), matrix=args.matrix, maps={})
     for side in sides:
         _describe(args, found, side)
@@ -112,7 +116,9 @@ def _carried(args: Namespace) -> _Side:
     """The data of a surface, and what comes of them at --to; where there are none, none come."""
     pair = load_pair(args, args.reflect)
     there = read_target_sphere(args.to, pair.source)
-    given = pair.source.mirrored() if args.reflect else pair.source  # as the file has it
+    given = pair.source
+    if args.reflect:
+        given = given.mirrored()  # as the file has it
     before, table = read_maps(args.data, given), read_table(args.data)
     for key, values in before.items():
         if np.isnan(values).all():
