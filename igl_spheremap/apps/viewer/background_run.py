@@ -12,9 +12,8 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -25,6 +24,9 @@ from ...mesh.measure import vertex_normals
 from ...mesh_repair.repair_mesh import repair_mesh
 from ...result.recording import BUDGET, Frame, Recording
 from ...result.run import Iterate, Listener, Stage, Step, title_of
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
 
 Source = tuple[FloatArray, IntArray]
 #: Its kind, and its content.
