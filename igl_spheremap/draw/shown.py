@@ -36,12 +36,12 @@ class Drawing:
     colours: FloatArray
     folded: IntArray
 
-    def image(self, mark: int = 8, levels: int = 31) -> NDArray[np.uint8]:
-        """The pixels, (height, width, 3).
-
-        The mark of a folded face has so many pixels a side, before pictures are made half as large. A colour has so
-        many levels above 0: a file takes a third less than with all, and it is not seen.
-        """
+    def image(self) -> NDArray[np.uint8]:
+        """The pixels, (height, width, 3)."""
+        # of the mark of a folded face, a side, before pictures are made half as large
+        mark = 8
+        # of each colour above 0: the file takes a third less than with all, and it is not seen
+        levels = 31
         drawn, folded = [], None
         if len(self.folded):
             folded = self.folded
