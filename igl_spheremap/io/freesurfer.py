@@ -6,14 +6,14 @@ import errno
 import os
 import struct
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError, import_optional
 from ..mesh.arrays import FloatArray, IntArray
-from .reading import check_complete
+from .reading import Bytes, check_complete
 from .records import Metadata, RawMesh, of_triangles
 from .text import indices, numbers, read_rows
 
@@ -26,18 +26,18 @@ CURVATURE = b"\xff\xff\xff"
 
 def read(path: Path) -> RawMesh:
     """A surface in its own coordinates, with the geometry of its volume; as text, too, as mris_convert writes .asc."""
-    if path.read_bytes().startswith(b"#!ascii"):
-        return _read_text(path)
+    data = path.read_bytes()
+    if data.startswith(b"#!ascii"):
+        return _read_text(data)
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer geometry", "io")
     volume = b""
-    with path.open("rb") as file:
-        if file.read(3) == _TRIANGLES:
-            file.readline()
-            file.readline()
-            announced = struct.unpack(">ii", file.read(8))
-            _check_size(file, 12, *announced)
-            file.seek(12 * sum(announced), os.SEEK_CUR)
-            volume = file.read(12)
+    if data.startswith(_TRIANGLES):
+        file = Bytes(data, data.index(b"\n", data.index(b"\n") + 1) + 1)
+        n, m = file.array(">i4", 2).tolist()
+        # nibabel takes memory for as many rows as are announced
+        file.take(12 * n)
+        file.take(12 * m)
+        volume = data[file.at : file.at + 12]
     if not volume.startswith(_VOLUMES):  # nibabel would warn
         v, f = freesurfer.read_geometry(path)
         return RawMesh(v, of_triangles(f))
@@ -45,21 +45,14 @@ def read(path: Path) -> RawMesh:
     return RawMesh(v, of_triangles(f), {"volume": dict(geometry)})
 
 
-def _read_text(path: Path) -> RawMesh:
+def _read_text(data: bytes) -> RawMesh:
     """Counts, positions and triangles, each with a number behind it."""
-    rows = read_rows(path.read_bytes())
+    rows = read_rows(data)
     check_complete(len(rows) > 0 and int(rows.counts[0]) == 2, "no counts", "two of them")
     n, m = indices(rows[:1]).corners.tolist()
     check_complete(0 <= n <= n + m == len(rows) - 1, f"{len(rows) - 1} lines", f"{n} and {m}")
     faces = numbers(rows[n + 1 :], 3, "face")
     return RawMesh(numbers(rows[1 : n + 1], 3, "vertex"), of_triangles(faces.astype(np.int64)))
-
-
-def _check_size(file: BinaryIO, size: int, *announced: int) -> None:
-    """Refuse counts of rows that a file can't hold: nibabel takes memory for as many as are announced."""
-    rest = os.fstat(file.fileno()).st_size - file.tell()
-    fit = min(announced) >= 0 and size * sum(announced) <= rest
-    check_complete(fit, f"{rest} bytes", f"{' and '.join(map(str, announced))} rows")
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
@@ -73,12 +66,13 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
 def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
     """A curvature file's scalar map, named by the file's suffix."""
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer data", "io")
-    with path.open("rb") as file:
-        if file.read(3) != CURVATURE:
-            raise MeshError(
-                "the file holds no data over vertices; give a curvature file, such as lh.thickness"
-            )
-        _check_size(file, 4, int.from_bytes(file.read(4), "big", signed=True))
+    data = path.read_bytes()
+    if not data.startswith(CURVATURE):
+        raise MeshError(
+            "the file holds no data over vertices; give a curvature file, such as lh.thickness"
+        )
+    file = Bytes(data, len(CURVATURE))
+    file.take(4 * file.number(">i4"))
     return {path.name.rpartition(".")[2]: freesurfer.read_morph_data(path)}
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from io import BytesIO
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from ..draw.markup import png
 from ..errors import FileError, import_optional
 from .formats import PathLike
-from .reading import opening
+from .reading import PARSER_ERRORS, opening
 from .replacing import replacing
 
 #: The formats that hold pictures and nothing else: for EPS pillow would start Ghostscript.
@@ -40,10 +39,7 @@ def picture(content: bytes, name: str) -> NDArray[np.uint8]:
             return np.asarray(image.convert("RGB"))
     except (FileError, TimeoutError):
         raise
-    except (
-        pillow.DecompressionBombError, OSError, ValueError, LookupError, TypeError, SyntaxError, EOFError,
-        ArithmeticError, AttributeError, struct.error,
-    ) as error:  # fmt: skip
+    except (pillow.DecompressionBombError, *PARSER_ERRORS) as error:
         raise FileError(f"can't read {name} as a picture: {error}") from None
 
 

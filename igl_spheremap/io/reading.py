@@ -27,7 +27,7 @@ from .formats import GZIP, PathLike
 _OF_THE_SYSTEM = ("/proc/", "/sys/")
 #: What parsers raise on damaged files, OSErrors of their own among it. All else, such as a caller's time limit, ends
 #: the call. Errors of a library's own classes are named where it is called.
-_OF_PARSERS = (
+PARSER_ERRORS = (
     OSError,
     ValueError,
     LookupError,
@@ -62,7 +62,7 @@ def reading(path: Path) -> Iterator[None]:
         raise within(error, f"{path}: ") from None
     except MemoryError as error:
         raise FileError(f"can't read {path}: out of memory") from error
-    except _OF_PARSERS as error:
+    except PARSER_ERRORS as error:
         raise MeshError(
             f"{path}: damaged, or of another format than its name says; write it anew"
         ) from error
