@@ -148,9 +148,9 @@ def check_triangles(f: ArrayLike) -> IntArray:
 
 def is_padded(f: NDArray[Any]) -> bool:
     """Whether an array has the number 3 before the corners of each face, as VTK and PyVista keep triangles."""
-    rows = f.ndim == 2 and f.shape[1] == 4
-    row = f.ndim == 1 and len(f) % 4 == 0
-    return f.size > 0 and (rows or row) and bool((f.reshape(-1, 4)[:, 0] == 3).all())
+    if f.shape[1:] not in ((), (4,)) or f.size == 0 or f.size % 4:
+        return False
+    return bool((f.reshape(-1, 4)[:, 0] == 3).all())
 
 
 def _transposed(array: NDArray[Any]) -> str:
@@ -220,7 +220,9 @@ def mean_position(points: FloatArray, v: FloatArray) -> str:
     """
     own, power = own_unit(v)
     size = float(np.ldexp(np.ptp(own, axis=0).max(), power))
-    digits = 3 - math.floor(math.log10(size)) if 0 < size < math.inf else 3
+    digits = 3
+    if 0 < size < math.inf:
+        digits -= math.floor(math.log10(size))
     mean = np.ldexp(np.ldexp(points, -power).mean(axis=0), power)
     # no negative zeros
     return "(" + ", ".join(f"{round(x, digits) + 0.0:.12g}" for x in mean.tolist()) + ")"

@@ -328,7 +328,9 @@ def _mesh(vertices: FloatArray, f: IntArray, edges: HalfEdges, caps: BoolArray |
 def normalised(vertices: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
     """Vertices about the origin, scaled to unit area (to unit extent where the area vanishes), and areas of faces."""
     size = float(np.abs(vertices).max())
-    v = np.ascontiguousarray(vertices.T) / (size or 1.0)  # long inner loops
+    if size == 0:
+        size = 1.0
+    v = np.ascontiguousarray(vertices.T) / size  # long inner loops
     v -= (v.min(axis=1, keepdims=True) + v.max(axis=1, keepdims=True)) / 2
     extent = float(np.abs(v).max())
     if extent < 4 * _EPS:  # coordinates of up to 1 that differ by rounding

@@ -178,7 +178,9 @@ def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None =
 
     Raises FactorisationFailed if not even uniform weights can be factorised, for want of memory.
     """
-    notes = rounding_notes(mesh.v, mesh.f)
+    notes, before = rounding_notes(mesh.v, mesh.f), None
+    if reuse is not None:
+        before = reuse.factor
     order: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay", "uniform")
     for choice in order:
         L = laplacian(mesh.unit, mesh.f, choice, mesh.edges)
@@ -190,7 +192,7 @@ def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None =
         # algorithm (2), in the memory of L: factors keep the pattern only
         L.data[diagonal] += _REGULARISATION * mesh.A
         try:
-            factor = factorize(L, backend, reuse.factor if reuse else None)
+            factor = factorize(L, backend, before)
         except FactorisationFailed:
             if choice == "uniform":
                 raise

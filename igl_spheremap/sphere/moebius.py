@@ -165,5 +165,6 @@ def best_rotation(x: FloatArray, target: FloatArray, weights: FloatArray) -> Flo
     True
     """
     u, _, vt = np.linalg.svd(weighted_moment(weights, x, target))
-    u[:, -1] *= np.sign(np.linalg.det(u) * np.linalg.det(vt)) or 1.0
+    if np.linalg.det(u) * np.linalg.det(vt) < 0:
+        u[:, -1] *= -1
     return np.asarray(u @ vt)  # algorithm (22)

@@ -81,8 +81,10 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
     depth = max(1, int(np.ceil(np.log2(max(n, 2) / leaf))))
     hub = np.diff(graph.indptr) > _HUB * np.sqrt(n)
     body, x = np.flatnonzero(~hub), np.zeros((3, n))
-    # hubs would draw all to one place
-    x[:, body] = graph_sphere(graph[body][:, body] if hub.any() else graph).T
+    without_hubs = graph
+    if hub.any():  # they would draw all to one place
+        without_hubs = graph[body][:, body]
+    x[:, body] = graph_sphere(without_hubs).T
     sample = (np.arange(_SAMPLE << depth) * n) // (_SAMPLE << depth)
     path = _follow(x, _cutting_planes(x.take(sample, axis=1), depth))
     height = _separator_heights(graph, path, depth, hub)
@@ -130,10 +132,10 @@ def _separator_heights(
     cut = np.frexp((path[rows] ^ path[columns]).astype(np.float64))[1].astype(np.int8)
     order = np.argsort(-cut, kind="stable")
     rows, columns = rows[order], columns[order]
-    last = np.cumsum(np.bincount(cut, minlength=depth + 1)[::-1])
+    first = np.append(0, np.cumsum(np.bincount(cut, minlength=depth + 1)[::-1]))
     height = np.where(hub, depth, 0)
     for i, level in enumerate(range(depth, 0, -1)):
-        these = slice(last[i - 1] if i else 0, last[i])
+        these = slice(first[i], first[i + 1])
         r, c = rows[these], columns[these]
         left = (height[r] == 0) & (height[c] == 0)
         r, c = r[left], c[left]
