@@ -52,7 +52,10 @@ def timings() -> dict[str, float]:
     ...     list(timings())
     ['inner', 'outer']
     """
-    return dict(_SECONDS.get() or {})
+    seconds = _SECONDS.get()
+    if seconds is None:
+        return {}
+    return dict(seconds)
 
 
 @contextmanager

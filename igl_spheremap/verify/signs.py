@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import by_blocks
 
-#: A determinant of numbers up to s in size, computed in floating point, is off by less than this times s^3. That of a
-#: corner and the two sides from there is off by less than this times the summed sizes of its six products. To both
-#: bounds the smallest normal number is added, to the second times s if s > 1 (docs/guarantee.md).
+#: A determinant of numbers up to s in size, computed in floating point, is off by less than this times s^3. The
+#: determinant of a corner and the two sides from there is off by less than this times the summed sizes of its six
+#: products. Both bounds grow by the smallest normal number, the second by s times it if s > 1 (docs/guarantee.md).
 _ERROR = 64 * np.finfo(float).eps
 _TINY = np.finfo(float).tiny
 #: Shewchuk's predicates are exact for numbers that are 0 or of a size between these. Such a number is a multiple of
