@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import count
 
 import numpy as np
@@ -210,9 +211,10 @@ def repair_foldings(
     y, _, notes = _not_mirrored(y, mesh, before)
     notes = [*_is_itself(mesh, rows), *notes]
     if before.orientation is None:
-        y, after = repair_locally(
-            mesh, y, None if listener is None else lambda part: record(Stage.REPAIR, part)
-        )
+        notify = None
+        if listener is not None:
+            notify = partial(record, Stage.REPAIR)
+        y, after = repair_locally(mesh, y, notify)
         record(Stage.REPAIRED, y)
     else:
         after = Certificate.of(y, mesh.f)

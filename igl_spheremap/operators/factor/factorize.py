@@ -43,7 +43,10 @@ def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None
     >>> factor.solve(np.array([1.0, 1.0])).tolist(), factor.backend
     ([0.5, 0.25], 'scipy')
     """
-    P = P.T if P.format == "csc" else sp.csr_matrix(P)  # symmetric: its transpose will do
+    if P.format == "csc":
+        P = P.T  # in rows; it is symmetric
+    else:
+        P = sp.csr_matrix(P)
     backend = _chosen(backend)
     if reuse is not None and reuse.backend == backend and reuse.analysis.entries.are_of(P):
         analysis = reuse.analysis
