@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -24,6 +24,10 @@ DAMPED = 3e-4
 #: after one that succeeds at once. The last is the largest damping, with which a vertex moves by less than a tenth of
 #: its undamped step: there the search gives up.
 _AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.1, 10.0
+#: Conditions on a step at most: each costs a solve, so many as much as a factorisation.
+CONDITIONS = 16
+#: Parts that come nearer by less than this share of the largest move keep their distance, but for rounding.
+_STILL = 1e-9
 #: Added to a diagonal: without it a vertex whose faces have no weight is singular.
 _RIDGE = 1e-12
 
@@ -59,12 +63,14 @@ class Model:
 class Trial(NamedTuple):
     """Outcome of a step: a map without new foldings, its value, and the faces that the step itself would fold.
 
-    The value is infinite where there is no such map.
+    The value is infinite where there is no such map. Then a step s may get farther along which no row (2, n) of
+    `apart` is negative: each row is the speed at which two parts that the step brings together move apart.
     """
 
     x: FloatArray
     value: float
     folded: BoolArray
+    apart: FloatArray | None = None
 
 
 class NewtonProblem(Protocol):
@@ -97,6 +103,8 @@ def newton(problem: NewtonProblem, damping: Damping, x: FloatArray) -> Iterator[
 class LineSearch:
     """Newton steps, halved until they lower the value; the next one is tried at twice the length of the last.
 
+    Where parts would meet, the step is first solved again under the condition that these keep their distance.
+
     Attributes
     ----------
     length : float
@@ -124,14 +132,20 @@ class LineSearch:
         self, problem: NewtonProblem, x: FloatArray, model: Model, factor: Factor
     ) -> Trial | None:
         """The first of ever shorter steps that lowers the value enough, given a factor of the model's Hessian."""
+        self.length = min(1.0, 2 * self.length)
         step = bordered_step(self.system, factor, model)
-        slope, move = float((model.gradient * step).sum()), problem.move(x, model, step)
-        self.predicted, self.length = -slope / 2, min(1.0, 2 * self.length)
         while self.length >= _SHORTEST:
+            slope, move = float((model.gradient * step).sum()), problem.move(x, model, step)
+            self.predicted = -slope / 2
             trial = problem.accept(x, self.length * move)
             if model.value - trial.value > -self.length * _DECREASE * slope:
                 return trial
-            self.length /= 2
+            border = _kept_apart(model, trial, step)
+            if border is None:
+                self.length /= 2
+            else:
+                model = replace(model, border=border)
+                step = bordered_step(self.system, factor, model)
         return None
 
 
@@ -186,6 +200,21 @@ class Levenberg:
         around = marked(f[folded], self.system.n)
         around[f[touching(f, around)]] = True
         self.damping = np.minimum(_LARGEST, np.where(around, _AROUND, 1) * self.damping)
+
+
+def _kept_apart(
+    model: Model, trial: Trial, step: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:
+    """A model's conditions, and that parts keep their distance which a step brings together; None if these are met."""
+    if trial.apart is None:
+        return None
+    speed = np.einsum("kan,an->k", trial.apart, step)
+    C, c = trial.apart[speed < -_STILL * np.abs(step).max()], np.empty(0)
+    if model.border is not None:
+        C, c = np.concatenate((model.border[0], C)), model.border[1]
+    if not len(c) < len(C) <= CONDITIONS:
+        return None
+    return C, np.concatenate((c, np.zeros(len(C) - len(c))))
 
 
 def bordered_step(system: VertexSystem, factor: Factor, model: Model) -> FloatArray:

@@ -8,8 +8,8 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.disk import Disk
 from ..mesh.edges import half_edges_from
 from ..newton.faces import FaceEnergy, FaceProblem
-from ..newton.loop import Model
-from ..verify.rim import plane_signs, rim_crossings
+from ..newton.loop import CONDITIONS, Model, Trial
+from ..verify.rim import plane_signs, rim_crossings, rim_meetings
 
 #: Radius of the disk whose area is that of `FlatFaces`, 4 pi.
 RADIUS = 2.0
@@ -71,6 +71,31 @@ class FreeProblem(FaceProblem):
         folded[faces] = plane_signs(x, self.energy.f[faces]) <= 0
         folded[self._at_rim[rim_crossings(x, self._rim)]] = True
         return folded[faces]
+
+    def accept(self, x: FloatArray, move: FloatArray) -> Trial:
+        """That of all faces; if it fails, with the speeds at which edges move apart that would meet."""
+        trial = super().accept(x, move)
+        meetings = rim_meetings(x + move, self._rim)
+        if np.isfinite(trial.value) or not 0 < len(meetings) <= CONDITIONS:
+            return trial
+        return trial._replace(apart=np.array([self._apart(x, i, j) for i, j in meetings]))
+
+    def _apart(self, x: FloatArray, i: int, j: int) -> FloatArray:
+        """The speed (2, n) at which two edges of the boundary move apart, where they are nearest to each other."""
+        rim, k = self._rim, len(self._rim)
+        least, speed = np.inf, np.zeros((2, len(x)))
+        for corner, edge in ((i, j), (i + 1, j), (j, i), (j + 1, i)):
+            v, a, b = rim[corner % k], rim[edge], rim[(edge + 1) % k]
+            if v in (a, b):
+                continue
+            along = x[b] - x[a]
+            t = np.clip((x[v] - x[a]) @ along / (along @ along), 0, 1)
+            gap = x[v] - x[a] - t * along
+            distance = np.hypot(*gap)
+            if distance < least:
+                least, speed = distance, np.zeros((2, len(x)))
+                speed[:, [v, a, b]] = gap[:, None] / distance * [1, t - 1, -t]
+        return speed
 
 
 def _coordinates(n: int) -> FloatArray:

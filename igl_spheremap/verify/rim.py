@@ -25,13 +25,19 @@ def rim_crossings(p: FloatArray, rim: IntArray) -> BoolArray:
     >>> rim_crossings(p, np.arange(7))
     array([False,  True, False, False,  True,  True, False])
     """
+    meets = np.zeros(len(rim), dtype=bool)
+    meets[rim_meetings(p, rim)] = True
+    return meets
+
+
+def rim_meetings(p: FloatArray, rim: IntArray) -> IntArray:
+    """The pairs (m, 2) of edges of a closed polygon that meet, apart from shared corners; exact."""
     k, q = len(rim), p[rim]
-    meets = np.zeros(k, dtype=bool)
     # Neighbours overlap where the polygon turns back on itself: then their other ends lie on one ray.
     ends = np.column_stack((np.roll(np.arange(k), 1), np.arange(k), np.roll(np.arange(k), -1)))
     before, after = q[ends[:, 0]] - q, q[ends[:, 2]] - q
     back = (plane_signs(q, ends) == 0) & (np.sign(before) == np.sign(after)).all(axis=1)
-    meets[back] = meets[ends[back, 0]] = True
+    meetings = [ends[back, :2]]
     for i, j in close_pairs(q):
         a, b, c, d = i, (i + 1) % k, j, (j + 1) % k
         s = [
@@ -39,8 +45,8 @@ def rim_crossings(p: FloatArray, rim: IntArray) -> BoolArray:
             for corners in ((a, b, c), (a, b, d), (c, d, a), (c, d, b))
         ]
         hit = (s[0] * s[1] <= 0) & (s[2] * s[3] <= 0)  # on one line, too: there their boxes overlap
-        meets[i[hit]] = meets[j[hit]] = True
-    return meets
+        meetings.append(np.column_stack((i[hit], j[hit])))
+    return np.concatenate(meetings)
 
 
 def rim_direction(p: FloatArray, rim: IntArray) -> int:

@@ -28,7 +28,7 @@ def test_one_vertex_that_would_fold_is_held_and_all_others_stay():
     move = np.zeros_like(x)
     move[300] = 0.5 * tangent_axes(x[[300]])[0][0]  # through several faces
     problem = FaceProblem(energy)
-    y, value, folded = problem.accept(x, move)
+    y, value, folded, _ = problem.accept(x, move)
     assert (orientation_signs(y, energy.source.f) > 0).all()
     assert value == energy.by_face(y).sum()
     assert (energy.source.f[folded] == 300).any(axis=1).all()

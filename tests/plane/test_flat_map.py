@@ -198,6 +198,15 @@ def test_what_overlaps_starts_from_the_map_that_keeps_lengths_better(seed):
     assert flat.status is not ism.Status.SHORT
 
 
+@pytest.mark.parametrize("name", ["dino", "bird"])
+def test_banks_of_cuts_slide_along_each_other(name):
+    # where they halt each other the means are .39 and .12
+    body = ism.repair_disk(*ism.samples.make(name, n_vertices=4000), cut=8)
+    flat = ism.flatten(body.v, body.f)
+    assert flat.certificate.folding_free
+    assert np.abs(flat.log_length_ratios()).mean() < 0.1
+
+
 def test_status_and_notes_say_where_lengths_are_far_off():
     seen = set()
     for (v, f), balance in ((chain(17), 0.7), (cap(8, 3.0)[:2], 0), (cap(8, 1.5)[:2], 0.7)):

@@ -32,6 +32,27 @@ def test_the_gradient_is_the_first_variation(energy):
         assert slope == pytest.approx((gradient * step).sum(), rel=1e-5)
 
 
+def test_parts_that_a_step_brings_together_have_the_speed_of_their_distance():
+    # a square with a narrow slit from above, whose banks a step closes
+    d = 1e-4
+    p = np.array(
+        [[0, 0], [4, 0], [4, 4], [2 + d, 4], [2 + d, 1], [2 - d, 1], [2 - d, 4], [0, 4]], float
+    )
+    f = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [0, 4, 5], [0, 5, 7], [5, 6, 7]])
+    disk = ism.check_disk(np.column_stack((p, np.zeros(8))), f)
+    energy = BalancedEnergy(FlatFaces.of(disk.unit, f), 0.5, 0.9, np.zeros(6))
+    problem = FreeProblem(energy, disk)
+    move = np.zeros((8, 2))
+    move[[3, 6], 0] = -0.3, 0.3
+    apart = problem.accept(p, move).apart
+    speeds = np.einsum("kan,na->k", apart, move)
+    assert (speeds < 0).all()
+    assert speeds.min() == pytest.approx(-0.6)  # of the upper corners
+    # what moves all alike brings nothing nearer, and what opens the slit meets nothing
+    assert np.abs(apart.sum(axis=2)).max() < 1e-12
+    assert problem.accept(p, -move).apart is None
+
+
 def test_boundary_vertices_move_along_the_circle_and_crossings_are_refused():
     energy = BalancedEnergy(SOURCE, 0.0, 0.9, np.zeros(len(F)))
     problem = CircleProblem(energy, DISK)
