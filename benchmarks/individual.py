@@ -22,8 +22,10 @@ import xml.etree.ElementTree as ET
 import zipfile
 from pathlib import Path
 
+import igl
 import nibabel
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 import igl_spheremap as ism
 from igl_spheremap.mesh.measure import vertex_areas
@@ -32,8 +34,9 @@ from igl_spheremap.sphere.rows import unit_rows
 from .common import parser, timed
 from .cortex_data import BALANCE, Data
 from .cortices import _CAT
+from .individual_flat import flat_rows
 
-_PACKAGES = {"pycortex": "1.4.0", "t1prep": "0.8.1", "cat_surf": "1.1.6"}
+_PACKAGES = {"pycortex": "1.4.0", "t1prep": "0.8.1", "cat_surf": "1.1.6", "autoflatten": "1.0.7"}
 _SVG, _NAME = "{http://www.w3.org/2000/svg}", "{http://www.inkscape.org/namespaces/inkscape}label"
 #: Drawn areas, and those of the atlas that stand for them.
 _AREAS = {
@@ -134,9 +137,29 @@ class Individual:
         for name in names.split():
             for loop in (each for path in self._paths[name] for each in outlines(path)):
                 inside |= Outline(loop).contains_points(p)
-        used = np.zeros(len(p), dtype=bool)
-        used[self.surface("flat", side)[1]] = True
-        return inside & used
+        return inside & self._used(side)
+
+    def _used(self, side):
+        """Whether each vertex is in the flat map."""
+        _, f = self.surface("wm", side)
+        return np.isin(np.arange(f.max() + 1), self.surface("flat", side)[1])
+
+    def wall(self, side):
+        """Whether each vertex lies in the medial wall, the largest part that the flat map lacks but for its cuts.
+
+        A cut is up to four vertices wide: two rows are taken off what is lacking, and put on again.
+        """
+        _, f = self.surface("wm", side)
+        lacks, near = ~self._used(side), igl.adjacency_matrix(f).astype(bool)
+        inner = lacks.copy()
+        for _ in range(2):
+            inner &= ~(near @ ~inner)
+        rows = np.flatnonzero(inner)
+        label = connected_components(near[inner][:, inner])[1]
+        wall = np.isin(np.arange(len(lacks)), rows[label == np.bincount(label).argmax()])
+        for _ in range(2):
+            wall |= near @ wall
+        return wall & lacks
 
 
 def peer(package, v, f, target):
@@ -169,6 +192,7 @@ def main(words):
     data, person, package = Data(args.folder), Individual(args.folder), args.folder / "cat_surf"
     print("| area, side | Dice | by cat-surf | drawn, mm2 | carried, mm2 | most |")
     print("|---|---|---|---|---|---|")
+    flat = []
     for side in "LR":
         (white, f), (pial, _) = (person.surface(kind, side) for kind in ("wm", "pia"))
         v, target = (white + pial) / 2, data.target(side)
@@ -183,9 +207,11 @@ def main(words):
         path = data.find(f"{side.lower()}h.aparc_HCP_MMP1.annot")
         table = [name.decode() for name in nibabel.freesurfer.read_annot(path)[2]]
         areas = vertex_areas(white, f)
+        rows = {"medial wall": (person.wall(side), [0, -1])}
         for name, (drawn, atlas) in _AREAS.items():
             keys = [table.index(f"{side}_{each}_ROI") for each in atlas.split()]
-            there = person.drawn(drawn, side)
+            rows[name] = person.drawn(drawn, side), keys
+        for name, (there, keys) in rows.items():
             carried = [np.isin(each, keys) for each in labels]
             sizes = [areas[each].sum() for each in (there, carried[0])]
             dice = [
@@ -198,4 +224,13 @@ def main(words):
                 f"| {name}, {side} | {' | '.join(cells)} | {sizes[0]:.0f} | {sizes[1]:.0f} | {most:.2f} |"
             )
         folds = [ism.certify(unit_rows(x), f).foldings for x in spheres]
-        print(f"{side}: folds {folds}, CPU seconds {[round(each, 1) for each in seconds]}")
+        print(
+            f"{side}: folds {folds}, CPU seconds {[round(each, 1) for each in seconds]}", flush=True
+        )
+        flat += [(side, row) for row in flat_rows(args.folder, person, side, white, f, spheres[0])]
+    print(
+        "| flat map, side | off by, mm | at its own scale | median | 90 percent | folds | CPU s |"
+    )
+    print("|---|---|---|---|---|---|---|")
+    for side, row in flat:
+        print(row.replace(" |", f", {side} |", 1))

@@ -140,12 +140,11 @@ class LineSearch:
             trial = problem.accept(x, self.length * move)
             if model.value - trial.value > -self.length * _DECREASE * slope:
                 return trial
-            border = _kept_apart(model, trial, step)
-            if border is None:
+            held = _held_apart(model, trial, step)
+            if held is None:
                 self.length /= 2
             else:
-                model = replace(model, border=border)
-                step = bordered_step(self.system, factor, model)
+                model, step = held, bordered_step(self.system, factor, held)
         return None
 
 
@@ -202,19 +201,17 @@ class Levenberg:
         self.damping = np.minimum(_LARGEST, np.where(around, _AROUND, 1) * self.damping)
 
 
-def _kept_apart(
-    model: Model, trial: Trial, step: FloatArray
-) -> tuple[FloatArray, FloatArray] | None:
-    """A model's conditions, and that parts keep their distance which a step brings together; None if these are met."""
+def _held_apart(model: Model, trial: Trial, step: FloatArray) -> Model | None:
+    """The model under the condition that parts which a step brings together keep their distance; None if none come."""
     if trial.apart is None:
         return None
-    speed = np.einsum("kan,an->k", trial.apart, step)
-    C, c = trial.apart[speed < -_STILL * np.abs(step).max()], np.empty(0)
+    nearing = np.einsum("kan,an->k", trial.apart, step) < -_STILL * np.abs(step).max()
+    C = trial.apart[nearing]
     if model.border is not None:
-        C, c = np.concatenate((model.border[0], C)), model.border[1]
-    if not len(c) < len(C) <= CONDITIONS:
+        C = np.concatenate((model.border[0], C))
+    if not nearing.any() or len(C) > CONDITIONS:
         return None
-    return C, np.concatenate((c, np.zeros(len(C) - len(c))))
+    return replace(model, border=(C, np.zeros(len(C))))
 
 
 def bordered_step(system: VertexSystem, factor: Factor, model: Model) -> FloatArray:

@@ -41,7 +41,9 @@ class DiskMap(PlaneMap):
     conformal: DiskMap | None = None
 
     def _rebalanced(self, balance: float, listener: Listener | None) -> DiskMap:
-        conformal = self.conformal or self
+        conformal = self
+        if self.conformal is not None:
+            conformal = self.conformal
         if balance == 0 or conformal.status is Status.STOPPED:
             return conformal
         history = History(listener, conformal.run)
@@ -194,7 +196,9 @@ def map_doubled(disk: Disk, history: History) -> DiskMap | None:
     """That map where doubling alone finds it, at a small part of the cost; None where the double folds."""
     with phase("disk"):
         found = doubled(disk, history, symmetric=True)
-        return None if found is None else _presented(disk, history, found)
+        if found is None:
+            return None
+        return _presented(disk, history, found)
 
 
 def _presented(disk: Disk, history: History, found: tuple[FloatArray, Run]) -> DiskMap:

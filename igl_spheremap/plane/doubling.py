@@ -38,9 +38,11 @@ def double_map(
     copy = np.arange(n)
     copy[inside] = n + np.arange(len(inside))
     mesh = check_mesh(np.concatenate((v, v[inside])), np.concatenate((f, copy[f][:, ::-1])))
-    large: Large = (
-        "embedded" if not symmetric else "left" if 2 * len(disk.rim) > len(disk.v) else "laid out"
-    )
+    large: Large = "laid out"
+    if not symmetric:
+        large = "embedded"
+    elif 2 * len(disk.rim) > len(disk.v):
+        large = "left"
     result = auto(mesh, Auto(tolerance=_TOLERANCE), listener, large=large)
     x, other = result.sphere, np.concatenate((copy, inside))
     y = _symmetric(x, x[other], mesh.A, along_axis=result.gauge == "poles")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -60,7 +61,9 @@ class FlatMap(PlaneMap):
 
     def _rebalanced(self, balance: float, listener: Listener | None) -> FlatMap:
         """That of `flatten`, bit for bit: it starts from the same disk."""
-        history = History(listener, self.conformal.run if self.conformal else None)
+        history = History(listener)
+        if self.conformal is not None:
+            history = History(listener, self.conformal.run)
         return _flattened(self.mesh, balance, history, self.conformal)
 
 
@@ -146,11 +149,13 @@ def _flattened(
                 return FlatMap(
                     disk, q, certificate, history.complete(_UNROLLED, "flatten", settings)
                 )
-    tutte = tutte_map(disk, by_lengths(disk))
-    starts = [tutte] if Certificate.of_plane(tutte, disk.f, disk.rim).folding_free else []
-    if start is None:
+    tutte, starts = tutte_map(disk, by_lengths(disk)), []
+    solve: Callable[[Disk, History], DiskMap | None] = map_conformally
+    if Certificate.of_plane(tutte, disk.f, disk.rim).folding_free:
         # Sliding is dear, and finds no better start than Tutte's map.
-        start = (map_doubled if starts else map_conformally)(disk, History(history))
+        starts, solve = [tutte], map_doubled
+    if start is None:
+        start = solve(disk, History(history))
     if start is not None:
         starts.append(start.plane)
     if start is not None and start.status is Status.STOPPED:
@@ -228,4 +233,6 @@ def _in_units(disk: Disk, p: FloatArray) -> FloatArray:
     image = (q[:, 0] * np.roll(q[:, 1], -1) - q[:, 1] * np.roll(q[:, 0], -1)).sum() / 2
     source = surface_area(disk.unit, disk.f)
     size = np.ptp(disk.v, axis=0).max() / np.ptp(disk.unit, axis=0).max()
-    return np.asarray(upright(p, disk) * (size * np.sqrt(source / image if source > 0 else 1.0)))
+    if source > 0:
+        size *= np.sqrt(source / image)
+    return np.asarray(upright(p, disk) * size)

@@ -41,8 +41,8 @@ def balanced_disk(
     source, system = FlatFaces.of(disk.unit, disk.f), VertexSystem(disk.f, len(disk.v))
     energy = balanced_energy(source, RADIUS * conformal, balance)
     p, run = slide(disk, energy, p, listener, system)
-    for weight in _EVEN_WEIGHTS if balance > energy.weight else ():
-        if run.status is not Status.STOPPED:
+    for weight in _EVEN_WEIGHTS:
+        if balance > energy.weight and run.status is not Status.STOPPED:
             p, run = min(
                 ((p, run), slide(disk, replace(energy, weight=weight), p, listener, system)),
                 key=lambda each: energy.area_error(RADIUS * each[0]),
@@ -85,10 +85,10 @@ def conformal_disk(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
     p, run = slid_map(disk, listener)
     if run.status is Status.STALLED and (found := doubled(disk, listener, symmetric=False)):
         return found
-    note = "the doubled surface folds faces: the boundary was slid along the circle instead"
-    return p, replace(
-        run, notes=(note,) if len(disk.f) > 1 and run.status is not Status.STALLED else ()
-    )
+    if len(disk.f) > 1 and run.status is not Status.STALLED:
+        note = "the doubled surface folds faces: the boundary was slid along the circle instead"
+        run = replace(run, notes=(note,))
+    return p, run
 
 
 def doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArray, Run] | None:
@@ -99,10 +99,8 @@ def doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArray
         p, double = double_map(disk, listener, symmetric)
     except (FactorisationFailed, FoldingsRemain):
         return None
-    free = (
-        double.certificate.folding_free and Certificate.of_plane(p, disk.f, disk.rim).folding_free
-    )
-    if free or double.status is Status.STOPPED:
+    witnesses = (double.certificate, Certificate.of_plane(p, disk.f, disk.rim))
+    if double.status is Status.STOPPED or all(each.folding_free for each in witnesses):
         return p, Run(double.status, double.energy, backend=double.backend, notes=double.notes)
     return None
 
@@ -115,10 +113,11 @@ def slid_map(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
     for p in _starts(disk, found):
         if _is_free(disk, p):
             q, run = slide(disk, energy, p, listener, system)
-            if run.status is Status.STOPPED:
-                return (q if _is_free(disk, q) else p), run
             # Steps keep faces positive, but not the order of boundary vertices that all but coincide.
-            found += [(x, run) for x in (p, q) if _is_free(disk, x)]
+            free = [(x, run) for x in (q, p) if _is_free(disk, x)]
+            if run.status is Status.STOPPED:
+                return free[0]
+            found += free
     if not found:
         return p, Run(Status.STALLED, float("nan"))
     return min(found, key=lambda each: mean_angle_difference(disk, in_space(each[0])))

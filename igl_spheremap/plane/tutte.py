@@ -35,7 +35,9 @@ def tutte_map(disk: Disk, circle: FloatArray) -> FloatArray:
     p[disk.rim] = circle
     weight = igl.cotmatrix_entries(mollified_edge_lengths(disk.unit, f))
     positive = np.clip(weight, _LEAST_WEIGHT, 1 / _LEAST_WEIGHT)
-    for attempt in range(4) if inner.any() else ():
+    if not inner.any():
+        return p
+    for attempt in range(4):
         L = summed_laplacian(weight, f, n)
         try:
             p[inner] = factorize(L[inner][:, inner]).solve(-(L[inner][:, ~inner] @ p[~inner]))

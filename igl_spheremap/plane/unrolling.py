@@ -36,7 +36,9 @@ def unrolled(disk: Disk) -> FloatArray | None:
     if change > FLAT and _closes(disk):
         q = _laid_out(disk, v)
         p, change = min((p, change), (q, stretch(disk, q)), key=itemgetter(1))
-    return p if change < ISOMETRIC else None
+    if change < ISOMETRIC:
+        return p
+    return None
 
 
 def stretch(disk: Disk, p: FloatArray) -> float:
@@ -60,7 +62,9 @@ def _projected(disk: Disk, v: FloatArray) -> FloatArray:
     far = v.astype(np.longdouble)
     p = ((far - far.mean(axis=0)) @ axes[:2].T.astype(np.longdouble)).astype(np.float64)
     area = float(np.cross(axes[0], axes[1]) @ row_crosses(v[b] - v[a], v[c] - v[a]).sum(axis=0))
-    return p if area > 0 else p * [1, -1]
+    if not area > 0:
+        p[:, 1] *= -1
+    return p
 
 
 def _closes(disk: Disk) -> bool:
@@ -100,7 +104,9 @@ def _laid_out(disk: Disk, v: FloatArray) -> FloatArray:
     z[int(start[root])], z[int(stop[root])] = 0j, complex(length[root])
     starts, stops, apexes, places = start.tolist(), stop.tolist(), apex.tolist(), place.tolist()
     for i in order.tolist():
-        h = root if i == 0 else beside[i, int(parent[i])]
+        h = root
+        if i != 0:
+            h = beside[i, int(parent[i])]
         a, b = z[starts[h]], z[stops[h]]
         if z[apexes[h]] is None and a is not None and b is not None:
             z[apexes[h]] = a + (b - a) * places[h]

@@ -58,7 +58,7 @@ def test_a_face_whose_energy_grows_a_little_moves_as_asked_and_one_whose_grows_m
         rises[300] = rise
         energy, move = Bumps(f, x, rises), everywhere.copy()
         move[300] = 0.05 * tangent_axes(x[[300]])[0][0]
-        y, value, folded = FaceProblem(energy).accept(x, move)
+        y, value, folded, _ = FaceProblem(energy).accept(x, move)
         whole = unit_rows(x + move)
         far = np.setdiff1d(np.arange(len(x)), f[there])
         assert np.array_equal(y[far], whole[far])
@@ -78,7 +78,7 @@ def test_a_step_that_most_faces_refuse_is_given_up_at_its_length():
     x, f = ism.samples.sphere(642)
     energy = Bumps(f, x, np.full(len(x), 1e9))
     move = 0.01 * np.random.default_rng(0).normal(size=x.shape)
-    y, value, folded = FaceProblem(energy).accept(x, move)
+    y, value, folded, _ = FaceProblem(energy).accept(x, move)
     assert y is x
     assert value == np.inf
     assert not folded.any()

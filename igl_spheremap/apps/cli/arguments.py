@@ -398,6 +398,14 @@ PLANE = (
             default="fsaverage",
         ),
     ),
+    goes_with(
+        "--via",
+        argument(
+            "--labels",
+            "FILE",
+            "labels of IN, .annot or .label.gii: say which areas lie beyond the cuts",
+        ),
+    ),
     *target(
         ".obj or .glb (the surface with texture coordinates), .npz (both), lh.NAME.patch.flat, or the image as a "
         "mesh"

@@ -13,7 +13,7 @@ from ....io.files import read_mesh, read_sphere
 from ....io.patch import read_patch
 from ....io.plane_map import is_patch, read_images, write_plane_map
 from ....io.records import LoadedMesh
-from ....io.scalars import read_landmarks
+from ....io.scalars import read_labels, read_landmarks, read_scalars
 from ....mesh.arrays import FloatArray, IntArray, check_directions, mean_position
 from ....mesh.check import check_faces
 from ....mesh.disk import check_disk
@@ -140,7 +140,7 @@ def _load(args: Namespace) -> InputMesh:
         # the faces of a patch may touch at vertices, or leave some apart
         disk = repair_disk(v, f, **options)
         if args.via is not None:
-            disk = _left_by_cuts(disk, v, f, once=is_patch(args.target))
+            disk = _left_by_cuts(disk, v, f, args)
     done = triangulation(mesh.triangulated, mesh.concave) + disk.actions
     if done:
         args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(done)}")
@@ -175,9 +175,10 @@ def _carried_cuts(args: Namespace, mesh: LoadedMesh) -> IntArray:
         return carry_cuts(faces, x, g, unit_rows(there), kept)
 
 
-def _left_by_cuts(disk: RepairedMesh, v: FloatArray, f: IntArray, once: bool) -> RepairedMesh:
-    """Say what lies beyond the cuts; leave out the faces along them, too, if each vertex is to come `once`."""
+def _left_by_cuts(disk: RepairedMesh, v: FloatArray, f: IntArray, args: Namespace) -> RepairedMesh:
+    """Say what lies beyond the cuts; leave out the faces along them, too, if each vertex is to come once."""
     actions, kept = disk.actions, disk.face_source
+    once = is_patch(args.target)
     while (
         once and (twice := np.bincount(disk.vertex_source + 1, minlength=len(v) + 1)[1:] > 1).any()
     ):
@@ -190,7 +191,24 @@ def _left_by_cuts(disk: RepairedMesh, v: FloatArray, f: IntArray, once: bool) ->
         f"left out {lost.sum()} faces, {areas[lost].sum() / areas.sum():.1%} of the area, near "
         f"{mean_position(v[f[lost].ravel()], v)}"
     )
+    if args.labels is not None:
+        text += f": {_shares(args.labels, f[lost], areas[lost], len(v))}"
     return replace(disk, actions=(*actions, text))
+
+
+def _shares(path: str, f: IntArray, areas: FloatArray, n: int) -> str:
+    """The labels of some faces by their shares of the area, largest first, those of a percent and more."""
+    (values,) = read_scalars(path).values()
+    table = read_labels(path)
+    if table is None or len(values) != n:
+        raise MeshError(
+            f"{path} holds no labels of {n} vertices; give an .annot or .label.gii file of this surface"
+        )
+    corners = values[f].astype(np.int64)
+    found = [
+        (areas @ (corners == label.key).mean(axis=1) / areas.sum(), label.name) for label in table
+    ]
+    return ", ".join(f"{share:.0%} {name}" for share, name in sorted(found)[::-1] if share >= 0.01)
 
 
 def _disk_options(args: Namespace) -> dict[str, Any]:

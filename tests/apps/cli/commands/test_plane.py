@@ -16,6 +16,8 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.cli.exits import Exit
 from igl_spheremap.io.patch import Patch, read_patch, write_patch
+from igl_spheremap.io.records import Label
+from igl_spheremap.io.scalars import write_scalars
 
 V, F = icosphere(3)
 W, G, ROWS = half(V, F)
@@ -177,6 +179,15 @@ def test_the_cuts_of_a_template_come_over_a_registration(tmp_path, capsys):
     for out in (flat, rest):
         assert main(["flatten", surface, out, *via]) == Exit.OK
         assert re.search(r"left out \d+ faces, [\d.]+% of the area, near", capsys.readouterr().err)
+    labels = tmp_path / "lh.areas.label.gii"
+    table = tuple(Label(key, name, (1, 1, 1, 1)) for key, name in enumerate(("rest", "wall")))
+    write_scalars(labels, {"areas": (x[:, 2] < -0.7) * 1.0}, metadata={"labels": table})
+    assert main(["flatten", surface, flat, *via, "--labels", str(labels), "-f"]) == Exit.OK
+    assert re.search(r"left out [^;]*: 9\d% wall, \d% rest", capsys.readouterr().err)
+    few = str(tmp_path / "few.npy")
+    np.save(few, np.zeros(3))
+    assert main(["flatten", surface, flat, *via, "--labels", few, "-f"]) == Exit.NO_MESH
+    assert f"few.npy holds no labels of {len(x)} vertices" in one_line(capsys)
     assert main(["check", flat, "-q"]) == Exit.OK
     assert main(["check", surface, rest, "-q"]) == Exit.OK
     assert len(read_patch(rest).rows) < len(np.unique(ism.read_mesh(flat).f)) < len(x)
