@@ -33,7 +33,10 @@ from ..inputs import InputMap, InputMesh, sphere_name, up_of
 from ..output import Findings, check_outputs
 from .plane import load_map
 
-_SCALARS = ("factor", "angles")
+_SCALARS = {
+    "factor": "u of the conformal factor e^(2u)",
+    "angles": "angle differences in degrees",
+}
 _TEXTURED = (".glb", ".obj")
 _COLOURED = (".ply", ".glb")
 
@@ -62,7 +65,7 @@ def run_export(args: Namespace) -> None:
         )
         outcome = f"SOURCE's coordinates and picture on {pair.name}"
     elif args.show in _SCALARS:
-        outcome = f"{args.show}, {_export_scalars(args, pair, up, found)}"
+        outcome = f"{_SCALARS[args.show]}, {_export_scalars(args, pair, up, found)}"
     else:
         outcome = _export_texture(args, pair, up, found)
     found.add("written", f"{target}: {outcome}")
