@@ -23,8 +23,10 @@ def run(demo, surface):
     for picture in pictures:
         if not Path(picture).parent.is_dir():
             sys.exit(f"{name}: there is no folder for {picture}")
+    surfaces.append(surface)
+    pictures.append(None)
     try:
-        demo(*[*surfaces, surface][:1], *[*pictures, None][:1])
+        demo(surfaces[0], pictures[0])
     except KeyboardInterrupt:
         sys.exit(130)
     except (OSError, RuntimeError, ValueError) as error:  # what the package and polyscope raise

@@ -17,9 +17,8 @@ import igl_spheremap as ism
 def polyscope_scene(surface, picture):
     result = ism.spherical_conformal_map(surface)
     begin_scene(picture)
-    surface, sphere = ism.add_to_polyscope(result, "dino", shown="checkerboard")
     factor = result.conformal_factor()
-    for structure in (surface, sphere):
+    for structure in ism.add_to_polyscope(result, shown="checkerboard"):  # the surface, its sphere
         structure.add_scalar_quantity("conformal factor", factor, enabled=False)
     end_scene(picture)
 

@@ -1,5 +1,7 @@
 """The scene of demos that draw with polyscope's own calls; not a demo itself."""
 
+from pathlib import Path
+
 import numpy as np
 import polyscope as ps
 
@@ -27,5 +29,7 @@ def end_scene(picture):
     ps.look_at((low + high) / 2 - [0, far, 0], (low + high) / 2)
     if picture:
         ps.screenshot(picture)
+        if not Path(picture).exists():
+            raise RuntimeError(f"{picture} can't be written; give a .png or .jpg file")
     else:
         ps.show()

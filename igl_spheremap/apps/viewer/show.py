@@ -49,7 +49,7 @@ def show(
     MeshError
         If one of `maps` has not one finite, nonzero row for each vertex.
     ValueError
-        If `up` or `subject` is another word.
+        If `up` or `subject` is another word, or `maps` is empty.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def screenshot(
     MeshError
         If one of `maps` has not one finite, nonzero row for each vertex.
     ValueError
-        If `up` or `subject` is another word.
+        If `up` or `subject` is another word, or `maps` is empty.
 
     Examples
     --------
@@ -116,6 +116,8 @@ def screenshot(
 
 def _checked(result: SphereMap, maps: Mapping[str, ArrayLike]) -> dict[str, FloatArray]:
     """Maps of the result's surface by their names."""
+    if not maps:
+        raise ValueError("maps has none; give maps of the surface by their names")
     return {name: check_start(x, len(result.mesh.v), name) for name, x in maps.items()}
 
 

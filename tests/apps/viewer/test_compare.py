@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from drawing import drive, needs_drawing
 
 import igl_spheremap as ism
@@ -42,6 +43,38 @@ figures = dict(captions=[part.caption for part in shown.grid.parts.values()], sh
     assert min(figures["shots"]) > 0.15
     assert "picture" in figures["buttons"]
     assert "map" not in figures["buttons"]  # which of them?
+
+
+def test_maps_that_are_compared_are_of_the_surface(tmp_path):
+    result = ism.spherical_conformal_map(*ism.samples.sphere(42))
+    for maps, said in (
+        ({}, "maps has none"),
+        ({"short": result.sphere[1:]}, "short have 41 rows"),
+        ({"flat": 0 * result.sphere}, "flat"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            ism.screenshot(result, tmp_path / "a.png", maps=maps)
+        with pytest.raises(ValueError, match=said):
+            ism.show(result, maps=maps)
+
+
+def test_a_picture_of_maps_shows_each_of_them_with_its_name(tmp_path):
+    figures = drive(f"""
+from igl_spheremap.apps.viewer import show
+v, f = ism.samples.make('dumbbell', n_vertices=300)
+shown = []
+present = show.present
+def noted(build, *given, **options):
+    return present(lambda: shown.append(build()) or shown[0], *given, **options)
+show.present = noted
+result = ism.spherical_conformal_map(v, f)
+maps = dict(gauss=ism.gauss_map(v, f), large=100 * result.sphere)
+ism.screenshot(result, {str(tmp_path / "a.png")!r}, maps=maps, size=(600, 400))
+figures = dict(names=list(shown[0].maps), sizes=[float(abs(x).max()) for x in shown[0].maps.values()])
+""")
+    assert figures["names"] == ["gauss", "large"]
+    assert max(figures["sizes"]) <= 1 + 1e-15
+    assert (tmp_path / "a.png").exists()
 
 
 def test_words_of_narrow_columns_do_not_lie_on_each_other():
