@@ -34,7 +34,8 @@ class Auto(Method):
         coordinate axes, where coordinates are finer. "centred" shortens the limbs and keeps the gauge.
     polish : {"auto", "angles"} or None, default "auto"
         Whether Newton steps lower the angle differences of a good map: "auto", where they are predicted to pay;
-        "angles", always, for up to 26 times the time; None, never, so that a good map stays the harmonic one.
+        "angles", always, for up to 26 times the time, 50 where scipy factorises; None, never, so that a good map stays
+        the harmonic one.
     effort : Effort, default Effort()
         Cost allowed to steps that lower the angle differences; a dict of the same names will do.
 
