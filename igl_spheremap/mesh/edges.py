@@ -84,8 +84,14 @@ class HalfEdges:
 
     def faces_at(self, vertices: IntArray) -> IntArray:
         """Faces that have one of several distinct vertices, in ascending order."""
+        return np.flatnonzero(marked(self.out_of(vertices)[1] // 3, len(self.faces)))
+
+    def out_of(self, vertices: IntArray) -> tuple[IntArray, Indices]:
+        """Half-edges out of some vertices, and before them the place of each one's vertex among these."""
         half = self.half.take(self._of_rows(vertices))
-        return np.flatnonzero(marked(half[half < self.faces.size] // 3, len(self.faces)))
+        place = np.repeat(np.arange(len(vertices)), np.diff(self.indptr)[vertices])
+        between = half < self.faces.size  # the other entries are those of vertices
+        return place[between], half[between]
 
     def patch_around(self, vertices: IntArray, rings: int) -> Patch:
         """The faces around all vertices within `rings` edges of given ones."""

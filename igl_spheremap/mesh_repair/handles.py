@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning_tree
 
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.edges import components, edge_keys, sides
+from ..mesh.edges import components, edge_keys, shared_edges, sides
 
 #: A mean edge in the unit of lengths, which are whole numbers: their sums are exact, so that of loops that are equally
 #: long the same one is taken whatever the units of the mesh, and paths of up to 2^17 such edges stay below 2^53.
@@ -56,13 +56,10 @@ class _Loops:
 
     def __init__(self, v: FloatArray, f: IntArray) -> None:
         n = len(v)
-        start, stop = sides(f)
-        keys = edge_keys(start, stop, n)
-        there, back = (
-            half[np.argsort(keys[half])]
-            for half in (np.flatnonzero(start < stop), np.flatnonzero(start > stop))
-        )
-        self._keys, self._n = keys[there], n
+        self._n, (start, stop) = n, sides(f)
+        self._keys, _, first, second = shared_edges(f, n)
+        up = start[first] < stop[first]
+        there, back = np.where(up, first, second), np.where(up, second, first)
         self._tail, self._head = start[there], stop[there]
         self._left, self._right = there // 3, back // 3
         length = np.linalg.norm(v[self._tail] - v[self._head], axis=1)
@@ -73,8 +70,8 @@ class _Loops:
         number = np.arange(len(there))
         rows, columns = np.append(self._tail, self._head), np.append(self._head, self._tail)
         self._edges = csr_matrix((np.append(number, number) + 1, (rows, columns)), shape=(n, n))
-        lengths = self._length[self._edges.data - 1]
-        self._graph = csr_matrix((lengths, self._edges.indices, self._edges.indptr), shape=(n, n))
+        self._graph = self._edges.astype(np.float64)
+        self._graph.data = self._length[self._edges.data - 1]
         distance, previous = dijkstra(self._graph, indices=0, return_predecessors=True)
         leftover, self._values = self._dual_loops(distance, previous, len(f))
         above = previous.tolist()

@@ -93,40 +93,50 @@ def cut_polygons(v: FloatArray, corners: IntArray, sizes: IntArray) -> CutPolygo
     >>> cut.triangles.tolist(), cut.concave.tolist()
     ([[1, 2, 3], [1, 3, 0]], [True])
     """
-    first, n = np.cumsum(sizes) - sizes, len(v)
-    polygon = np.repeat(np.arange(len(sizes)), sizes)
-    after = np.arange(len(corners)) + 1
-    after[first + sizes - 1] = first
+    first, m, n = np.cumsum(sizes) - sizes, len(sizes), len(v)
+    polygon, place = np.repeat(np.arange(m), sizes), np.arange(len(corners))
+    after, before = place + 1, place - 1
+    after[first + sizes - 1], before[first] = first, first + sizes - 1
     # whoever checks the faces refuses indices beyond
     p = own_unit(v)[0].take(corners, axis=0, mode="clip")
     p = p - p[first][polygon]
     normal = np.add.reduceat(np.cross(p, p[after]), first)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    before = np.empty_like(after)
-    before[after] = np.arange(len(after))
-    turns_in = _shape(p, np.column_stack((before, np.arange(len(after)), after)), normal[polygon])
-    edges = edge_keys(corners, corners[after], n)
-    fans = [_Fans(first, sizes, about) for about in (0, 1)]
-    sound = np.array([fan.face_one_way(p, normal) for fan in fans])
+    turns_in = _shape(p, np.column_stack((before, place, after)), normal[polygon])
+    # triangles of fans: the polygon of each, and whether its last side is a new edge
+    fan = np.repeat(np.arange(m), sizes - 2)
+    step = np.arange(len(fan)) - np.repeat(np.cumsum(sizes - 2) - sizes + 2, sizes - 2)
+    inner, fans, sound = step < sizes[fan] - 3, [], np.empty((2, m), dtype=bool)
+    for about in (0, 1):
+        around = (0 * step, step + 1, step + 2)
+        fans.append(np.column_stack([first[fan] + (about + k) % sizes[fan] for k in around]))
+        wrong = ~(_shape(p, fans[about], normal[fan]) > SIX_DIGITS)
+        sound[about] = np.bincount(fan[wrong], minlength=m) == 0
     sound[:, sizes == 3] = [[True], [False]]  # triangles stay as they are
-    left = np.ones(len(sizes), dtype=bool)
+    edges, left = edge_keys(corners, corners[after], n), np.ones(m, dtype=bool)
     triangles, owner = [np.empty((0, 3), dtype=np.int64)], [np.empty(0, dtype=np.int64)]
     for choices in (1, 2):  # those without a choice choose first
-        for fan, right in zip(fans, sound, strict=True):
-            ours = left & right & (sound.sum(axis=0) <= choices)
+        for about in (0, 1):
+            ours = left & sound[about] & (sound.sum(axis=0) <= choices)
             if not ours.any():
                 continue
-            new, keys = fan.with_new_edges(corners, edges, ours, n)
-            triangles.append(fan.triangles[new[fan.polygon]])
-            owner.append(fan.polygon[new[fan.polygon]])
-            edges, left = np.append(edges, keys), left & ~new
+            new = inner & ours[fan]
+            a, _, b = corners[fans[about][new]].T
+            keys = edge_keys(a, b, n)
+            _, index, count = np.unique(
+                np.append(keys, edges), return_inverse=True, return_counts=True
+            )
+            ours[fan[new][count[index[: len(keys)]] > 1]] = False  # the edge is there
+            triangles.append(fans[about][ours[fan]])
+            owner.append(fan[ours[fan]])
+            edges, left = np.append(edges, keys[ours[fan[new]]]), left & ~ours
     taken = set[int]()
     if left.any():
         taken = set(edges.tolist())
     for k in np.flatnonzero(left).tolist():
         places = np.arange(first[k], first[k] + sizes[k])
-        ears = _Ears(_in_plane(p[places], normal[k]), corners[places].tolist(), taken, n)
-        triangles.append(places[np.array(ears.cut())])
+        ears = _ears(_in_plane(p[places], normal[k]), corners[places].tolist(), taken, n)
+        triangles.append(places[np.array(ears)])
         owner.append(np.full(sizes[k] - 2, k))
     order = np.argsort(np.concatenate(owner), kind="stable")
     return CutPolygons(
@@ -134,39 +144,6 @@ def cut_polygons(v: FloatArray, corners: IntArray, sizes: IntArray) -> CutPolygo
         np.concatenate(owner)[order],
         np.logical_or.reduceat(turns_in < -SIX_DIGITS, first),
     )
-
-
-class _Fans:
-    """Fans of all polygons about their corner `about`."""
-
-    def __init__(self, first: IntArray, sizes: IntArray, about: int) -> None:
-        count = sizes - 2
-        self.polygon = np.repeat(np.arange(len(sizes)), count)
-        step = np.arange(len(self.polygon)) - np.repeat(np.cumsum(count) - count, count)
-        size, start = sizes[self.polygon], first[self.polygon]
-        self.triangles = np.column_stack(
-            [start + (about + k) % size for k in (0 * step, step + 1, step + 2)]
-        )
-        #: the last side of each triangle is an edge of the polygon in the last triangle alone
-        self.inner = step < size - 3
-        self._m = len(sizes)
-
-    def face_one_way(self, p: FloatArray, normal: FloatArray) -> BoolArray:
-        """Whether all triangles of each polygon face the way of its normal."""
-        wrong = ~(_shape(p, self.triangles, normal[self.polygon]) > SIX_DIGITS)
-        return np.bincount(self.polygon[wrong], minlength=self._m) == 0
-
-    def with_new_edges(
-        self, corners: IntArray, edges: IntArray, ours: BoolArray, n: int
-    ) -> tuple[BoolArray, IntArray]:
-        """Those of our polygons all of whose new edges are new, and these edges' keys."""
-        inner = self.inner & ours[self.polygon]
-        a, _, b = corners[self.triangles[inner]].T
-        keys, owner = edge_keys(a, b, n), self.polygon[inner]
-        _, index, count = np.unique(np.append(keys, edges), return_inverse=True, return_counts=True)
-        new = ours.copy()
-        new[owner[count[index[: len(keys)]] > 1]] = False
-        return new, keys[new[owner]]
 
 
 def _shape(p: FloatArray, triangles: IntArray, normal: FloatArray) -> FloatArray:
@@ -183,49 +160,32 @@ def _in_plane(p: FloatArray, normal: FloatArray) -> FloatArray:
     return np.column_stack((p @ along, p @ np.cross(normal, along)))
 
 
-class _Ears:
-    """Ears of a polygon: a corner, which turns outwards, with its neighbours, if no other corner is among them.
+def _ears(p: FloatArray, corners: list[int], taken: set[int], n: int) -> list[list[int]]:
+    """Triangles (k - 2, 3) of places within a polygon: its ears are cut off, the best first.
 
-    `taken` are the keys of edges that are there.
+    An ear is a corner that turns outwards, with its neighbours, if no other corner is among them. `taken` are the keys
+    of edges that are there.
     """
+    ring = list(range(len(corners)))
 
-    def __init__(self, p: FloatArray, corners: list[int], taken: set[int], n: int) -> None:
-        self._p, self._corners, self._taken, self._n = p, corners, taken, n
-        k = len(corners)
-        self._next, self._before = np.roll(np.arange(k), -1), np.roll(np.arange(k), 1)
-        self._there = np.ones(k, dtype=bool)
+    def ear(k: int) -> list[int]:
+        return [ring[k - 1], ring[k], ring[(k + 1) % len(ring)]]
 
-    def cut(self) -> list[list[int]]:
-        """Triangles (k - 2, 3) of places within the polygon."""
-        score = np.array([self._score(k) for k in range(len(self._corners))])
-        triangles = []
-        for _ in range(len(self._corners) - 3):
-            tip = int(np.argmax(score))
-            before, after = int(self._before[tip]), int(self._next[tip])
-            triangles.append([before, tip, after])
-            self._taken.add(self._key(before, after))
-            self._next[before], self._before[after] = after, before
-            self._there[tip], score[tip] = False, -np.inf
-            score[before], score[after] = self._score(before), self._score(after)
-        one = int(np.argmax(self._there))
-        triangles.append([int(self._before[one]), one, int(self._next[one])])
-        return triangles
+    def key(k: int) -> int:
+        before, _, after = ear(k)
+        low, high = sorted((corners[before], corners[after]))
+        return low * n + high
 
-    def _key(self, a: int, b: int) -> int:
-        low, high = sorted((self._corners[a], self._corners[b]))
-        return low * self._n + high
-
-    def _score(self, tip: int) -> float:
+    def score(k: int) -> float:
         """How good it is to cut a corner: the shape of its ear, best with a new edge, worst where it is no ear."""
-        before, after = int(self._before[tip]), int(self._next[tip])
-        a, b, c = self._p[[before, tip, after]]
+        a, b, c = p[ear(k)]
         longest = max(float(side @ side) for side in (b - a, c - b, a - c))
         shape = 0.0
         if longest:
             shape = float(_cross(b - a, c - a)) / longest
         if not shape > SIX_DIGITS:
             return -1 + min(shape, 0.0)
-        others = self._p[self._there]
+        others = p[ring]
         others = others[(others != a).any(axis=1) & (others != b).any(axis=1)]
         others = others[(others != c).any(axis=1)]
         within = np.ones(len(others), dtype=bool)
@@ -233,10 +193,20 @@ class _Ears:
             within &= _cross(stop - start, others - start) > -SIX_DIGITS * longest
         if within.any():
             return shape - 1
-        score = shape + 1
-        if self._key(before, after) in self._taken:
-            score -= 1
-        return score
+        found = shape + 1
+        if key(k) in taken:
+            found -= 1
+        return found
+
+    scores, triangles = list(map(score, ring)), []
+    while len(ring) > 3:
+        tip = int(np.argmax(scores))
+        triangles.append(ear(tip))
+        taken.add(key(tip))
+        del ring[tip], scores[tip]
+        for k in (tip - 1, tip % len(ring)):
+            scores[k] = score(k)
+    return [*triangles, ear(0)]
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -50,13 +50,13 @@ class Refusal:
     def __init__(
         self, f: IntArray, n: int, v: FloatArray | None, asked: Remedy, work: Surface | None = None
     ) -> None:
-        self.f, self.n, self.v, self.asked, self._work = f, n, v, asked, work
+        self.f, self.n, self.v, self.asked = f, n, v, asked
         self._closed = asked.function == "repair_mesh"
         if work is None:
             if v is None:  # random positions coincide nowhere
                 v = np.random.default_rng(0).random((n, 3))
             work = Surface(v, f)
-        self._given, self._rows, self._faces = work.given, work.vertex_source, work.face_source
+        self._work = work
 
     def half_edges(self) -> NoReturn:
         """Refuse faces with a repeated index, or edges that are not shared by two opposite faces."""
@@ -88,7 +88,7 @@ class Refusal:
             self._open(np.column_stack((start, stop))[faces_at[edge] < 2])
         clash = start[first] == start[second]
         bad = ends[edge[first[clash]]]
-        faces = self._faces[np.column_stack((first // 3, second // 3))[clash][0]]
+        faces = self._work.face_source[np.column_stack((first // 3, second // 3))[clash][0]]
         forward, backward = direction_components(first // 3, second // 3, clash, len(f))
         if (forward == backward).any():
             self.refuse(
@@ -131,7 +131,7 @@ class Refusal:
     def components(self, label: NDArray[np.int32]) -> NoReturn:
         """Refuse several components, given the component of each face."""
         sizes = np.sort(np.bincount(label))[::-1]
-        second = self._faces[int(np.argmax(label > 0))]
+        second = self._work.face_source[int(np.argmax(label > 0))]
         self.refuse(
             f"{len(sizes)} components of {listed(sizes)} faces, face {second} is in the second one",
             f"give one of them, by {_ONE_PART}, or keep the largest",
@@ -157,7 +157,7 @@ class Refusal:
         """Refuse vertices with several fans of faces."""
         self.refuse(
             f"non-manifold vertex: {count(bad, 'vertex', 'vertices')} where two sheets touch, "
-            f"{examples(self._rows[bad])}",
+            f"{examples(self._work.vertex_source[bad])}",
             "give each sheet a vertex of its own",
         )
 
@@ -186,12 +186,12 @@ class Refusal:
 
     def _edges(self, edges: IntArray) -> str:
         """Three edges of (k, 2), by the input's numbers, and where the first is if a repair has renumbered them."""
-        rows = self._rows[edges]
+        rows = self._work.vertex_source[edges]
         known = rows[(rows >= 0).all(axis=1)][:3].tolist()
         text = "e.g. edge " + ", ".join(f"{i}-{j}" for i, j in known)
         if not known:
             text = "on new faces"
-        if self._work is not None and self._work.actions:
+        if self._work.actions:
             text += f" near {mean_position(self._work.v[edges[0]], self._work.v)}"
         return text
 
@@ -203,7 +203,7 @@ class Refusal:
         """
         given = self.asked.options.get("weld", 0.0)
         work = self._clean(given)
-        near = weld_tolerance(*self._given)
+        near = weld_tolerance(*self._work.given)
         if near is not None and near != given:
             joined = self._clean(near)
             if joined.sound and joined.parts + len(joined.rims) < work.parts + len(work.rims):
@@ -211,7 +211,7 @@ class Refusal:
         return work, given
 
     def _clean(self, near: float) -> Surface:
-        work = Surface(*self._given, closed=self._closed)
+        work = Surface(*self._work.given, closed=self._closed)
         work.clean(keep_largest=True, weld=near)
         return work
 
@@ -246,7 +246,7 @@ class Refusal:
         if work.genus:
             options["handles"] = "cut"
         remedy = repair_by(self.asked.function, options)
-        if self._work is not None and remedy.options == self.asked.options and self._work.cleaned:
+        if remedy.options == self.asked.options and self._work.cleaned:
             return None
         return remedy
 

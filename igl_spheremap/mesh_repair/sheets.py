@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
@@ -11,20 +9,10 @@ from ..mesh.edges import components, fans, shared_edges, sides
 from ..mesh.measure import enclosed_volume
 
 
-@dataclass(frozen=True, eq=False)
-class PartedSheets:
-    """Faces, at most two at each edge, the rows of the input that they and the vertices come from, and how many edges
-    were parted.
-    """
+def part_sheets(v: FloatArray, f: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Part the sheets that meet in edges of more than two faces.
 
-    f: IntArray
-    owner: IntArray
-    faces: IntArray
-    edges: int
-
-
-def part_sheets(v: FloatArray, f: IntArray) -> PartedSheets | None:
-    """Part the sheets that meet in edges of more than two faces; None if there is no such edge.
+    Return faces, at most two at each edge, and the rows of the input that the vertices and the faces come from.
 
     At each edge faces are paired, those that run along it with those that run against it. A sheet that has two faces
     there goes on from one into the other. Other faces are sorted by angle around the edge: where directions alternate,
@@ -32,14 +20,11 @@ def part_sheets(v: FloatArray, f: IntArray) -> PartedSheets | None:
     non-manifold, neighbours with nothing between them. Where they don't alternate, the straightest pairs are taken.
     Faces that are left over are dropped, and those of edges that stay non-manifold.
     """
-    count = np.bincount(shared_edges(f, len(v))[1])
-    if not (count > 2).any():
-        return None
     faces = np.arange(len(f))
     while True:
         parted, owner, surplus = _parted(v, f[faces])
         if not len(surplus):
-            return PartedSheets(parted, owner, faces, int((count > 2).sum()))
+            return parted, owner, faces
         faces = np.delete(faces, surplus)
 
 

@@ -138,17 +138,17 @@ class Surface:
         self._note("dropped", lost, "surplus copy of a face", "surplus copies of faces")
 
     def _part_sheets(self) -> None:
-        parted = part_sheets(own_unit(self.v)[0], self.f)
-        if parted is None:
+        edges = int((np.bincount(shared_edges(self.f, len(self.v))[1]) > 2).sum())
+        if not edges:
             return
+        parted, owner, faces = part_sheets(own_unit(self.v)[0], self.f)
         surplus = np.ones(len(self.f), dtype=bool)
-        surplus[parted.faces] = False
+        surplus[faces] = False
         if surplus.any():
-            faces = plural(int(surplus.sum()), "face")
-            self._drop_faces(surplus, f"{faces} left over at edges of more than two faces")
-        self.f, self.v = parted.f, self.v[parted.owner]
-        self.vertex_source = self.vertex_source[parted.owner]
-        self._note("parted", parted.edges, "edge", "edges", "where sheets meet")
+            lost = plural(int(surplus.sum()), "face")
+            self._drop_faces(surplus, f"{lost} left over at edges of more than two faces")
+        self.f, self.v, self.vertex_source = parted, self.v[owner], self.vertex_source[owner]
+        self._note("parted", edges, "edge", "edges", "where sheets meet")
 
     def _drop_components(self, keep_largest: bool) -> None:
         """Of several components keep the largest: by area, or of a surface to be closed by volume if any is closed."""

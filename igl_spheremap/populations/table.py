@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
+from math import nan
 from typing import Any, ClassVar
 
 import numpy as np
@@ -61,7 +62,7 @@ class JobRow:
     vertices: int = 0
     foldings: int = 0
     seconds: float = 0.0
-    memory: float = math.nan
+    memory: float = nan
     worker: str = ""
     notes: str = ""
 
@@ -93,17 +94,17 @@ class Row(JobRow):
     }  # fmt: skip
 
     foldings_before: int = 0
-    energy: float = math.nan
-    mean_angle: float = math.nan
-    p99_angle: float = math.nan
-    max_angle: float = math.nan
-    mean_area: float = math.nan
-    p99_area: float = math.nan
-    max_area: float = math.nan
-    mean_edge: float = math.nan
-    p99_edge: float = math.nan
-    max_edge: float = math.nan
-    stretch: float = math.nan
+    energy: float = nan
+    mean_angle: float = nan
+    p99_angle: float = nan
+    max_angle: float = nan
+    mean_area: float = nan
+    p99_area: float = nan
+    max_area: float = nan
+    mean_edge: float = nan
+    p99_edge: float = nan
+    max_edge: float = nan
+    stretch: float = nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,10 +129,10 @@ class RegistrationRow(JobRow):
         "unsure": "share of unsure labels",
     }
 
-    unlike: float = math.nan
-    mean_area: float = math.nan
-    p95_area: float = math.nan
-    unsure: float = math.nan
+    unlike: float = nan
+    mean_area: float = nan
+    p95_area: float = nan
+    unsure: float = nan
 
 
 #: All kinds of rows; a table holds one kind, which is known by its columns.
@@ -159,7 +160,7 @@ def from_plain(entry: Mapping[str, Any]) -> JobRow:
         default: Any = field.default
         value = entry.get(field.name, default)
         if value is None and isinstance(default, float):
-            value = math.nan
+            value = nan
         values[field.name] = converted = type(default)(value)
         if isinstance(converted, int) and abs(converted) > sys.maxsize:
             raise ValueError(f"{field.name} has {len(str(value))} digits")
@@ -237,7 +238,7 @@ def _quartiles(rows: Sequence[JobRow]) -> Iterator[tuple[FloatArray, float, floa
     for name in figures_of(rows):
         column = np.array([getattr(row, name) for row in rows], dtype=np.float64)
         finite = column[np.isfinite(column)]
-        low = high = math.nan
+        low = high = nan
         if len(finite):
             low, high = np.percentile(finite, [25, 75]).tolist()
         yield column, low, high

@@ -37,9 +37,7 @@ class Triangulation:
         self.x, self.f = unit_rows(x), mesh.f
         self.locator = SphereLocator(self.x, mesh)
         self.start, self.end = sides(mesh.f)
-        between = mesh.edges.half < 3 * len(mesh.f)  # the other entries are those of vertices
-        self._out = mesh.edges.half[between].astype(np.int64)
-        self._first = mesh.edges.indptr - np.arange(len(x) + 1)
+        self._edges = mesh.edges
         self.twin = mesh.edges.twins().astype(np.int64)
         self.forward = np.flatnonzero(self.start < self.end)
         self.edge = np.empty_like(self.twin)
@@ -51,10 +49,8 @@ class Triangulation:
 
     def leave(self, vertex: IntArray, towards: FloatArray) -> tuple[IntArray, BoolArray]:
         """Return the half-edge out of each vertex at a target, or next to it clockwise, and whether it points at it."""
-        degree = self._first[vertex + 1] - self._first[vertex]
-        ray = np.repeat(np.arange(len(vertex)), degree)
-        nth = np.arange(len(ray)) - np.repeat(np.cumsum(degree) - degree, degree)
-        h = self._out[self._first[vertex][ray] + nth]
+        ray, out = self._edges.out_of(vertex)
+        h = out.astype(np.int64)
         centre, target = self.x[vertex][ray], towards[ray]
         right = determinant_signs(centre, self.x[self.end[h]], target)
         left = determinant_signs(centre, self.x[self.apex(h)], target)
