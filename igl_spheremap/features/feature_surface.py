@@ -32,7 +32,7 @@ class FeatureSurface:
         """Implicit heat steps that together smooth by a Gaussian of that width."""
         factor = self._factor(self.L * (sigma**2 / (2 * steps)) + sp.diags_array(self.areas))
         for _ in range(steps):
-            values = np.stack([factor.solve(self.areas * column) for column in values.T], axis=1)
+            values = np.column_stack([factor.solve(self.areas * column) for column in values.T])
         return values
 
     def standardize(self, values: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning_tree
 
 from ..mesh.arrays import FloatArray, IntArray
-from ..mesh.edges import components, edge_keys, shared_edges, sides
+from ..mesh.edges import components, edge_keys, marked, shared_edges, sides
 
 #: A mean edge in the unit of lengths, which are whole numbers: their sums are exact, so that of loops that are equally
 #: long the same one is taken whatever the units of the mesh, and paths of up to 2^17 such edges stay below 2^53.
@@ -189,8 +189,7 @@ class _Loops:
     def not_separating(self, loops: list[IntArray]) -> list[IntArray]:
         """As many of disjoint loops as together do not separate the surface; the longest are left out."""
         edges = [self._numbers(loop) for loop in loops]
-        kept = np.ones(len(self._keys), dtype=bool)
-        kept[np.concatenate(edges)] = False
+        kept = ~marked(np.concatenate(edges), len(self._keys))
         m = len(self._left) * 2 // 3
         _, piece = components(self._left[kept], self._right[kept], m)
         joined = np.arange(len(piece))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..mesh.arrays import BoolArray, FloatArray, IntArray
-from ..mesh.edges import components, fans, shared_edges, sides
+from ..mesh.edges import components, fans, marked, shared_edges, sides
 from ..mesh.measure import enclosed_volume
 
 
@@ -41,14 +41,12 @@ def _parted(v: FloatArray, f: IntArray, rounds: int = 4) -> tuple[IntArray, IntA
     none = np.empty(0, dtype=np.int64)
     if not len(half):
         return f, np.arange(n), none
-    at = np.zeros(n, dtype=bool)
-    at[start[half]] = at[stop[half]] = True
+    at = marked(np.r_[start[half], stop[half]], n)
     sheets, sheet = components(first // 3, second // 3, len(f))
     _, index, faces = np.unique(
         edge[half] * sheets + sheet[half // 3], return_inverse=True, return_counts=True
     )
-    crowded = np.zeros(len(count), dtype=bool)
-    crowded[edge[half[faces[index] != 2]]] = True
+    crowded = marked(edge[half[faces[index] != 2]], len(count))
     alone = half[~crowded[edge[half]]]
     by_sheets = alone[np.lexsort((sheet[alone // 3], edge[alone]))].reshape(-1, 2)
     rest = half[crowded[edge[half]]]

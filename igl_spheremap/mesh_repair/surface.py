@@ -142,8 +142,7 @@ class Surface:
         if not edges:
             return
         parted, owner, faces = part_sheets(own_unit(self.v)[0], self.f)
-        surplus = np.ones(len(self.f), dtype=bool)
-        surplus[faces] = False
+        surplus = ~marked(faces, len(self.f))
         if surplus.any():
             lost = plural(int(surplus.sum()), "face")
             self._drop_faces(surplus, f"{lost} left over at edges of more than two faces")
@@ -205,9 +204,8 @@ class Surface:
         first, second = first[shut], second[shut]
         number, fan = fans(self.f, first, second)
         vertex = corners[np.unique(fan, return_index=True)[1]]  # of each fan
-        at_rim = np.ones(len(corners), dtype=bool)  # corners from which an open edge runs
-        at_rim[next_corners(np.r_[first, second])[0]] = False
-        tail = np.flatnonzero(at_rim)
+        inner = next_corners(np.r_[first, second])[0]
+        tail = np.flatnonzero(~marked(inner, len(corners)))  # from which an open edge runs
         parts: list[list[int]] = []
         joined = np.arange(number)
         for rim in rims(fan[next_corners(tail)[0]], fan[tail]):
@@ -219,8 +217,7 @@ class Surface:
                 parts.append(part)
         kept = np.unique(joined)
         owner = vertex[kept]
-        extra = np.ones(len(kept), dtype=bool)
-        extra[np.unique(owner, return_index=True)[1]] = False
+        extra = ~marked(np.unique(owner, return_index=True)[1], len(kept))
         row = np.empty(number, dtype=np.int64)
         row[kept] = np.where(extra, n + np.cumsum(extra) - 1, owner)
         row = row[joined]

@@ -7,7 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh.arrays import BoolArray, IntArray
-from ..mesh.edges import components, direction_components, fans, next_corners, shared_edges, sides
+from ..mesh.edges import (
+    components,
+    direction_components,
+    fans,
+    marked,
+    next_corners,
+    shared_edges,
+    sides,
+)
 
 
 @dataclass(frozen=True)
@@ -127,13 +135,10 @@ def topology_of(f: IntArray, n: int) -> Topology:
     number, label = components(first // 3, second // 3, len(f))
     clash = sides(f)[0][first] == sides(f)[0][second]
     forward, backward = direction_components(first // 3, second // 3, clash, len(f))
-    orientable = np.ones(number, dtype=bool)
-    orientable[label[forward == backward]] = False
+    orientable = ~marked(label[forward == backward], number)
     count, fan = fans(f, first, second)
     one = np.unique(fan, return_index=True)[1]  # a corner of each fan
-    rim = np.ones(f.size, dtype=bool)
-    rim[first] = rim[second] = False
-    half = np.flatnonzero(rim)
+    half = np.flatnonzero(~marked(np.r_[first, second], f.size))
     corner = fan.astype(np.int64)
     begin, end = (corner[each] for each in next_corners(half))
     loop = components(begin, end, count)[1][begin]

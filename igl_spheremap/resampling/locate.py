@@ -195,7 +195,7 @@ def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArr
     longest = np.abs(sides).max(axis=2)
     unit = np.frexp(longest)[1]
     a, b, c = np.ldexp(sides, -unit[:, :, None])
-    weights = np.stack([row_dets(q, b, c), row_dets(q, c, a), row_dets(q, a, b)], axis=1)
+    weights = np.column_stack([row_dets(q, b, c), row_dets(q, c, a), row_dets(q, a, b)])
     weights = np.ldexp(weights, (unit.min(axis=0) - unit).T)
     weights = np.maximum(weights, 0.0)  # rounding only: the exact ones are not negative
     flat = ~weights.any(axis=1)  # seen from q, which is a corner or nearer to one than numbers tell

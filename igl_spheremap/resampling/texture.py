@@ -334,8 +334,11 @@ def _cut(mesh: CutMesh, axis: int) -> CutMesh:
     edges, index = np.unique(edge_keys(starts, stops, n), return_inverse=True)
     p, q, r = np.split(n + index, [two.sum(), 2 * two.sum()])
     pieces = [f[count == 0]]
-    pieces += [np.stack(t, axis=1) for t in ((a[two], p, q), (p, b[two], c[two]), (p, c[two], q))]
-    pieces += [np.stack(t, axis=1) for t in ((a[one], b[one], r), (a[one], r, c[one]))]
+    for piece in (
+        *((a[two], p, q), (p, b[two], c[two]), (p, c[two], q)),
+        *((a[one], b[one], r), (a[one], r, c[one])),
+    ):
+        pieces.append(np.column_stack(piece))
     i, j = edges // n, edges % n
     t = s[i] / (s[i] - s[j])
     k = np.arange(len(edges))

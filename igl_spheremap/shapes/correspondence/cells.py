@@ -41,7 +41,7 @@ def cell_triangles(
     while len(side):
         fan = end[side] != centre
         cell, centre, side = cell[fan], centre[fan], side[fan]
-        found.append(np.stack((centre, start[side], end[side]), axis=1))
+        found.append(np.column_stack((centre, start[side], end[side])))
         cells.append(cell)
         side = following[side]
     return np.concatenate(found), np.stack(np.divmod(np.concatenate(cells), len(B.f)))

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...mesh.arrays import FloatArray
+from ...mesh.edges import marked
 from ...newton.faces import FaceProblem, VertexTerm
 from ...newton.loop import LineSearch, newton
 from ...sphere.moebius import best_rotation
@@ -185,8 +186,7 @@ class Descent:
             source, y = meet(source, y, self._goals)
             if not (y[source.landmarks] == self._goals).all():
                 return source, y
-            held = np.zeros(len(y), dtype=bool)
-            held[source.landmarks] = True
+            held = marked(source.landmarks, len(y))
         for objective in objectives:
             strain = ComposedStrain(source, target, objective.share, objective.guard)
             problem = FaceProblem(strain, self._terms(source, target, y, objective), held=held)

@@ -43,7 +43,7 @@ def smooth_function(level: Level, values: FloatArray) -> Target:
     mean = (around @ slopes.reshape(len(f), -1)) / np.where(total > 0, total, 1.0)[:, None]
     mean = mean.reshape(len(x), -1, 3)
     mean -= np.einsum("nkd,nd->nk", mean, x)[:, :, None] * x[:, None]
-    columns, whole = values.shape[1], np.concatenate((values, mean.reshape(len(x), -1)), axis=1)
+    columns, whole = values.shape[1], np.column_stack((values, mean.reshape(len(x), -1)))
 
     def at(y: FloatArray) -> tuple[FloatArray, FloatArray]:
         there, gradients = np.split(level.at(y, whole), [columns], axis=1)
@@ -85,7 +85,7 @@ class FeaturePair:
             for values, name in zip(self._by_width[widths[0]], _ENDS, strict=True):
                 check_varies(values, f"depths of the {name}")
             pairs = zip(*self._by_width.values(), strict=True)
-            self._raw = [np.concatenate(columns, axis=1) for columns in pairs]
+            self._raw = [np.column_stack(columns) for columns in pairs]
         else:
             checked = _checked(given, (len(source.map.sphere), len(target.map.sphere)))
             data = list(zip(surfaces, checked, strict=True))
@@ -102,11 +102,11 @@ class FeaturePair:
 
     def source(self, widths: Sequence[float]) -> FloatArray:
         """The source's features, at its own vertices."""
-        return np.concatenate([self._by_width[width][0] for width in widths], axis=1)
+        return np.column_stack([self._by_width[width][0] for width in widths])
 
     def target(self, widths: Sequence[float]) -> Target:
         """The target's features."""
-        values = np.concatenate([self._by_width[width][1] for width in widths], axis=1)
+        values = np.column_stack([self._by_width[width][1] for width in widths])
         return smooth_function(self._levels[1], values)
 
     def rotations(
@@ -152,4 +152,4 @@ def _checked(given: tuple[ArrayLike, ArrayLike], sizes: tuple[int, int]) -> list
         raise ValueError(
             f"{names[0]} have {k} columns but {names[1]} {other}; give the same ones of both"
         )
-    return [np.stack([own_unit(column)[0] for column in each.T], axis=1) for each in checked]
+    return [np.column_stack([own_unit(column)[0] for column in each.T]) for each in checked]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...mesh.arrays import FloatArray
+from ...mesh.edges import marked
 from ...newton.faces import FaceProblem
 from ...newton.loop import LineSearch, newton
 from ...sphere.rows import row_dots, tangent
@@ -49,9 +50,7 @@ def _flow(
     fails. Those that are as near as `met` meet their goals bit for bit. Half the sphere takes 16 steps.
     """
     at, energy = level.landmarks, sphere_strain(level)
-    held = np.zeros(len(y), dtype=bool)
-    held[at] = True
-    relaxed = FaceProblem(energy, held=held)
+    relaxed = FaceProblem(energy, held=marked(at, len(y)))
     # steps strain more than they do once they are relaxed
     free = FaceProblem(energy, slack=3 * energy.area)
     for _ in range(steps):

@@ -78,7 +78,7 @@ class LandmarkPairs:
         there = interpolate(target.sphere, target.faces, goals)
         on_target = np.unique(there, axis=0, return_inverse=True)[1].reshape(-1)
         kept = np.sort(
-            np.unique(np.stack((vertices, on_target), axis=1), axis=0, return_index=True)[1]
+            np.unique(np.column_stack((vertices, on_target)), axis=0, return_index=True)[1]
         )
         for numbers, name in ((vertices[kept], _ENDS[0]), (on_target[kept], _ENDS[1])):
             order = np.argsort(numbers, kind="stable")
@@ -141,7 +141,7 @@ def _at_the_same_length(
             raise MeshError(f"{curve} of {name} has no length; give two points or more")
         shares.append(length / length[-1])
         ends.append(p)
-    places = np.stack([np.interp(shares[0], shares[1], column) for column in ends[1].T], axis=1)
+    places = np.column_stack([np.interp(shares[0], shares[1], column) for column in ends[1].T])
     goals = nearest(target, places, _ENDS[1])
     tips = [0, -1]
     goals.face[tips], goals.weights[tips] = second.face[tips], second.weights[tips]

@@ -145,8 +145,8 @@ def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArra
     cut = np.flatnonzero(count[pair] == 2)
     k, middle = f[cut, corner[cut]], n + number[pair[cut]]
     whole = np.delete(face, cut)
-    ends = np.stack((i[first[count == 2]], j[first[count == 2]]), axis=1)
-    halves = np.stack((k, i[cut], middle), axis=1), np.stack((k, middle, j[cut]), axis=1)
+    ends = np.column_stack((i[first[count == 2]], j[first[count == 2]]))
+    halves = np.column_stack((k, i[cut], middle)), np.column_stack((k, middle, j[cut]))
     return np.concatenate((f[whole], *halves)), ends, np.concatenate((whole, cut, cut))
 
 

@@ -136,7 +136,7 @@ def _blended(level: Level, share: float) -> FloatArray:
     v = _scaled(level.metric, level.map.faces)
     if share == 1:
         return v
-    return np.concatenate((np.sqrt(1 - share) * level.map.sphere, np.sqrt(share) * v), axis=1)
+    return np.column_stack((np.sqrt(1 - share) * level.map.sphere, np.sqrt(share) * v))
 
 
 def _scaled(p: FloatArray, f: IntArray) -> FloatArray:

@@ -158,7 +158,7 @@ def walk(
         to = np.empty_like(i)
         to[meets], to[~meets] = other[vertex], np.arange(first, first + len(out))
         first += len(out)
-        crossed.append(np.stack((i[~meets], out), axis=1))
+        crossed.append(np.column_stack((i[~meets], out)))
         go(i, to, h, along)
         h, along = np.empty_like(h), np.zeros_like(along)
         h[~meets] = over.twin[out]
@@ -194,7 +194,7 @@ def _from_side(
 
 def _from_face(over: Triangulation, face: IntArray, a: FloatArray, b: FloatArray) -> IntArray:
     """Return the half-edges by which paths leave faces: the start lies to the right, the end to the left or on it."""
-    signs = np.stack([determinant_signs(a, b, over.x[over.f[face, k]]) for k in range(3)], axis=1)
+    signs = np.column_stack([determinant_signs(a, b, over.x[over.f[face, k]]) for k in range(3)])
     leaves = (np.roll(signs, 1, axis=1) < 0) & (
         (signs > 0) | (signs == 0) & (np.roll(signs, -1, axis=1) > 0)
     )

@@ -154,7 +154,7 @@ def permutation_test(
     Z = np.empty((count, 0))
     if covariates is not None:
         Z = _spanned(_numbers(covariates, count, "covariates"))
-    Qz = np.concatenate((np.full((count, 1), count**-0.5), Z), axis=1)
+    Qz = np.column_stack((np.full((count, 1), count**-0.5), Z))
     if data is None:
         data = group.shapes
     values, unit = own_unit(_finite(data, count))

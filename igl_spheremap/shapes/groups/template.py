@@ -174,7 +174,7 @@ def _group(
     (correlations,) = stacked([member.sphere for member in members], "correlation")
     laid = [place.laid(member) for member in members]
     alike, rows = symmetric(laid), []
-    columns = np.stack((correlations, aligned.sizes, aligned.distances), axis=1)
+    columns = np.column_stack((correlations, aligned.sizes, aligned.distances))
     for member, each, (correlation, size, distance) in zip(
         members, laid, columns.tolist(), strict=True
     ):
