@@ -12,7 +12,7 @@ from ..angles.deep_limbs import floor_of, shorten_limbs
 from ..angles.layout import onto_sphere, unroll
 from ..descent.energies import HarmonicEnergy
 from ..descent.minimize import State, minimize
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import EPS, FloatArray
 from ..mesh.check import Mesh
 from ..mesh.measure import FLOAT64_LIMIT, log_edges
 from ..newton.faces import FaceProblem
@@ -133,7 +133,7 @@ def balanced_iterates(problem: FaceProblem, search: KeptFactor, x: FloatArray) -
     shortened one the largest of the last three, and after one with an old factor what it was predicted to gain.
     """
     value, gains, residual = problem.value(x), [1.0] * 3, np.inf
-    zero = np.finfo(float).eps * problem.energy.area.sum()
+    zero = EPS * problem.energy.area.sum()
     if value < zero:
         residual = 0.0
     yield State(0, x, value, residual)

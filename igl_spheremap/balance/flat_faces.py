@@ -9,7 +9,7 @@ from typing import Any
 import igl
 import numpy as np
 
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import TINY, FloatArray, IntArray
 from ..operators.laplacian import mollified_edge_lengths
 from ..sphere.rows import column_crosses
 
@@ -213,7 +213,7 @@ class FaceImages:
 def log_areas(source: FlatFaces, x: FloatArray) -> FloatArray:
     """Logarithm p of image area over source area by face, of a map free of foldings."""
     images = source.images(x)
-    return np.log(np.maximum(images.s1 * images.s2, np.finfo(float).tiny))
+    return np.log(np.maximum(images.s1 * images.s2, TINY))
 
 
 def _dots(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -16,8 +16,10 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 
-#: Root of float64's epsilon, 1.5e-8: half of the digits. The square of a relative error below it is rounding.
-HALF_DIGITS = float(np.sqrt(np.finfo(float).eps))
+#: float64's relative precision, and its smallest number with all digits.
+EPS, TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
+#: Root of that precision, 1.5e-8: half of the digits. The square of a relative error below it is rounding.
+HALF_DIGITS = float(np.sqrt(EPS))
 
 #: Share of the largest value that is rounding of sums and small matrices: 4,500 times float64's epsilon.
 ROUNDING = 1e-12

@@ -6,10 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import TINY, FloatArray, IntArray
 from ..mesh.edges import half_edges_from
-
-_TINY = np.finfo(np.float64).tiny
 
 
 def simple_rims(rim: Sequence[int], vertex: Sequence[int]) -> Iterator[tuple[list[int], int]]:
@@ -67,7 +65,7 @@ def cap(
     onward = onward + np.roll(onward, 1, axis=0)
     for _ in range(smoothings):
         onward = (np.roll(onward, 1, axis=0) + 2 * onward + np.roll(onward, -1, axis=0)) / 4
-    onward = onward / np.maximum(np.linalg.norm(onward, axis=1), _TINY)[:, None]
+    onward = onward / np.maximum(np.linalg.norm(onward, axis=1), TINY)[:, None]
     ring, turn = np.arange(k), at[:-1]
     points: list[FloatArray] = []
     faces: list[IntArray] = []
@@ -96,10 +94,10 @@ def conormals(v: FloatArray, f: IntArray, a: IntArray, b: IntArray) -> FloatArra
     """Conormals (k, 3) of boundary edges from a to b, away from their faces b -> a; as long as the edges."""
     half = half_edges_from(f, len(v), b, a)
     edge, out = v[b] - v[a], v[a] - v[f.ravel()[half]]
-    square = np.maximum((edge * edge).sum(axis=1), _TINY)[:, None]
+    square = np.maximum((edge * edge).sum(axis=1), TINY)[:, None]
     out -= (out * edge).sum(axis=1)[:, None] / square * edge
     return np.asarray(
-        out * np.sqrt(square) / np.maximum(np.linalg.norm(out, axis=1), _TINY)[:, None]
+        out * np.sqrt(square) / np.maximum(np.linalg.norm(out, axis=1), TINY)[:, None]
     )
 
 

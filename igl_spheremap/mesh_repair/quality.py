@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..mesh.arrays import FloatArray, IntArray, weld
+from ..mesh.arrays import EPS, FloatArray, IntArray, weld
 from ..mesh.edges import shared_edges, sides
 from ..mesh.measure import corner_angles, enclosed_volume, face_areas
 from . import SIX_DIGITS
 
 #: Share of the mean area up to which a face has none: sides that are off by eps leave about as much.
-_NO_AREA = 4 * np.finfo(float).eps
+_NO_AREA = 4 * EPS
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,11 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from ..errors import MeshError
-from ..mesh.arrays import FloatArray, IntArray, own_unit
+from ..mesh.arrays import TINY, FloatArray, IntArray, own_unit
 from ..mesh.edges import edge_keys, sides
 
 #: Tips that errors suggest to cut through.
 TIPS = 4
-_TINY = np.finfo(np.float64).tiny
 
 
 def seam(
@@ -30,7 +29,7 @@ def seam(
     keys = np.unique(edge_keys(*sides(f), n))
     start, stop = keys // n, keys % n
     own = own_unit(v)[0]
-    length = np.maximum(np.linalg.norm(own[start] - own[stop], axis=1), _TINY)  # 0 would be no edge
+    length = np.maximum(np.linalg.norm(own[start] - own[stop], axis=1), TINY)  # 0 would be no edge
     graph = csr_matrix((length, (start, stop)), shape=(n, n))
     graph = graph + graph.T
     ends, tips = list(rims), 0

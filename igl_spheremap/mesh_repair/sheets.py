@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.arrays import TINY, BoolArray, FloatArray, IntArray
 from ..mesh.edges import components, fans, marked, shared_edges, sides
 from ..mesh.measure import enclosed_volume
 
@@ -76,7 +76,7 @@ def _paired_by_angles(
     up = start < stop
     a, b = np.minimum(start, stop), np.maximum(start, stop)
     axis = v[b] - v[a]
-    axis = axis / np.maximum(np.linalg.norm(axis, axis=1), np.finfo(np.float64).tiny)[:, None]
+    axis = axis / np.maximum(np.linalg.norm(axis, axis=1), TINY)[:, None]
     side = v[third] - v[a]
     _, first, group = np.unique(edge[half], return_index=True, return_inverse=True)
     zero = side - (side * axis).sum(axis=1)[:, None] * axis

@@ -114,19 +114,19 @@ class Surface:
         if tolerance:
             where = f"{where}, within {tolerance:g} of the diagonal"
         self.welded = int((rim != first).sum())
-        self._note("welded", self.welded, "coincident vertex", "coincident vertices", where)
+        self._note("welded", self.welded, "coincident vertex", where, "coincident vertices")
 
     def _drop_repeated_indices(self) -> None:
         a, b, c = self.f.T
         bad = (a == b) | (b == c) | (c == a)
         self._keep_faces(~bad)
-        self._note("dropped", int(bad.sum()), "face", "faces", "with a repeated index")
+        self._note("dropped", bad, "face", "with a repeated index")
 
     def _stitch_junctions(self, tolerance: float) -> None:
         self.f, source = stitched(self.v, self.f, tolerance)
         self.face_source = self.face_source[source]
         self.stitched = int((np.bincount(source) > 1).sum())
-        self._note("split", self.stitched, "face", "faces", "at vertices on their open edges")
+        self._note("split", self.stitched, "face", "at vertices on their open edges")
 
     def _drop_copies(self) -> None:
         """Where an edge has more than two faces, keep the first of those with the same corners."""
@@ -134,8 +134,7 @@ class Surface:
         surplus = np.any((np.bincount(edge)[edge] > 2).reshape(-1, 3), axis=1)
         surplus[np.unique(np.sort(self.f, axis=1), axis=0, return_index=True)[1]] = False
         self._keep_faces(~surplus)
-        lost = int(surplus.sum())
-        self._note("dropped", lost, "surplus copy of a face", "surplus copies of faces")
+        self._note("dropped", surplus, "surplus copy of a face", "", "surplus copies of faces")
 
     def _part_sheets(self) -> None:
         edges = int((np.bincount(shared_edges(self.f, len(self.v))[1]) > 2).sum())
@@ -147,7 +146,7 @@ class Surface:
             lost = plural(int(surplus.sum()), "face")
             self._drop_faces(surplus, f"{lost} left over at edges of more than two faces")
         self.f, self.v, self.vertex_source = parted, self.v[owner], self.vertex_source[owner]
-        self._note("parted", edges, "edge", "edges", "where sheets meet")
+        self._note("parted", edges, "edge", "where sheets meet")
 
     def _drop_components(self, keep_largest: bool) -> None:
         """Of several components keep the largest: by area, or of a surface to be closed by volume if any is closed."""
@@ -170,7 +169,7 @@ class Surface:
         number = np.append(np.where(used, np.cumsum(used) - 1, -1), -1)  # -1 stays
         self.f, self.image = number[self.f], number[self.image]
         self.v, self.vertex_source = self.v[used], self.vertex_source[used]
-        self._note("dropped", int(lost.sum()), "unreferenced vertex", "unreferenced vertices")
+        self._note("dropped", lost, "unreferenced vertex", "", "unreferenced vertices")
 
     def _orient(self) -> None:
         """Reverse the fewest faces of each component that make neighbours agree."""
@@ -188,7 +187,7 @@ class Surface:
         reverse = forward != forward[seed][label]
         reverse ^= (np.bincount(label, weights=reverse) * 2 > np.bincount(label))[label]
         self.f = np.where(reverse[:, None], self.f[:, ::-1], self.f)
-        self._note("reversed", int(reverse.sum()), "face", "faces", "to agree with neighbours")
+        self._note("reversed", reverse, "face", "to agree with neighbours")
 
     def split_fans(self, cut: IntArray, capped: bool = True) -> None:
         """Give each fan of faces around a vertex a vertex of its own, and find the rims; open the edges of keys `cut`.
@@ -226,9 +225,8 @@ class Surface:
         self.v = np.concatenate([self.v, self.v[owner[extra]]])
         self.vertex_source = np.concatenate([self.vertex_source, self.vertex_source[owner[extra]]])
         if not len(cut):
-            self._note(
-                "split", len(np.unique(owner[extra])), "vertex", "vertices", "where sheets touch"
-            )
+            touching = len(np.unique(owner[extra]))
+            self._note("split", touching, "vertex", "where sheets touch", "vertices")
 
     def fill_holes(self, kept: int | None = None) -> None:
         """Close every rim by a cap, except the one that is to be kept."""
@@ -340,9 +338,18 @@ class Surface:
         """Half-edges in pairs, of the edges that have exactly two faces."""
         return shared_edges(self.f, len(self.v))[2:]
 
-    def _note(self, verb: str, count: int, singular: str, several: str, where: str = "") -> None:
-        if count:
-            self.actions.append(f"{verb} {plural(count, singular, several)} {where}".rstrip())
+    def _note(
+        self,
+        verb: str,
+        things: BoolArray | int,
+        one: str,
+        where: str = "",
+        several: str | None = None,
+    ) -> None:
+        """Say what was done with things, if there were any: marked ones, or a number of them."""
+        number = int(np.sum(things))
+        if number:
+            self.actions.append(f"{verb} {plural(number, one, several)} {where}".rstrip())
 
 
 def _volumes(v: FloatArray, f: IntArray, label: NDArray[np.int32]) -> FloatArray:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..errors import FoldingsRemain, Remedy
 from ..gate import gate
 from ..maps.sphere_map import SphereMap
-from ..mesh.arrays import FloatArray, IntArray, check_directions, check_rows
+from ..mesh.arrays import EPS, FloatArray, IntArray, check_directions, check_rows
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..sphere.rows import row_dets, row_dots, unit_rows
 from ..timings import counted
@@ -213,7 +213,7 @@ def _face_boxes(x: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
     longest = np.max([row_dots(u, u) for u in (b - a, c - b, a - c)], axis=0)
     bulge = 1 - np.sqrt(np.maximum(1 - longest / 3, 0))
     # For rounding of coordinates of size 1, and for rows that are not quite on the unit sphere.
-    room = (bulge * (1 + UNIT_TOLERANCE) + 4 * np.finfo(float).eps)[:, None]
+    room = (bulge * (1 + UNIT_TOLERANCE) + 4 * EPS)[:, None]
     return np.minimum(np.minimum(a, b), c) - room, np.maximum(np.maximum(a, b), c) + room
 
 

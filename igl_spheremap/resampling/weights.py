@@ -11,7 +11,7 @@ from scipy.sparse import csr_array, diags_array
 
 from ..errors import MeshError
 from ..maps.sphere_map import SphereMap
-from ..mesh.arrays import FloatArray, IntArray, check_directions, own_unit, plain_array
+from ..mesh.arrays import EPS, FloatArray, IntArray, check_directions, own_unit, plain_array
 from ..mesh.measure import vertex_areas
 from ..sphere.rows import unit_rows
 from .locate import Location, SphereLocator, locator_of
@@ -116,7 +116,7 @@ def adaptive_area(
 
 def _positive(areas: FloatArray) -> FloatArray:
     """Raise areas above 0, so that every vertex takes part: those at needles may be 0 by rounding."""
-    return np.maximum(areas, np.finfo(float).eps * areas.mean())
+    return np.maximum(areas, EPS * areas.mean())
 
 
 def check_resampling(method: str) -> None:

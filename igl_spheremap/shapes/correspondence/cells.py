@@ -6,18 +6,18 @@ from math import dist
 
 import numpy as np
 
-from ...mesh.arrays import BoolArray, FloatArray, IntArray
+from ...mesh.arrays import EPS, BoolArray, FloatArray, IntArray
 from ...mesh.edges import marked, touching
 from ...sphere.rows import row_crosses, row_dots, unit_rows
 from .complex import Complex
 from .walk import Segments, Triangulation
 
 #: Distances, in units of the largest coordinate, that come out of the rounding of points and of their images.
-_ROUNDING = 8 * np.finfo(float).eps
+_ROUNDING = 8 * EPS
 #: Sides up to this length are collapsed: where edges that nearly coincide cross, rounding moves their crossing so far.
 SHORT = 32 * _ROUNDING
 #: Twice the area of a face over the square of its longest side: below, the sign depends on the order of operations.
-_FLAT = 4 * np.finfo(float).eps
+_FLAT = 4 * EPS
 
 
 def cell_triangles(

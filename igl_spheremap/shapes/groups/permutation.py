@@ -14,7 +14,9 @@ from scipy.stats import t
 from ...errors import MeshError, Remedy, check_whole
 from ...gate import gate
 from ...mesh.arrays import (
+    EPS,
     ROUNDING,
+    TINY,
     FloatArray,
     IntArray,
     own_unit,
@@ -171,8 +173,8 @@ def permutation_test(
     residuals = _Residuals.of(values.reshape(count, values.shape[1], -1), Qz, freedom / k)
     rng = np.random.default_rng(check_whole(seed, "seed"))
     orders = np.stack([rng.permutation(count) for _ in range(permutations)])
-    maxima, beyond, same = _permuted(residuals, Qx, Qz, orders, augment)
     F = residuals.statistics(Qx[None], Qz[None])[0]
+    maxima, beyond, same = _permuted(residuals, F, Qx, Qz, orders, augment)
     explained = F / (F + residuals.ratio)
     noise = np.sqrt((1 - explained) * residuals.squares / (freedom * residuals.shape[1]))
     effect = np.linalg.solve(R, Qx.T @ residuals.rest)
@@ -219,29 +221,34 @@ class _Residuals(NamedTuple):
         parts = parts.reshape(*parts.shape[:2], *self.shape).sum(axis=3)
         model = parts[:, : x.shape[2]].sum(axis=1)
         left = self.squares - parts.sum(axis=1)
-        least = np.finfo(float).eps * self.squares.max() + np.finfo(float).tiny
+        least = EPS * self.squares.max() + TINY
         return self.ratio * model / np.maximum(left, least)
 
 
 def _permuted(
     residuals: _Residuals,
+    F: FloatArray,
     Qx: FloatArray,
     Qz: FloatArray,
     orders: IntArray,
     augment: bool,
     block: int = 64,
 ) -> tuple[FloatArray, IntArray, int]:
-    """The largest F of each order, in how many it is at least that of each point, and how many change no F.
+    """The largest F of each order, in how many it is at least F of each point, and how many change no F.
 
     A product of matrices takes a `block` of orders.
     """
-    F = residuals.statistics(Qx[None], Qz[None])
-    maxima, beyond, same = np.empty(len(orders)), np.zeros(F.shape[1], dtype=int), 0
+    maxima, beyond, same = np.empty(len(orders)), np.zeros(len(F), dtype=int), 0
     for start in range(0, len(orders), block):
         part = orders[start : start + block]
         if augment:
-            z = _augmented(Qz, part)
-            here, there = (residuals.statistics(_beside(z, x), z) for x in (Qx[None], Qx[part]))
+            # the covariates as they are and permuted, both with a constant, and what varies beside them
+            as_they_are = np.broadcast_to(Qz, (len(part), *Qz.shape))
+            z = _spanning(np.concatenate((as_they_are, Qz[part][:, :, 1:]), axis=2))
+            here, there = (
+                residuals.statistics(_spanning(x - z @ (np.swapaxes(z, 1, 2) @ x)), z)
+                for x in (Qx[None], Qx[part])
+            )
         else:
             here, there = F, residuals.statistics(Qx[part], Qz[part])
         largest = maxima[start : start + len(part)] = there.max(axis=1)
@@ -274,19 +281,6 @@ def _varying(tested: FloatArray, Qz: FloatArray) -> tuple[FloatArray, FloatArray
         )
     Qx, R = np.linalg.qr(free)
     return Qx, R
-
-
-def _augmented(Qz: FloatArray, orders: IntArray) -> FloatArray:
-    """Orthonormal columns (k, members, 2 z - 1) that span covariates as they are and permuted, both with a constant."""
-    both = np.concatenate(
-        (np.broadcast_to(Qz, (len(orders), *Qz.shape)), Qz[orders][:, :, 1:]), axis=2
-    )
-    return _spanning(both)
-
-
-def _beside(z: FloatArray, x: FloatArray) -> FloatArray:
-    """Orthonormal columns that span the part of columns x that is orthogonal to z; zero where there is none."""
-    return _spanning(x - z @ (np.swapaxes(z, 1, 2) @ x))
 
 
 def _spanning(columns: FloatArray) -> FloatArray:

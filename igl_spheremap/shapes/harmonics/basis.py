@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...mesh.arrays import FloatArray
+from ...mesh.arrays import TINY, FloatArray
 from ...resampling.locate import SphereLocator
 from ...resampling.transfer import transfer
 from ...timings import counted
@@ -58,7 +58,7 @@ def terms(c: FloatArray, x: FloatArray) -> Iterator[FloatArray]:
     """Yield the part of each degree at unit rows: Y_l0 = P_l0, Y_lm = sqrt2 P_lm cos(m phi), Y_l,-m with sin(m phi)."""
     s = np.hypot(x[:, 0], x[:, 1])
     # a division by subnormal numbers overflows
-    wide = np.where(s < np.finfo(float).tiny, 2.0**60, 1.0)
+    wide = np.where(s < TINY, 2.0**60, 1.0)
     turn = np.where(s > 0, wide * x[:, 0] + 1j * (wide * x[:, 1]), 1)
     turn = np.broadcast_to(turn / np.abs(turn), (degree_of(c), len(x)))
     waves = np.sqrt(2) * np.cumprod(turn, axis=0)  # exp(i m phi), m = 1, 2, ...

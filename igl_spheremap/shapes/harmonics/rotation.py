@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import eigh_tridiagonal
 from scipy.spatial.transform import Rotation
 
-from ...mesh.arrays import ComplexArray, FloatArray, own_unit
+from ...mesh.arrays import TINY, ComplexArray, FloatArray, own_unit
 from .basis import degree_of, rows_of
 
 _FLIPS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # of axes, of determinant 1
@@ -211,7 +211,7 @@ def _refine(
         curvature = np.maximum(np.abs(curvature), 1e-3 * np.abs(curvature).max())
         step = axes @ ((axes.T @ gradient) / curvature)
         length = float(np.linalg.norm(step))
-        share = min(1.0, longest / max(length, float(np.finfo(float).tiny)))
+        share = min(1.0, longest / max(length, TINY))
         R = Rotation.from_rotvec(step * share).as_matrix() @ R
         if length < shortest:
             break
