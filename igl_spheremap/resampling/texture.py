@@ -335,8 +335,11 @@ def _cut(mesh: CutMesh, axis: int) -> CutMesh:
     p, q, r = np.split(n + index, [two.sum(), 2 * two.sum()])
     pieces = [f[count == 0]]
     for piece in (
-        *((a[two], p, q), (p, b[two], c[two]), (p, c[two], q)),
-        *((a[one], b[one], r), (a[one], r, c[one])),
+        (a[two], p, q),
+        (p, b[two], c[two]),
+        (p, c[two], q),
+        (a[one], b[one], r),
+        (a[one], r, c[one]),
     ):
         pieces.append(np.column_stack(piece))
     i, j = edges // n, edges % n
