@@ -43,8 +43,10 @@ def triangulation(polygons: int, concave: int) -> tuple[str, ...]:
     """What was done to polygons, if there were any."""
     if not polygons:
         return ()
-    among = f", {concave} of them concave" if concave else ""
-    return (f"triangulated {plural(polygons, 'polygon')}{among}",)
+    done = f"triangulated {plural(polygons, 'polygon')}"
+    if concave:
+        done = f"{done}, {concave} of them concave"
+    return (done,)
 
 
 def polygons_in(f: ArrayLike) -> tuple[IntArray, IntArray] | None:

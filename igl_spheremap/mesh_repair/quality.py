@@ -70,8 +70,11 @@ def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
     (2.666666667, 60.0, 0)
     """
     n, low, high = len(v), v.min(axis=0), v.max(axis=0)
-    size = float(np.abs(v).max()) or 1.0
-    scale = min(float((high / size - low / size).max()) * size, float(np.finfo(float).max)) or 1.0
+    size = scale = 1.0
+    if v.any():
+        size = float(np.abs(v).max())
+    if (high > low).any():
+        scale = min(float((high / size - low / size).max()) * size, float(np.finfo(float).max))
     p = v / scale - (low / scale + high / scale) / 2
     keys, _, first, second = shared_edges(f, n)
     start, ends = sides(f)[0], np.concatenate((keys // n, keys % n))

@@ -56,7 +56,9 @@ def workplace(
 ) -> Iterator[Workplace]:
     """A workplace in a folder, temporary without `out`, on an icosphere, where at least so many members are needed."""
     with ExitStack() as stack:
-        folder = stack.enter_context(TemporaryDirectory()) if out is None else os.fspath(out)
+        if out is None:
+            out = stack.enter_context(TemporaryDirectory())
+        folder = os.fspath(out)
         run = partial(
             run_many,
             manifest=os.path.join(folder, MANIFEST),
