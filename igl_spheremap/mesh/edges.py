@@ -84,14 +84,7 @@ class HalfEdges:
 
     def faces_at(self, vertices: IntArray) -> IntArray:
         """Faces that have one of several distinct vertices, in ascending order."""
-        return np.flatnonzero(marked(self.out_of(vertices)[1] // 3, len(self.faces)))
-
-    def out_of(self, vertices: IntArray) -> tuple[IntArray, Indices]:
-        """Half-edges out of some vertices, and before them the place of each one's vertex among these."""
-        half = self.half.take(self._of_rows(vertices))
-        place = np.repeat(np.arange(len(vertices)), np.diff(self.indptr)[vertices])
-        between = half < self.faces.size  # the other entries are those of vertices
-        return place[between], half[between]
+        return np.flatnonzero(marked(half_edges_out(self, vertices)[1] // 3, len(self.faces)))
 
     def patch_around(self, vertices: IntArray, rings: int) -> Patch:
         """The faces around all vertices within `rings` edges of given ones."""
@@ -108,6 +101,14 @@ class HalfEdges:
         first = self.indptr[rows]
         count = self.indptr[rows + 1] - first
         return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
+
+
+def half_edges_out(edges: HalfEdges, vertices: IntArray) -> tuple[IntArray, Indices]:
+    """Half-edges out of some vertices, and before them the place of each one's vertex among these."""
+    half = edges.half.take(edges._of_rows(vertices))
+    place = np.repeat(np.arange(len(vertices)), np.diff(edges.indptr)[vertices])
+    between = half < edges.faces.size  # the other entries are those of vertices
+    return place[between], half[between]
 
 
 def marked(rows: NDArray[np.integer], n: int) -> BoolArray:

@@ -2,13 +2,20 @@
 
 import numpy as np
 
-from igl_spheremap.mesh.edges import fans, half_edges, pinched_vertices, shared_edges, sides
+from igl_spheremap.mesh.edges import (
+    fans,
+    half_edges,
+    half_edges_out,
+    pinched_vertices,
+    shared_edges,
+    sides,
+)
 from igl_spheremap.samples import sphere
 
 
 def test_half_edges_out_of_a_vertex_run_once_to_each_neighbour():
     f, vertices = sphere(42)[1], np.array([5, 0, 41, 5])
-    place, half = half_edges(f, 42).out_of(vertices)
+    place, half = half_edges_out(half_edges(f, 42), vertices)
     start, stop = sides(f)
     assert (start[half] == vertices[place]).all()
     for k, vertex in enumerate(vertices.tolist()):

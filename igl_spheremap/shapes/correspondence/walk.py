@@ -12,7 +12,7 @@ import numpy as np
 
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
 from ...mesh.check import Mesh
-from ...mesh.edges import sides
+from ...mesh.edges import half_edges_out, sides
 from ...resampling.locate import Location, SphereLocator
 from ...sphere.rows import unit_rows
 from ...verify.signs import determinant_signs
@@ -49,7 +49,7 @@ class Triangulation:
 
     def leave(self, vertex: IntArray, towards: FloatArray) -> tuple[IntArray, BoolArray]:
         """Return the half-edge out of each vertex at a target, or next to it clockwise, and whether it points at it."""
-        ray, out = self._edges.out_of(vertex)
+        ray, out = half_edges_out(self._edges, vertex)
         h = out.astype(np.int64)
         centre, target = self.x[vertex][ray], towards[ray]
         right = determinant_signs(centre, self.x[self.end[h]], target)
