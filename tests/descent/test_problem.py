@@ -12,6 +12,7 @@ from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.preconditioned import harmonic_map
 from igl_spheremap.descent.problem import (
+    Diagonal,
     Problem,
     SobolevH1,
     SobolevH2,
@@ -19,6 +20,7 @@ from igl_spheremap.descent.problem import (
     laplacian_metric,
     remove_boosts,
 )
+from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.operators.laplacian import build_operators
 from igl_spheremap.paper.algorithm_1 import cayley_bb
 from igl_spheremap.paper.hooks import Hooks
@@ -121,3 +123,38 @@ def test_spherical_harmonics_have_the_eigenvalues_of_h2():
         y = np.column_stack((y, y, y))
         ratio = metric.inner(y, y) / (metric.B @ (y**2).sum(axis=1))
         assert np.isclose(ratio, (degree * (degree + 1) + 1) ** 2, rtol=2e-2)
+
+
+@pytest.mark.parametrize("share", [None, np.random.default_rng(3).uniform(0.1, 9, len(X))])
+def test_what_boosts_take_out_is_a_boost_and_what_is_left_moves_no_mean(share):
+    """In a diagonal metric boosts are multiplied by its share of the L2 metric; they are taken out whole."""
+    x, A = wild(X), PROBLEM.A
+    t = tangent(x, np.random.default_rng(1).normal(size=x.shape))
+    left = remove_boosts(x, t, A, share)
+    assert np.abs(A @ left).max() < 1e-9 * np.abs(A @ t).max()
+    times = np.ones(len(x)) if share is None else share
+    boosts = [times[:, None] * tangent(x, np.tile(e, (len(x), 1))) for e in np.eye(3)]
+    basis = np.stack(boosts).reshape(3, -1).T
+    taken = (t - left).ravel()
+    assert np.abs(basis @ np.linalg.lstsq(basis, taken, rcond=None)[0] - taken).max() < 1e-9
+    assert np.abs(remove_boosts(x, boosts[1], A, share)).max() < 1e-9
+
+
+def test_the_gauge_centres_a_map_that_is_off_by_more_than_allowed():
+    x, A = wild(X), PROBLEM.A
+    off = float(np.linalg.norm(A @ x))
+    assert off > 1e-4
+    assert np.linalg.norm(A @ PROBLEM.centred(x)) < 1e-9
+    assert np.linalg.norm(A @ PROBLEM.centred(x, 0.99 * off)) < 1e-9
+    assert PROBLEM.centred(x, 1.01 * off) is x
+    assert replace(PROBLEM, fixes_gauge=False).centred(x) is x
+
+
+def test_runs_in_all_diagonal_metrics_of_areas_end_by_one_norm():
+    """That of A F in the L2 metric, of whatever map and derivatives."""
+    x, rng = wild(X), np.random.default_rng(0)
+    derivative, A = rng.normal(size=x.shape), vertex_areas(MESH.unit, F)
+    L2, other = Diagonal(A), Diagonal(rng.uniform(0.1, 9, len(x)), A)
+    expected = L2.residual(L2.gradient(x, derivative))
+    assert expected == pytest.approx(np.sqrt((tangent(x, derivative) ** 2).sum(axis=1) @ (1 / A)))
+    assert other.residual(other.gradient(x, derivative)) == pytest.approx(expected)
