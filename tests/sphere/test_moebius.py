@@ -102,8 +102,11 @@ def test_a_mean_within_the_given_distance_is_left_alone():
     assert np.linalg.norm(center(x, weights, within=0.99 * off).mean(axis=0)) < 0.99 * off
 
 
-def test_the_best_rotation_is_scipys():
+@pytest.mark.parametrize("mirrored", [1, -1])
+def test_the_best_rotation_is_scipys(mirrored):
+    """Also where a reflection would be better than any rotation."""
     x, target = random_points(100), random_points(100, seed=5)
+    target += x * [1, 1.1, mirrored * 0.9]
     weights = np.random.default_rng(2).uniform(0.1, 1, size=100)
     theirs = Rotation.align_vectors(target, x, weights)[0].as_matrix()
     assert np.allclose(best_rotation(x, target, weights), theirs.T)
