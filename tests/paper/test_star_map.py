@@ -89,6 +89,13 @@ def test_the_smallest_mesh_has_a_star_map():
     assert ism.certify(found.star_map, f).folding_free
     assert found.phi.shape == found.star_map.shape == (4, 3)
     assert np.ptp(found.eigenvalues) < 1e-9 * found.eigenvalues[0]  # by symmetry
+    octahedron = np.vstack((np.eye(3), -np.eye(3)))
+    faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    # below the size for Lanczos, and above
+    for x, g in ((octahedron, faces), ism.samples.sphere(12)):
+        found = ism.weighted_eigen_projection(x, g, x)
+        assert found.phi.shape == x.shape
+        assert np.allclose(found.star_map, x, atol=1e-9)
 
 
 def test_two_runs_agree_bit_for_bit():
