@@ -64,9 +64,9 @@ class Ramp:
     def colours(self, values: FloatArray) -> FloatArray:
         """Colours (n, 3) of values (n,), clamped to the ends; NaN counts as the lower end."""
         span = self.high - self.low
-        t = (np.clip(np.nan_to_num(values, nan=self.low), self.low, self.high) - self.low) / (
-            span if span > 0 else 1
-        )
+        if not span > 0:
+            span = 1
+        t = (np.clip(np.nan_to_num(values, nan=self.low), self.low, self.high) - self.low) / span
         places = np.linspace(0, 1, len(self.stops))
         return np.column_stack([np.interp(t, places, self.stops[:, k]) for k in range(3)])
 
@@ -117,7 +117,11 @@ def fitting(ramps: Sequence[Ramp], values: FloatArray) -> Ramp:
     ['2', '10000', '10000']
     """
     finite = np.abs(values[np.isfinite(values)])
-    reach = float(np.percentile(finite, 60 if ramps[0].low else 95)) if len(finite) else 0.0
+    share, reach = 95, 0.0
+    if ramps[0].low:
+        share = 60
+    if len(finite):
+        reach = float(np.percentile(finite, share))
     return next((ramp for ramp in ramps if reach <= ramp.high), ramps[-1])
 
 
@@ -164,6 +168,8 @@ def colours(values: FloatArray) -> dict[str, NDArray[np.uint8]]:
     [68, 253]
     """
     finite = values[np.isfinite(values)]
-    low, high = np.percentile(finite, [1, 99]) if len(finite) else (0.0, 1.0)
+    low, high = 0.0, 1.0
+    if len(finite):
+        low, high = np.percentile(finite, [1, 99]).tolist()
     rgb = np.rint(255 * sequential("", low, high).colours(values)).astype(np.uint8)
     return dict(zip(("red", "green", "blue"), rgb.T, strict=True))

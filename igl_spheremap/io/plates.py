@@ -34,10 +34,14 @@ def read(path: Path) -> RawMesh:
     if not more:
         more, rest = indices(rest[:1]).corners.tolist(), rest[1:]
     m = more[0]
-    plates = rest[1::2] if len(rest) == 2 * m else rest[:m]
+    plates = rest[:m]
+    if len(rest) == 2 * m:
+        plates = rest[1::2]
     check_complete(0 < m == len(plates), f"{len(rest)} lines", f"{m} plates")
     corners = indices(plates).corners.reshape(m, -1)[:, -3:]
-    first = int(v[0, 0]) if v.shape[1] == 4 else int(corners.min() > 0)
+    first = int(corners.min() > 0)
+    if v.shape[1] == 4:
+        first = int(v[0, 0])
     return RawMesh(v[:, -3:], of_triangles(corners - first))
 
 

@@ -101,7 +101,9 @@ def texture_of(path: Path) -> FloatArray | None:
     """Texture coordinates (n, 2) of the vertices of a glTF file; None if it has none."""
     found = Scene(path).parts()
     uv: list[Any] = [getattr(part.visual, "uv", None) for part in found]
-    return None if any(each is None for each in uv) else np.concatenate(uv).astype(np.float64)
+    if any(each is None for each in uv):
+        return None
+    return np.concatenate(uv).astype(np.float64)
 
 
 def _read_obj(path: Path) -> TexturedMesh:

@@ -323,4 +323,10 @@ def _by_number(name: str) -> list[tuple[int, str]]:
     >>> sorted(["frame_10.ply", "frame_2.ply"], key=_by_number)
     ['frame_2.ply', 'frame_10.ply']
     """
-    return [(int(part) if part.isdecimal() else -1, part) for part in re.split("([0-9]+)", name)]
+    key = []
+    for part in re.split("([0-9]+)", name):
+        number = -1
+        if part.isdecimal():
+            number = int(part)
+        key.append((number, part))
+    return key

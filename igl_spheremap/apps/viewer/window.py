@@ -61,6 +61,8 @@ MATERIAL = "spheremap"
 #: World units that are as long as a pixel: the grid lays things out in pixels.
 UNITS_PER_PIXEL = 0.01
 _FIELD_OF_VIEW = 45.0  # degrees, from top to bottom
+#: Frames that show nothing new take 20 ms of a core by Mesa's software OpenGL: half of it at this rate.
+MAX_FPS = 25
 PICTURES = (".png", ".jpg")
 #: The last bytes of their files.
 _ENDS = (b"IEND\xaeB`\x82", b"\xff\xd9")
@@ -154,8 +156,7 @@ def _set_scene(offscreen: bool) -> None:
     ps.set_automatically_compute_scene_extents(False)
     ps.set_view_projection_mode("orthographic")
     ps.set_vertical_fov_degrees(_FIELD_OF_VIEW)
-    # a frame that shows nothing new takes 20 ms of a core by Mesa's software OpenGL: half of it at this rate
-    ps.set_max_fps(25)
+    ps.set_max_fps(MAX_FPS)
 
 
 def matcaps(ambient: float = 0.62, diffuse: float = 0.42) -> list[FloatArray]:

@@ -203,7 +203,7 @@ def write_series_page(
     drift = sizes("drift of the last frame", round_up(float(np.percentile(found.drift, 99))))
     bodies = [found.aligned[0], mean, found.aligned[-1]]
     header, *rows = frame_rows(found, names, feature_names)
-    cells = [[cell if isinstance(cell, str) else f"{cell:.5g}" for cell in row] for row in rows]
+    cells = [list(map(_cell, row)) for row in rows]
     off = float(np.sqrt((found.drift**2).mean()))
     write_page(
         Path(path),
@@ -230,6 +230,13 @@ def write_series_page(
         "<h2>Frames</h2>",
         table(cells, [str(cell) for cell in header]),
     )
+
+
+def _cell(value: object) -> str:
+    """A text, or a number in five digits."""
+    if isinstance(value, str):
+        return value
+    return f"{value:.5g}"
 
 
 def _doubtful(note: str) -> str:
