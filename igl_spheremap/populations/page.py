@@ -120,9 +120,9 @@ def write_population_page(
     section = card_section(
         cards,
         sheet.nouns,
-        "Worst first: files without a map, then by foldings, then by the figure farthest above those of the others. "
-        f"Outliers lie more than {OUTLIER:g} interquartile ranges above the third quartile. Click a bar to see its "
-        f"{sheet.nouns}, a picture to see all of it.{left_out}",
+        f"Sorted worst first: failed files, folded maps, then outliers, more than {OUTLIER:g} interquartile ranges "
+        f"above the third quartile. Click a picture to see all of it, a bar, where there are some, to see its "
+        f"{sheet.nouns}.{left_out}",
         [
             histogram(
                 name,
