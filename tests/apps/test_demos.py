@@ -152,9 +152,10 @@ figures['files'] = os.listdir()
 
 
 @needs_drawing
-def test_the_slider_shows_red_before_and_after_where_there_are_foldings():
+def test_the_slider_shows_red_before_and_after_where_there_are_foldings(tmp_path):
     figures = drive(f"""
-import runpy
+import os, runpy
+os.chdir({str(tmp_path)!r})
 from polyscope import imgui
 sys.argv = ['every_iteration.py', 'sample:dino:n_vertices=1200', 'unused.png']
 recording, callbacks, seen = ism.Recording, [], []
@@ -163,7 +164,7 @@ class Kept(recording):
         super().__init__(f)
         callbacks.append(self)
 ism.Recording = Kept
-ps.set_user_callback, ps.screenshot = callbacks.append, lambda name: None
+ps.set_user_callback = callbacks.append
 runpy.run_path({str(ROOT / "demos" / "every_iteration.py")!r}, run_name='__main__')
 kept, slider = callbacks
 for k in np.linspace(0, len(kept.frames) - 2, 7).astype(int).tolist():
