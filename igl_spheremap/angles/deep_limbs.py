@@ -34,7 +34,7 @@ _KAPPAS = 1 - _STEP * np.arange(round(1 / _STEP))
 #: Cost, in degrees, of a vertex for each neper below the floor. Its two faces can't cost more than 240: a folded face
 #: has angles of sum -pi in place of pi, so its mean difference is 120.
 _BELOW = 300.0
-#: Extra vertices per bin, of equilateral faces, so that empty bins are not squashed for free.
+#: Extra vertices per bin, of equilateral faces, so that shortening an empty bin is not free.
 _SPARE = 0.3
 #: Width of a bin at least, as a share of the deepest limb: the table grows as the square of the number of bins.
 _NARROWEST = 0.005

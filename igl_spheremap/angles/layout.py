@@ -181,7 +181,7 @@ def _summed(tree: sp.csr_matrix, key: IntArray, steps: ComplexArray, root: int) 
     log, left, unit = np.full(n, -np.inf + 0j), np.ones(n, dtype=bool), step.real.max()
     # so that sums of thousands of edges, up to exp(9), are finite
     largest = np.log(np.finfo(float).max) - 9
-    # units shrink until every distance fills one
+    # sum in ever smaller units, until no distance underflows in one
     while left.sum() > 1 and unit > step.real.min() - largest:
         edge = np.exp(np.clip(step.real - unit, -largest, largest) + 1j * step.imag)
         z = [0j] * n

@@ -73,7 +73,7 @@ class Aitken:
         """Whether steps end after one of this gain.
 
         Gains g_k that fall by a factor q sum to g_k q / (1 - q). The factor is a mean over two, as gains jump where
-        faces fold. If the damping has grown since the first step, the gain `predicts` no others: then it decides alone.
+        faces fold. If the damping has grown since the first step, the gain `predicts` no others: it alone decides.
         """
         self._gains = [*self._gains[-2:], gain]
         q = 0.5
@@ -214,14 +214,14 @@ class AngleProblem:
 
     def _mended(self, y: FloatArray) -> FloatArray:
         """A map of few foldings after repair, and what moved relaxed."""
-        # in more room it takes longer than a smaller step
+        # only nearby: embedding in a larger region takes longer than a smaller step
         z = embed_nearby(small_moves(y, self.f), self.f)
         if folded_faces(z, self.f).any():
             return z
         movable = dilate(self.f, (z != y).any(axis=1), RELAXED_RINGS)
         around = touching(self.f, movable)
         loss = AngleLoss(self.source[:, around])
-        # with 1 nine of 114 parts end worse
+        # one sweep is too few on some meshes
         return relax_angles(z, self.f[around], loss, movable, sweeps=2)
 
     def linearised(self, x: FloatArray, axes: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -17,7 +17,7 @@ from ..verify.distortion import mean_angle_difference
 from .effort import Effort
 from .match_angles import is_worth_steps
 
-#: Degrees: where a map is farther off in the mean, layouts start, too; none starts after a candidate that is nearer.
+#: Degrees: a map of larger mean angle difference is poor, and layouts start, too, until a candidate is not poor.
 POOR = 2.4
 #: How to repair a map of which many faces fold: embed it ("embedded"); embed it only if several layouts start, since
 #: embedding breaks symmetry ("laid out"); or leave it as it is ("left").

@@ -53,12 +53,12 @@ def at_poles(placed: Placed, floor: float) -> Placed:
     log = np.choose(nearest, [about(tip) for tip in tips])
     distance = log.real - np.log(np.abs(1 + np.abs(anchor) ** 2 + anchor.conj() * exponential(log)))
     finer = np.maximum(-distance, 0)
-    # of the nearest vertex
+    # a tip counts as far from the end as the vertex nearest to it
     distance[tips] = [np.partition(distance[nearest == k], 1)[1] for k in range(len(tips))]
     depth = (
         placed.depth - np.logaddexp(0, 2 * placed.log.real) + np.logaddexp(2 * N.real, 2 * D.real)
     )
-    # Coordinates are no finer below the smallest normal number, which no edge at the floor is to be below.
+    # Below the smallest normal number coordinates are no finer; edges at the floor must stay above it.
     depth += np.clip(distance, -normal_range(floor), 0)
     return replace(placed, log=log, anchor=anchor, depth=depth, finer=finer, about=about, turn=turn)
 

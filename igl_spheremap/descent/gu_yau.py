@@ -17,8 +17,8 @@ def projected_descent(
 ) -> Iterator[State]:
     """Yield the start, centred, and every state after it, without end.
 
-    Descent by the "absolute derivative" with fixed steps, and zero mass-centre by a Moebius map. The length of a `step`
-    is in the problem's metric, see `laplacian_metric`. Up to 1 none can raise the energy, for normalising
+    Descent by the "absolute derivative" with fixed steps, and zero mass-centre by a Moebius map. The `step` is in the
+    problem's metric, see `laplacian_metric`. Steps up to 1 can't raise the energy, for normalising
     ``x - step K^-1 L x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is unstable.
 
     The states' residual is that of `cayley_bb` in all metrics: the L2 norm of the gradient without boosts.

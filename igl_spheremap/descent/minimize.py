@@ -38,7 +38,7 @@ def minimize(
     round: int = 0,
     first: Iterate | None = None,
 ) -> tuple[Iterate, Status]:
-    """Run a solver until its residual is at most the tolerance, Algorithm 1, step 2; the last iterate, and why it is.
+    """Run a solver until its residual is at most the tolerance, Algorithm 1, step 2; the last iterate, and why it ends.
 
     The solver yields its start, then every state after it, and ends where no step is acceptable. Each solver says what
     its residual is. The run has also converged when `settled`, a rule of its own, is true of an iterate. It ends at a

@@ -33,7 +33,7 @@ class Metric(ABC):
 
     @property
     def l2_ratio(self) -> FloatArray | None:
-        """Vertex areas over a diagonal metric's weights (n,): its gradient is that of L2 times them; None for 1."""
+        """The factors (n,) by which a diagonal metric's gradient differs from that of L2; None where it does not."""
         return None
 
     def gradient(self, x: FloatArray, derivative: FloatArray) -> FloatArray:
@@ -50,7 +50,7 @@ class Diagonal(Metric):
     """One positive weight a vertex; with vertex areas for weights, the L2 metric of the source."""
 
     weights: FloatArray
-    #: Weights of the L2 metric, if runs end by its norm.
+    #: Vertex areas, if runs are to end by the L2 norm.
     areas: FloatArray | None = None
 
     @property
@@ -86,7 +86,7 @@ def l2_metric(mesh: Mesh) -> Diagonal:
 
 
 def frobenius_metric(mesh: Mesh) -> Diagonal:
-    """The metric of the program: derivatives are divided by nothing."""
+    """The metric of the authors' program (paper/optm.py): derivatives are divided by nothing."""
     return Diagonal(np.ones(len(mesh.v)))
 
 

@@ -38,7 +38,8 @@ from .repair_last import repair_last
 from .safeguards import Safeguards
 from .sphere_map import SphereMap
 
-#: Degrees by which a mean angle difference passes what corners explain, and angle of thin faces, where a note follows.
+#: Degrees: a note follows where the mean angle difference exceeds what the mesh's corners explain (`_angles_off`) by
+#: more than _FAR, and some face has an angle below _THIN.
 _FAR, _THIN = 10.0, 1.0
 
 

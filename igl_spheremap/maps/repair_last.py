@@ -32,7 +32,7 @@ def repair_last(
 ) -> SphereMap:
     """A minimiser in the gauge, with what still folds repaired: locally if few faces do, else as by `auto`.
 
-    Always locally if the map `keeps_its_place` elsewhere. The energy is the one of the result.
+    Always locally if the rest of the map `keeps_its_place`. The energy is that of the result.
     """
     began, rounds = time.perf_counter(), run.rounds
     if gauge == "centred":

@@ -18,7 +18,7 @@ from ..verify.signs import folded_faces
 #: The Moebius gauge is restored when the weighted mean of the map is farther than this from the origin. The second
 #: number is for runs in which no step may add foldings: a larger Moebius map of the corners can fold a thin face.
 _OFF_CENTRE, _OFF_CENTRE_CONFINED = 1e-2, 1e-9
-#: Iterations after which it is looked whether the map has shrunk.
+#: Iterations between two checks of whether the map has shrunk.
 _LOOK = 20
 
 
@@ -85,7 +85,7 @@ class Safeguards(Confined):
         self._is_first, self._has_restarted, self._left = True, False, np.inf
 
     def search(self, energy: float, rho: float, delta: float, xi: float) -> NonmonotoneSearch:
-        """A search that soon gives up where folds are refused: a face in the way of a step is in that of the next."""
+        """A search that soon gives up where folds are refused: what one step folds the next one folds, too."""
         if self._most == np.inf:
             return super().search(energy, rho, delta, xi)
         return NonmonotoneSearch(energy, rho, delta, xi, TRIALS)

@@ -21,7 +21,7 @@ EPS, TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
 #: Root of that precision, 1.5e-8: half of the digits. The square of a relative error below it is rounding.
 HALF_DIGITS = float(np.sqrt(EPS))
 
-#: Share of the largest value that is rounding of sums and small matrices: 4,500 times float64's epsilon.
+#: Rounding of sums and small matrices, relative to their largest value: 4,500 times float64's epsilon.
 ROUNDING = 1e-12
 
 #: From 2^53 on float64 does not hold every whole number.

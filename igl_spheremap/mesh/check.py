@@ -31,10 +31,10 @@ from .edges import HalfEdges, half_edges
 from .measure import corner_angles, face_areas, vertex_normals, vertex_shares
 
 _EPS = np.finfo(float).eps
-#: Least ratio of area to squared extent: below, the area is rounding, and the extent sets the scale.
+#: Where area over squared extent is at most this, the area is rounding: the mesh is scaled to unit extent.
 _FLAT = 512 * _EPS
-#: Smallest vertex area, in units of the mean, that the L2 metric divides by: slivers may have none at all, and what is
-#: added changes the sum in the ninth digit at most.
+#: Least vertex area, in units of the mean: the L2 metric divides by areas, which slivers may lack. Raising them changes
+#: the sum in the ninth digit at most.
 LEAST_AREA = 1e-9
 
 
@@ -156,7 +156,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> 
 def checked(
     v: ArrayLike, f: ArrayLike, caps: ArrayLike | None, refusal: Callable[..., Any]
 ) -> Mesh:
-    """`check_mesh` with a repair's own sentences for what it refuses."""
+    """`check_mesh`, whose errors `refusal` makes, as of `_check_sphere`."""
     vertices = np.array(check_rows(v, name="vertices"))
     try:
         faces = check_triangles(f)
@@ -301,11 +301,11 @@ def _check_sphere(
     if found is None:
         refusal().half_edges()
     edges = cast(HalfEdges, found)
-    alone = np.diff(edges.indptr) == 1
-    if alone.any():
-        refusal().unreferenced(np.flatnonzero(alone))
+    unused = np.diff(edges.indptr) == 1  # the diagonal only
+    if unused.any():
+        refusal().unreferenced(np.flatnonzero(unused))
     twin = edges.twins()
-    # takes no memory; of another type scipy's graphs make a copy
+    # one number, broadcast; scipy's graph functions copy values that are not float64
     ones = np.broadcast_to(1.0, 3 * m)
     neighbours = csr_matrix(
         (ones, twin // 3, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m)

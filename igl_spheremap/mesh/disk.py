@@ -107,7 +107,7 @@ def check_disk(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> 
 
 
 def disk_rim(f: IntArray, v: FloatArray, refuse: Callable[..., Any] | None = None) -> IntArray:
-    """The boundary loop of a disk; a MeshError if the faces form none, by a repair's own sentences if it has any."""
+    """The boundary loop of a disk; a MeshError, which `refuse` makes as of `check.py`, if the faces form no disk."""
     n, m = len(v), len(f)
     check_indices(f, n)
     if refuse is None:

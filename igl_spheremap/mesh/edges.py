@@ -40,8 +40,8 @@ class Patch:
 class HalfEdges:
     """The half-edges of a closed mesh, as the pattern of matrices with an entry for each edge and each vertex.
 
-    The pattern is in compressed rows with sorted columns. On the diagonal `half` and `twin` are beyond the last
-    half-edge. `shared_edges` serves triangles that are not closed, or meet otherwise than in pairs.
+    The pattern is in compressed rows with sorted columns. On the diagonal `half` and `twin` are 3 m or more.
+    `shared_edges` serves triangles that are not closed, or meet otherwise than in pairs.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class HalfEdges:
     half : (7 n - 12,) int32 array
         Of each entry, the half-edge that runs from its row to its column.
     twin : (7 n - 12,) int32 array
-        The half-edge that runs back.
+        Of each entry, the half-edge that runs back.
     diagonal : (n,) int32 array
         The entry on the diagonal of each row.
     """
@@ -244,7 +244,8 @@ def direction_components(
 ) -> NDArray[np.int32]:
     """Components (2, m) of the forward and the backward directions of faces, linked where neighbours i and j agree.
 
-    If a face has both of its directions in one component, the surface is not orientable.
+    Neighbours `clash` if both run along their edge the same way. If a face has both of its directions in one component,
+    the surface is not orientable.
     """
     _, label = components(
         np.r_[i, i + m], np.r_[np.where(clash, j + m, j), np.where(clash, j, j + m)], 2 * m

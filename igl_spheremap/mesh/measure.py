@@ -23,7 +23,7 @@ _SHORT = 1e-70
 FLOAT64_LIMIT = float(512 * np.finfo(float).eps)
 #: Vectors shorter than this have lost digits of their length, for its square underflows.
 _SHORTEST = np.sqrt(np.finfo(float).tiny)
-#: Sums of unit vectors shorter than this are rounding, of up to 4,096 of them.
+#: A sum of up to 4,096 unit vectors is rounding if it is shorter than this.
 _CANCELLED = 4096 * np.finfo(float).eps
 #: Volumes below this share of the cube of the extent are rounding: a flat surface encloses none.
 _FLAT = 1e-9
@@ -242,7 +242,7 @@ def fill_directions(x: FloatArray, f: IntArray) -> FloatArray:
 
 
 def rounding_notes(v: FloatArray, f: IntArray, share: float = 0.01) -> list[str]:
-    """A note if float32 rounds positions, as they are far from the origin, by more than that share of an edge.
+    """A note if positions are float32 and, far from the origin, rounded by more than this share of an edge.
 
     >>> v, f = 4e6 + np.eye(3) / 3, np.array([[0, 1, 2]])
     >>> len(rounding_notes(v, f)), len(rounding_notes(np.float32(v).astype(float), f))

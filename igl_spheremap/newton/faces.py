@@ -63,7 +63,7 @@ class FaceProblem:
         Added to each face's energy in the bound on its growth.
     turns : bool
         Whether steps keep their part that is a rotation. An energy that rotations do not change gains nothing by it,
-        and loses something: vertices move along straight lines, which strain what turns.
+        and loses something, as vertices move along straight lines: that strains faces which turn.
     held : (n,) bool array, optional
         Vertices that stay where they are, bit for bit.
     """

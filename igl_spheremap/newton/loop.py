@@ -24,7 +24,7 @@ DAMPED = 3e-4
 #: after one that succeeds at once. The last is the largest damping, with which a vertex moves by less than a tenth of
 #: its undamped step: there the search gives up.
 _AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.1, 10.0
-#: Conditions on a step at most: each costs a solve, so many as much as a factorisation.
+#: Largest number of conditions on a step: each costs a solve, and these solves cost as much as a factorisation.
 CONDITIONS = 16
 #: Parts that come nearer by less than this share of the largest move keep their distance, but for rounding.
 _STILL = 1e-9
@@ -63,8 +63,8 @@ class Model:
 class Trial(NamedTuple):
     """Outcome of a step: a map without new foldings, its value, and the faces that the step itself would fold.
 
-    The value is infinite where there is no such map. Then a step s may get farther along which no row (2, n) of
-    `apart` is negative: each row is the speed at which two parts that the step brings together move apart.
+    The value is infinite where there is no such map. Each row (2, n) of `apart` is of two parts that the step brings
+    together: its product with a step is the speed at which they move apart. A step may get farther if none is negative.
     """
 
     x: FloatArray

@@ -89,7 +89,7 @@ class VertexSystem:
 
     @cached_property
     def _layout(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Rows and columns of the entries; and for each (a, b) what is added to a block's number for its entry (a, b).
+        """Rows and columns of the entries; and for each (a, b) the offset from a block's number to its entry (a, b).
 
         Vertices' blocks come before edges'. The entries (0, 0) of all blocks come first, then (0, 1), (1, 0) and (1,
         1). Vertices' blocks lack (0, 1), as it mirrors (1, 0).

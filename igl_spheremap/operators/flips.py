@@ -7,8 +7,8 @@ import numpy as np
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import HalfEdges, next_corners
 
-#: Bounds on the rounds of flips, of edges that share no face in a round, and on the flips: a number for each face, and
-#: one for the whole mesh, as small ones may take more for each: rounding can flip edges back and forth for ever.
+#: Bounds on flips, since rounding can flip edges back and forth for ever: on their rounds, in each of which flipped
+#: edges share no face; and on their number, in proportion to the faces, with some beside for small meshes.
 _ROUNDS = 400
 _FLIPS_PER_FACE, _FLIPS_BESIDE = 6, 100_000
 #: An edge is flipped if the sine of the sum of its opposite angles is below minus this: rounding must not flip it back.

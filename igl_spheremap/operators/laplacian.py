@@ -89,7 +89,7 @@ def printed_laplacian(mesh: Mesh) -> sp.csr_matrix:
 
 
 def mollified_edge_lengths(v: FloatArray, f: IntArray) -> FloatArray:
-    """(m, 3) lengths of the edges opposite the corners, all increased alike until each triangle inequality has slack.
+    """(m, 3) lengths of the edges opposite the corners, plus the least number that gives triangle inequalities slack.
 
     The slack is 1e-5 of the mean edge length; where every face has it already the lengths stay as they are.
     Sharp and Crane 2020, section 4.5.
@@ -181,8 +181,8 @@ def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None =
     notes, before = rounding_notes(mesh.v, mesh.f), None
     if reuse is not None:
         before = reuse.factor
-    order: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay", "uniform")
-    for choice in order:
+    choices: tuple[Weights, ...] = ("cotangent", "mollified", "delaunay", "uniform")
+    for choice in choices:
         L = laplacian(mesh.unit, mesh.f, choice, mesh.edges)
         if not is_usable(L):
             notes.append(f"{choice} weights are not usable: {_SPOILT}")

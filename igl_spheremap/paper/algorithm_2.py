@@ -36,7 +36,7 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
 def star_map(setup: Setup, last: Iterate, round: int, restarts: bool) -> Iterate:
     """The next round's start: the star map of the eigenfunctions weighted by the last map's conformal factor.
 
-    If the run `restarts`, that of the unweighted ones, projected again.
+    If the run `restarts`, it is the star map of unweighted eigenfunctions, projected again.
     """
     if restarts:
         found = project_unweighted(setup.mesh, setup.L, last.x, setup.problem.centred)

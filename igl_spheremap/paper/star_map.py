@@ -85,7 +85,7 @@ class EigenProjection:
     eigenvalues : (3,) float64 array
         Ascending; 2, 2, 2 if the weights are those of a conformal map to the unit sphere.
     floored : int
-        Vertices whose weight e^{2u} was infinite or below 1e-12 of its mean: it is the largest finite one or that then.
+        Vertices whose weight e^{2u} was infinite, and is the largest finite one, or was raised to 1e-12 of the mean.
     undirected : int
         Vertices whose phi is c of eq. (19), which take the direction of their neighbours.
     """

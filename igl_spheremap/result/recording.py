@@ -78,7 +78,7 @@ class Recording(History):
         super().__init__()
         self._f = f
         self._budget = check_number(budget, "budget")
-        #: Two of so many iterates are kept where the count of foldings stays, and where it changes.
+        #: Two iterates of each stride are kept: of the first where foldings stay as many, of the second where not.
         self._stride = self._stride_at_changes = 2
         self._lock = threading.Lock()
         self._frames: list[Frame] = []

@@ -1,4 +1,4 @@
-"""The record of a run, and the iterates that solvers yield and listeners read."""
+"""The record of a run, and the iterates that listeners get."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Stage(str, Enum):
     PRECONDITIONED = "sobolev", "Preconditioned Cayley steps"
     TUTTE = "tutte", "Tutte energy"
     STEREOGRAPHIC = "stereographic"
-    # the repair: of a computed map, of a given one
+    # the repair; and of that of a given map, start and end
     REPAIR = "repair"
     MAP = "map"
     REPAIRED = "repaired"

@@ -18,11 +18,11 @@ _EPS = np.finfo(float).eps
 #: A Moebius centre c of larger squared length counts as on the boundary of the ball: 1 - |c|^2, by which its map
 #: scales, has less than three digits left.
 _BOUNDARY = 1 - 512 * _EPS
-#: Weights are balanced if their mean is shorter than this: it can't be seen, and is far above the 1e-17 by which sums
-#: over a million vertices are off.
+#: A map is balanced if its weighted mean is shorter than this, which can't be seen, and is far above the 1e-17
+#: by which sums over a million vertices are off.
 _BALANCED = 1e-12
-#: Newton steps longer than the first number are shortened to the tanh of their length, which is cut at the second: so
-#: to .96 of the ball's radius at most.
+#: A Newton step longer than _LONG gets the length tanh(min(length, _LONGEST)), which is .96 of the ball's radius at
+#: most.
 _LONG, _LONGEST = 0.5, 2.0
 #: Newton steps shorter than this are rounding: 45 ulps of the unit ball.
 _SHORTEST = 1e-14

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..mesh.arrays import ComplexArray, FloatArray
 
-#: Distance in the plane that stands for infinity; its square is still a float.
+#: Distance in the plane that stands for infinity; its square does not overflow.
 INFINITE = 1e100
 #: The squared length of a unit row may differ from 1 by this after its division and a rotation.
 _ROUNDING = 8 * np.finfo(float).eps

@@ -33,12 +33,12 @@ _COARSE = 0.95
 _RELIABLE = 1e-10
 #: Starts, and maps after a step, are centred if their weighted mean is farther than this from the origin.
 OFF_CENTRE = 1e-4
-#: The quadratic term is fitted on the ring INNER < |z| < OUTER, in units of the corners' distance: farther out higher
-#: terms matter, farther in the mesh's noise. Where the geometric mean of that distance and the body's size is less than
-#: INNER, the ring begins there.
+#: The quadratic term of `_corrected` is fitted on the ring _INNER < |z| < _OUTER, in units of the corners' distance:
+#: farther out higher terms matter, farther in the mesh's noise. The ring begins at the geometric mean of that distance
+#: and the body's size where this is less than _INNER.
 _INNER, _OUTER = 1 / 8, 1 / 3
-#: At most this many faces are punctured in turn, each this many places after the one before in the order by quality:
-#: the last is still among the best 160 of 4000. If none gives a good start, the best of the poor ones is taken.
+#: At most _TRIES faces are punctured in turn, every _STRIDE-th in the order of quality: the last is still among the
+#: best 160 of 4000. If none gives a good start, the best of the poor ones is taken.
 _TRIES, _STRIDE = 4, 40
 
 
@@ -179,7 +179,7 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
 
 
 def _beltrami(mesh: Mesh, f: IntArray, z: ComplexArray) -> ComplexArray:
-    """For each face the nu for which z + nu conj(z) is conformal there; NaN where it is rounding or not below 1."""
+    """For each face the nu for which z + nu conj(z) is conformal there; NaN where it is rounding, or 1 or more."""
     side, w = _in_their_planes(mesh, f)
     with np.errstate(all="ignore"):
         first, second, third = z[f.T]

@@ -199,7 +199,7 @@ def _ranked(stars: Stars, first: IntArray, n: int) -> IntArray:
 
 
 def _spread(owner: IntArray, valence: IntArray, faces: int = 512) -> BoolArray:
-    """Which of the contractible neighbours are tried as targets: all, or at high valence every k-th.
+    """Which neighbours that meet the link condition are tried as targets: all, or at high valence every k-th.
 
     The fans that are tried for a vertex have at most this many faces together, so that the collapse of a hub costs no
     more than in proportion to its valence. Up to a valence of 22 all are tried.

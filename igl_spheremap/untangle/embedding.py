@@ -130,7 +130,7 @@ def embed_locally(
 
 
 def clusters(f: IntArray, bad: BoolArray) -> list[BoolArray]:
-    """The bad faces, apart where no edge joins them or their neighbours."""
+    """The bad faces in groups, between which no edge joins them or their neighbours."""
     n = int(f.max()) + 1
     near = f[dilate(f, marked(f[bad], n), 1)[f].all(axis=1)]
     _, label = components(near[:, :2].ravel(), near[:, 1:].ravel(), n)
@@ -180,7 +180,7 @@ def fix_orientation(x: FloatArray, f: IntArray) -> FloatArray:
 
 
 def oriented(x: FloatArray, f: IntArray) -> tuple[FloatArray, IntArray]:
-    """The same, and the orientations of its faces."""
+    """`fix_orientation`, and the orientations of the faces after it."""
     signs = orientation_signs(x, f)
     if (signs >= 0).sum() >= len(f) / 2:
         return x, signs

@@ -40,7 +40,7 @@ _OFF_CENTRE = 1e-3
 
 
 def most_of_few(f: IntArray) -> float:
-    """How many foldings are few."""
+    """The largest number of foldings that count as few, see `FEW`."""
     return max(1.0, FEW * len(f))
 
 
@@ -186,7 +186,7 @@ def restore_gauge(mesh: Mesh, x: FloatArray) -> tuple[FloatArray, Certificate]:
     """Put a certified map back into the package's gauge, which the repair has left, and certify it again.
 
     Returns `x` itself where the Moebius map would fold it although its centroid is nearly at the origin, or would spoil
-    the angles of huge faces: one that hardly moves the centroid changes no angle more than that.
+    the angles of huge faces. A Moebius map that hardly moves the centroid hardly changes angles, too.
     """
     y = fix_gauge(mesh, x)
     certificate, worse = Certificate.of(y, mesh.f), False

@@ -1,8 +1,8 @@
 """Descent on the angle differences vertex by vertex, with exact signs as the acceptance test.
 
 Vertices that are not neighbours of each other move together, a colour class at a time. Each takes a Newton step of its
-own in its tangent plane, and keeps it if its loss falls and every face around it stays positively oriented. Sweeps move
-limbs hardly, but work where edges are too short or angles too bad for steps of the whole map.
+own in its tangent plane, and keeps it if its loss falls and every face around it stays positively oriented. Sweeps
+hardly move limbs, but work where edges are too short or angles too bad for steps of the whole map.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def _step(
     lengths: tuple[float, ...] = (1.8, 0.7, 0.2),
     reach: float = 0.7,
 ) -> tuple[float, float]:
-    """Move one class of vertices of a map (3, n), in place; the loss before and after."""
+    """Move one class of vertices of a map (3, n), in place, by the first of `lengths` that succeeds; both losses."""
     owner = stars.owner
     p, a, b = (x.take(ids, axis=1) for ids in (stars.vertices, stars.a, stars.b))
     at, axes = p.take(owner, axis=1), column_axes(p)

@@ -298,7 +298,7 @@ def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:
 def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> Iterator[FloatArray]:
     """Directions to count at: inside eight faces of the image, then 24 fixed ones; hardly ever is a second needed.
 
-    Those of faces whose corners cancel may lie outside of them, and are of any size: they are directions all the same.
+    Where corners of a face nearly cancel, its direction may lie outside it and have any length: it serves as well.
     """
     proper = np.flatnonzero(signs)
     if len(proper):

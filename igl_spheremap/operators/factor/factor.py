@@ -36,7 +36,7 @@ _OPTIONS = threading.Lock()
 
 @dataclass(frozen=True, eq=False)
 class Entries:
-    """The places of the entries of symmetric matrices with the same number of rows for each vertex of a graph.
+    """The sparsity pattern of symmetric matrices that have the same number of rows for each vertex of a graph.
 
     Attributes
     ----------
@@ -146,7 +146,7 @@ class Factor:
     """The inverse of a symmetric positive definite matrix."""
 
     analysis: Analysis
-    number: int  # the analysis has factorised so many matrices, this one included
+    number: int  # matrices that the analysis has factorised, up to this one
     order: np.ndarray
     rank: np.ndarray
     solver: Solver
@@ -203,7 +203,7 @@ class Cholmod(Analysis):
         self._order = entries.expanded(vertices)
         self._A = self._matrix(*entries.lower(self._order), entries.n)
         self._entry = np.asarray(self._A.V, dtype=np.int64).ravel()  # cvxopt sorts by columns
-        # the given order first; 0 are its own
+        # number of orders to try, the given one first; 0 leaves the choice to CHOLMOD
         with self._options(nmethods=tried):
             self._symbolic = cholmod.symbolic(self._A, **given)
 
@@ -336,7 +336,7 @@ class SuperLU(Analysis):
         except RuntimeError as error:
             raise FactorisationFailed(f"SuperLU: {error}") from error
         order = self._order
-        # minimum degree would be searched every time
+        # keep the order found: SuperLU would search for it every time
         if self.entries.repeated and self._rule != "NATURAL":
             self._order, self._rule = self._order[np.argsort(lu.perm_c)], "NATURAL"
             self._A, self._entry = self.entries.full(self._order)

@@ -123,8 +123,8 @@ def _separator_heights(
 ) -> np.ndarray:
     """Height of the part that each vertex separates: 0 for none, `depth` for hubs.
 
-    An edge is cut at the highest bit in which its ends' paths differ. Its end with more edges cut there
-    goes to the separator, the one in the upper half if they have as many, unless one of its ends went to a higher one.
+    An edge is cut at the highest bit in which its ends' paths differ. Unless one of its ends is in a higher
+    separator, the end with more edges cut there goes to the separator; if both have as many, the end in the upper half.
     """
     rows = np.repeat(np.arange(graph.shape[0], dtype=np.int32), np.diff(graph.indptr))
     upper = np.flatnonzero(path[rows] > path[graph.indices])
