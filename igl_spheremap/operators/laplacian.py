@@ -69,7 +69,19 @@ def laplacian(
 
 def cotangent_laplacian(mesh: Mesh) -> sp.csr_matrix:
     """L of the paper's algorithms, by libigl."""
-    L = igl.cotmatrix(mesh.unit, mesh.f)  # eq. (13), of the other sign
+    return _negated(igl.cotmatrix(mesh.unit, mesh.f))  # eq. (13), of the other sign
+
+
+def delaunay_laplacian(mesh: Mesh) -> sp.csr_matrix:
+    """L of the intrinsic Delaunay triangulation, by libigl; that of the mesh where it has no negative weight."""
+    L = cotangent_laplacian(mesh)
+    if is_usable(L) and (L.data > 0).sum() <= len(mesh.v):  # the diagonal alone is positive
+        return L
+    lengths, faces = delaunay_triangulation(mollified_edge_lengths(mesh.unit, mesh.f), mesh.edges)
+    return _negated(igl.cotmatrix_intrinsic(lengths, faces))
+
+
+def _negated(L: sp.csc_matrix) -> sp.csr_matrix:
     # it is symmetric: its columns are its rows
     return sp.csr_matrix((-L.data, L.indices, L.indptr), shape=L.shape)
 
@@ -117,6 +129,8 @@ def laplacian_and_notes(
     """The Laplacian with those weights by libigl, and a note where it is mollified as they are not usable."""
     if weights == "cotangent":
         L = cotangent_laplacian(mesh)
+    elif weights == "delaunay":
+        L = delaunay_laplacian(mesh)
     else:
         L = laplacian(mesh.unit, mesh.f, weights, mesh.edges)
     if is_usable(L):

@@ -16,6 +16,7 @@ V = X * [1, 1.2, 1.6] + 0.1 * X**2
 CALLS = (
     "cotmatrix",
     "cotmatrix_entries",
+    "cotmatrix_intrinsic",
     "massmatrix",
     "massmatrix_intrinsic",
     "per_vertex_normals",
@@ -79,6 +80,18 @@ def test_algorithm_1_and_gu_yau_take_libigls_matrices_once(calls, method):
         0,
     )
     assert calls["per_vertex_normals"] > 0 < calls["internal_angles"]
+
+
+@pytest.mark.parametrize(("body", "flips"), [((X, F), 0), ((V, F), 1)])
+def test_made_to_work_takes_libigls_laplacian_too_of_the_flipped_mesh_where_weights_are_negative(
+    calls, body, flips
+):
+    negative = igl.cotmatrix(*body).data < 0
+    assert (negative.sum() > len(body[0])) == bool(flips)
+    calls.clear()
+    ism.spherical_conformal_map(*body, method=ism.Lai2014(max_iterations=9, may_fold=True))
+    assert (calls["cotmatrix"], calls["cotmatrix_intrinsic"]) == (1, flips)
+    assert calls["cotmatrix_entries"] == 0
 
 
 def test_each_round_of_algorithm_2_takes_a_full_mass(calls):
