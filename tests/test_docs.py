@@ -677,3 +677,13 @@ def test_what_is_said_of_a_picture_in_numbers_is_in_its_captions():
                 for text in (alt, captions(IMAGES / name)[1])
             )
             assert said <= drawn, (page, alt)
+
+
+def test_the_papers_example_in_the_readme_prints_what_its_comment_says():
+    text = (ROOT / "README.md").read_text()
+    said = re.search(r"takes (\d+) foldings of the Gauss map to (\d+); .* (\d+) -> (\d+)\n", text)
+    v, f = ism.samples.make("dino", n_vertices=1500)
+    rounds = ism.spherical_conformal_map(v, f, method="lai2014").rounds
+    assert [entry.start for entry in rounds] == ["gauss map", "star map"]
+    counts = [(entry.foldings_before, entry.foldings_after) for entry in rounds]
+    assert np.ravel(counts).tolist() == [int(number) for number in said.groups()]

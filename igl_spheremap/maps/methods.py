@@ -219,17 +219,23 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
 def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> SphereMap:
     """The punctured-plane baseline: a conformal map to the plane, then inverse stereographic projection.
 
-    A note names the face.
+    A note names the face. Of several candidates it is the one whose map has the least energy.
     """
-    face = next(candidate_faces(mesh))
-    if options.puncture is not None:
-        face = _checked_face(mesh, options.puncture)
     operators = build_operators(mesh, options.backend)
-    z = dipole_map(mesh, operators, face)
-    if not np.isfinite(z).all():
+    harmonic = HarmonicEnergy(operators.L)
+    faces = candidate_faces(mesh)
+    if options.puncture is not None:
+        faces = iter([_checked_face(mesh, options.puncture)])
+    tried = []
+    for each in faces:
+        z = dipole_map(mesh, operators, each)
+        if np.isfinite(z).all():
+            y = center(np.ascontiguousarray(to_sphere(z, mesh.A)), mesh.A)
+            tried.append((harmonic.evaluate(y)[0], each, y))
+    if not tried:
         raise MapError("the plane map is not finite; puncture another face")
-    x, status = center(np.ascontiguousarray(to_sphere(z, mesh.A)), mesh.A), Status.DONE
-    energy = HarmonicEnergy(operators.L).evaluate(x)[0]
+    energy, face, x = min(tried, key=lambda each: each[:2])
+    status = Status.DONE
     try:
         listener(Iterate(Stage.STEREOGRAPHIC, 0, 1, x, energy))
     except StopIteration:

@@ -195,7 +195,8 @@ class Stereographic(Method):
     Parameters
     ----------
     puncture : int, optional
-        Face that holds the pole; by default a well-shaped one of middling size.
+        Face that holds the pole; by default, of four well-shaped ones of middling size, the one whose map has the least
+        energy.
     backend : str, default "auto"
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
 

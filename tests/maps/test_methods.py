@@ -9,6 +9,7 @@ from igl_spheremap.maps.methods import in_gauge
 from igl_spheremap.result.run import Run
 from igl_spheremap.sphere.moebius import best_rotation, fix_gauge
 from igl_spheremap.sphere.rows import unit_rows
+from igl_spheremap.start.punctured import candidate_faces
 
 X, F = icosphere(3)
 V = X * [1, 1.3, 2]
@@ -23,6 +24,16 @@ def test_the_laplace_beltrami_map_does_depend_on_the_puncture():
     """The artefact that the paper's introduction names."""
     maps = [through(V, F, puncture=face) for face in (0, 500)]
     assert np.abs(maps[0].sphere - maps[1].sphere).max() > 1e-3
+
+
+def test_the_default_puncture_is_the_candidate_of_least_energy():
+    v, f = ism.samples.make("dino", n_vertices=1500)
+    faces = list(candidate_faces(ism.check_mesh(v, f)))
+    energies = [through(v, f, puncture=face).energy for face in faces]
+    assert max(energies) > min(energies)
+    result = through(v, f)
+    assert result.energy == min(energies)
+    assert result.notes[0] == f"face {faces[np.argmin(energies)]} is punctured"
 
 
 def test_smallest_meshes():
