@@ -7,6 +7,8 @@
 Gradient descent with fixed steps ("gu-yau") takes minutes on large meshes, and is left out there.
 """
 
+import time
+
 from arguments import run
 
 import igl_spheremap as ism
@@ -19,8 +21,10 @@ def compare_methods(surface, picture):
         methods.remove("gu-yau")
     maps = {"Gauss map": ism.gauss_map(v, f)}
     for method in methods:
+        began = time.process_time()
         result = ism.spherical_conformal_map(v, f, method=method)
-        maps[method] = result.sphere
+        seconds = time.process_time() - began
+        maps[f"{method}\niterations: {result.iterations:,}, CPU: {seconds:.2f} s"] = result.sphere
         print(f"{method}: {result.certificate}")
     if picture:
         ism.screenshot(result, picture, subject="angle differences", maps=maps)

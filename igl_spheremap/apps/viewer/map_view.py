@@ -22,7 +22,6 @@ from .app import ColouredApp, SaveWidgets
 from .background_run import ShownRun, Source
 from .body import EDGE_WIDTH
 from .choices import SUBJECTS
-from .colouring import Legend
 from .grid import MOUSE, Grid, Part
 from .widgets import Colours, lens_widgets, panel, paragraph
 from .window import imgui
@@ -109,28 +108,27 @@ class MapView(ColouredApp):
         self.lenses = self._lenses()
         like, several = list(self.maps.values())[int(np.argmin(self._angles))], len(self.maps) > 1
         sources, images = [], []
-        explained: set[Legend] = set()
+        explained: set[type] = set()  # the scale is the same for all, and so is the mark of folds
         for k, (caption, x) in enumerate(self.maps.items()):
             colours = self.colours.of(self.mesh, x, self._folded[k], like)
-            own = (
-                caption
-                if several
-                else f"Source\n{len(self.mesh.v):,} vertices, {len(self.mesh.f):,} faces"
-            )
-            figures = f"{count_foldings(len(self._folded[k]))}\nangles differ by {self._angles[k]:.3g} degrees"
+            folds = count_foldings(len(self._folded[k]))
+            above, below = caption, f"{folds}\nangles differ by {self._angles[k]:.3g} degrees"
+            if not several:
+                above = f"Source\n{len(self.mesh.v):,} vertices, {len(self.mesh.f):,} faces"
+                below = f"{caption}\n{folds}"
             sources.append(
                 Part(
-                    own,
+                    above,
                     self._source,
                     self.mesh.f,
                     colours,
-                    legends=[one for one in colours.legends if one not in explained],
+                    legends=[one for one in colours.legends if type(one) not in explained],
                 )
             )
-            explained.update(colours.legends)
+            explained.update(map(type, colours.legends))
             images.append(
                 Part(
-                    figures if several else f"{caption}\n{figures.splitlines()[0]}",
+                    below,
                     self._turned[k],
                     self.mesh.f,
                     colours,

@@ -215,7 +215,11 @@ class Player(App):
             self.go_to(0)
         elif self.playing and not (self.run.running and began < self._rests_until):
             before = self.before.index
-            self.go_to(self.run.beside(before, self.speed))
+            ahead = self.run.beside(before, self.speed)
+            change = self.run.change(before, 1)
+            if change is not None:
+                ahead = min(ahead, change)  # slower where foldings change much
+            self.go_to(ahead)
             self._moved = self.before.index > before
             self.playing = self._moved or self.run.running
 
@@ -251,29 +255,33 @@ class Player(App):
         ]])  # fmt: skip
 
     def _show_strip(self, mesh: Mesh) -> None:
-        """Show how the stages end: the surface and the sphere of the Gauss map, of both sides of the first star map, of
-        the last iterate and of the result, all but the first through a lens on what folded before the star map.
+        """Show the surface and the sphere of the Gauss map, of an iteration on the way, of both sides of the first star
+        map, and of the result, the last three through a lens on what folded before the star map.
+
+        On the way half of the fall of the foldings' logarithm is done.
         """
-        frames = self.run.frames
-        star = next(
-            (k for k, frame in enumerate(frames[:-1]) if frame.iterate.stage is Stage.STAR_MAP),
-            len(frames) - 1,
-        )
-        chosen = sorted(
-            {0, star - 1, star, len(frames) - 2, len(frames) - 1} & {*range(len(frames))}
-        )
-        self.before, self.after, self._shown = frames[max(star - 1, 0)], frames[-1], ()
+        frames, end = self.run.frames, len(self.run.frames) - 1
+        stars = [k for k, each in enumerate(frames[:-1]) if each.iterate.stage is Stage.STAR_MAP]
+        star = min([*stars, end])
+        before = max(star - 1, 0)
+        counts = np.log1p([frame.foldings for frame in frames[: before + 1]])
+        halfway = int(np.argmax(counts <= (counts[0] + counts[-1]) / 2))
+        chosen = sorted({0, halfway, before, star, end})
+        self.before, self.after, self._shown = frames[before], frames[-1], ()
         self._follow(self.before)
-        spheres = self._spheres(mesh, [frames[k] for k in chosen], chosen.index(max(star - 1, 0)))
+        spheres = self._spheres(mesh, [frames[k] for k in chosen], chosen.index(before))
         sources = [
             Part(part.caption, self.source, mesh.f, part.colours, legends=() if k else part.legends)
             for k, part in enumerate(spheres)
         ]
-        # its folds are all over it
-        first = replace(spheres[0], caption="the whole sphere", lens=None)
-        self.grid.show(
-            [sources, [replace(part, caption="", legends=()) for part in (first, *spheres[1:])]]
-        )
+        below = []
+        for k, part in zip(chosen, spheres, strict=True):
+            if k < before:  # folds are all over it
+                part = replace(part, caption="the whole sphere", lens=None)
+            else:
+                part = replace(part, caption="")
+            below.append(replace(part, legends=()))
+        self.grid.show([sources, below])
 
     def _spheres(self, mesh: Mesh, shown: Sequence[Frame], aim: int) -> list[Part]:
         """Frames on spheres through one lens, as strong as fits one of them."""
