@@ -60,13 +60,11 @@ TABLE_3 = (
 
 
 _NOTE = """\
-"lai2014" is `Lai2014()`, the paper's algorithms made to work; "as printed" `Lai2014.as_printed()`; "as programmed"
-`Lai2014.as_programmed()`, by the rules of the authors' published program; "gu-yau" the algorithm of Gu and Yau from the
-Gauss map; "auto" the default method of this package, which the paper does not have. The paper's rows are of its own
-surfaces, machine and programs, all others of the mesh that is named. Folded faces are those of each start and of the
-map that Algorithm 1 makes of it. Mean angle: mean size of the angle differences, in degrees. Seconds are CPU time of
-one thread. "Rule met": the stopping rule was met; "plateau": the energy hardly fell any more; "cap": the most
-iterations allowed; "no step": no step was acceptable; "collapsed": the map has degree 0.
+"lai2014" is `Lai2014()`, "as printed" and "as programmed" are its other settings, "gu-yau" the algorithm of Gu and Yau
+from the Gauss map, "auto" the default method. The paper's rows are of its own surfaces and machine. Folded faces are
+those of each start and of the map that Algorithm 1 makes of it. Mean angle: mean size of the angle differences, in
+degrees. Seconds: CPU time of one thread. Ended by: "rule met"; "plateau", the energy hardly fell any more; "cap", the
+most iterations allowed; "no step", none was acceptable; "collapsed", the map has degree 0.
 """
 #: Why a minimisation ended, by the name of its status.
 _ENDS = {

@@ -235,14 +235,14 @@ figures = dict(columns=columns, curve=int(red[-150:].sum()), back=shown.grid.row
     assert [caption.partition(",")[0].partition(" 1")[0] for caption in captions] == [
         "Gauss map",
         "Algorithm",
-        "Star map",
         "Algorithm",
+        "Star map",
         "Result: certified folding-free\n0 folded faces",
     ]
     folded = [not caption.endswith("\n0 folded faces") for caption in captions]
-    assert folded == [True, True, False, False, False]
+    assert folded == [True, True, True, False, False]
     assert [[count > 50 for count in pair] for pair in seen] == [[fold, fold] for fold in folded]
-    assert powers[0] == 1 < powers[1] == powers[2] == powers[3] == powers[4]
+    assert powers[0] == powers[1] == 1 < powers[2] == powers[3] == powers[4]
     assert figures["curve"] > 200
     assert figures["back"] == 1  # a step after the strip
 
