@@ -11,7 +11,6 @@ from ..mesh.check import Mesh
 from ..paper.hooks import Hooks
 from ..paper.optm import TRIALS
 from ..result.run import Iterate, Round, Status
-from ..untangle.local_repair import most_of_few
 from ..verify.certificate import Certificate
 from ..verify.signs import folded_faces
 
@@ -77,12 +76,12 @@ class Safeguards(Confined):
     more. No step may fold more faces than the star map from which it starts.
 
     As a map shrinks to a point its energy falls below 4 pi, which that of a smooth map of degree 1 does not, and it has
-    the degree 0. Its conformal factor says nothing then, so the next star map has the weight e^{2u} = 1, once.
+    the degree 0. Its conformal factor says nothing then, so the star map has the weight e^{2u} = 1.
     """
 
     def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
         super().__init__(mesh, problem, may_fold)
-        self._is_first, self._has_restarted, self._left = True, False, np.inf
+        self._is_first = True
 
     def search(self, energy: float, rho: float, delta: float, xi: float) -> NonmonotoneSearch:
         """A search that soon gives up where folds are refused: what one step folds the next one folds, too."""
@@ -97,23 +96,14 @@ class Safeguards(Confined):
         return Certificate.of(last.x, self._mesh.f).degree == 0
 
     def goes_on(self, record: Round) -> bool:
-        """Whether another star map is made: while each takes foldings away, and once where the map has shrunk.
-
-        A few foldings are left to the repair, but those of the first minimisation.
-        """
-        if record.status is Status.COLLAPSED:
-            return not self._has_restarted
-        before, self._left = self._left, record.foldings_after
-        few = 0.0
-        if record.round > 0:
-            few = most_of_few(self._mesh.f)
-        return few < record.foldings_after < before
+        """Whether another star map is made: one, if the first minimisation folds; the rest is left to the repair."""
+        return record.round == 0 and super().goes_on(record)
 
     def restarts(self, record: Round) -> bool:
         """Whether the map has shrunk."""
-        self._has_restarted = record.status is Status.COLLAPSED
-        self._count("restarted", self._has_restarted)
-        return self._has_restarted
+        has_shrunk = record.status is Status.COLLAPSED
+        self._count("restarted", has_shrunk)
+        return has_shrunk
 
     def _bound(self, x: FloatArray) -> float:
         is_first, self._is_first = self._is_first, False

@@ -37,7 +37,8 @@ class Lai2014(Method):
         Each minimisation ends, too, when its lowest energy fell by less than this share over the last 100 iterations:
         limbs go on changing for thousands of iterations after the rest has converged.
     rounds : int, default 3
-        Maximum number of times that foldings are removed; 0 is Algorithm 1 alone, and what it folds stays.
+        Maximum number of times that foldings are removed; 0 is Algorithm 1 alone, and what it folds stays. With
+        safeguards it is once at most, for a second time takes none away.
     rho : float, default 1e-4
         Share of the predicted decrease that a step must reach.
     delta : float, default 0.1
