@@ -72,6 +72,7 @@ _ENDS = {
     Status.PLATEAU: "plateau",
     Status.MAX_ITERATIONS: "cap",
     Status.STALLED: "no step",
+    Status.DONE: "repaired",
     Status.COLLAPSED: "collapsed",
 }
 _HEAD = (
