@@ -681,9 +681,8 @@ def test_what_is_said_of_a_picture_in_numbers_is_in_its_captions():
 
 def test_the_papers_example_in_the_readme_prints_what_its_comment_says():
     text = (ROOT / "README.md").read_text()
-    said = re.search(r"takes (\d+) foldings of the Gauss map to (\d+); .* (\d+) -> (\d+)\n", text)
+    low, high = map(int, re.search(r"paper\.rounds: .* (\d+) to (\d+) here\n", text).groups())
     v, f = ism.samples.make("dino", n_vertices=1500)
     rounds = ism.spherical_conformal_map(v, f, method="lai2014").rounds
-    assert [entry.start for entry in rounds] == ["gauss map", "star map"]
-    counts = [(entry.foldings_before, entry.foldings_after) for entry in rounds]
-    assert np.ravel(counts).tolist() == [int(number) for number in said.groups()]
+    assert low <= rounds[0].foldings_after <= high
+    assert rounds[-1].foldings_after == 0
