@@ -106,8 +106,8 @@ def test_a_step_with_an_old_factor_is_taken_only_where_little_is_left_to_gain():
 def test_a_factor_is_not_kept_whose_step_gained_less_or_more_than_it_predicted():
     class Steeper(Bowl):
         def accept(self, x, move):
-            y, value, folded = super().accept(x, move)
-            return Trial(y, value - self.more * (super().value(x) - value), folded)
+            trial = super().accept(x, move)
+            return trial._replace(value=trial.value - self.more * (super().value(x) - trial.value))
 
     for more, factors in ((0.0, 1), (0.5, 2), (-0.5, 2)):
         first, search = Steeper(START + 0.1, 1e4), Search(1.0)
