@@ -451,12 +451,12 @@ def descend(
     Where the map has shrunk to a point, the run begins again, and no step may fold.
     """
     rounds: list[Round] = []
-    for may_fold in (True, False):
+    for steps_may_fold in (True, False):
         last, record = minimize_round(
             mesh,
             name,
             x,
-            cayley_bb(problem, x, Confined(mesh, problem, may_fold)),
+            cayley_bb(problem, x, Confined(mesh, problem, steps_may_fold)),
             Stage.ALGORITHM_1,
             round=len(rounds),
             tolerance=tolerance,
