@@ -106,7 +106,7 @@ class Iterate:
     stage : Stage
         The step of the run that made it: "gauss map", "harmonic", "star map", "repair", ...
     round : int
-        Round of Algorithm 2 that it belongs to, 0 before the first star map; of other methods, their own count of rounds.
+        Round of Algorithm 2 that it belongs to, 0 before the first star map; other methods count their own.
     iteration : int
         Count within the stage; 0 for its start.
     x : (n, 3) float64 array
