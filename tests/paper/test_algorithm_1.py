@@ -9,7 +9,8 @@ from triangulations import icosphere
 
 import igl_spheremap as ism
 from igl_spheremap.descent.energies import HarmonicEnergy
-from igl_spheremap.descent.minimize import minimize
+from igl_spheremap.descent.line_search import NonmonotoneSearch
+from igl_spheremap.descent.minimize import minimize, minimize_round
 from igl_spheremap.descent.problem import Problem, l2_metric
 from igl_spheremap.maps.safeguards import Confined
 from igl_spheremap.mesh.measure import vertex_normals
@@ -62,6 +63,36 @@ def test_steps_are_the_quotients_of_eq_12_times_a_power_of_delta():
         power = np.log10(c.tau / tau_1)
         assert abs(power - round(power)) < 1e-5
         assert power < 0.5
+
+
+def test_the_slope_of_the_search_is_the_derivative_along_the_path():
+    """E'(Y(0)) of step 3, by differences of the energy along the Cayley path."""
+    slopes = []
+
+    class Noted(NonmonotoneSearch):
+        def accepts(self, energy, tau, slope):
+            slopes.append(slope)
+            return True
+
+    class Noting(Hooks):
+        def search(self, *options):
+            return Noted(*options)
+
+    first = replace(PROBLEM, fixes_gauge=False)
+    run(problem=first, hooks=Noting(), max_iterations=1)
+    h, gradient = 1e-6, first.evaluate(START)[1]
+    ahead, behind = (first.evaluate(ism.cayley_update(START, gradient, s))[0] for s in (h, -h))
+    assert slopes[0] == pytest.approx((ahead - behind) / (2 * h), rel=1e-6)
+    assert slopes[0] < 0
+
+
+def test_another_star_map_is_made_while_a_single_folding_is_left():
+    _, record = minimize_round(
+        MESH, "start", START, cayley_bb(PROBLEM, START, Hooks()), Stage.ALGORITHM_1,
+        tolerance=1.0, max_iterations=1,
+    )  # fmt: skip
+    for foldings, more in ((0, False), (1, True), (9, True)):
+        assert Hooks().goes_on(replace(record, foldings_after=foldings)) == more
 
 
 def test_gradient_vanishes_at_the_minimum():

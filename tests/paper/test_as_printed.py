@@ -110,6 +110,15 @@ def test_where_a_star_map_fails_the_run_ends_with_the_map_before_and_names_the_r
     assert np.array_equal(result.sphere, seen[-1].x)
 
 
+def test_areas_that_are_raised_are_counted_in_the_notes():
+    v = np.array(V)
+    around = np.unique(F[(F == 0).any(axis=1)])
+    for hidden, count in (([], 0), (around, 1)):
+        v[hidden] = v[0]
+        notes = ism.algorithm_1(v, F, method=ism.Lai2014(metric="areas", max_iterations=1)).notes
+        assert [note[:2] for note in notes if "of eq. (13) were raised" in note] == count * ["1 "]
+
+
 def test_a_run_that_is_stopped_makes_no_star_map():
     seen = []
 

@@ -165,6 +165,12 @@ def test_the_numbers_are_those_of_the_program():
     )
 
 
+def test_the_fifth_trial_of_a_search_is_taken_at_any_finite_energy():
+    search = OptMRules(1e-3).search(1.0, 1e-4, 0.2, 0.85)
+    taken = [search.accepts(2.0, tau, -1.0) for tau in search.steps(1.0)]
+    assert taken == [False] * 4 + [True]
+
+
 def test_the_programs_rules_go_without_safeguards():
     for options in ({"may_fold": False}, {"gauge": "centred"}):
         with pytest.raises(ValueError, match="have no safeguards"):

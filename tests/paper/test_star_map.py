@@ -88,6 +88,7 @@ def test_the_smallest_mesh_has_a_star_map():
     found = ism.weighted_eigen_projection(v, f, ism.gauss_map(v, f))
     assert ism.certify(found.star_map, f).folding_free
     assert found.phi.shape == found.star_map.shape == (4, 3)
+    assert found.eigenvalues.shape == (3,)
     assert np.ptp(found.eigenvalues) < 1e-9 * found.eigenvalues[0]  # by symmetry
     octahedron = np.vstack((np.eye(3), -np.eye(3)))
     faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
@@ -95,6 +96,7 @@ def test_the_smallest_mesh_has_a_star_map():
     for x, g in ((octahedron, faces), ism.samples.sphere(12)):
         found = ism.weighted_eigen_projection(x, g, x)
         assert found.phi.shape == x.shape
+        assert found.eigenvalues.shape == (3,)
         assert np.allclose(found.star_map, x, atol=1e-9)
 
 
@@ -125,6 +127,17 @@ def test_images_that_are_no_numbers_are_refused():
     x[3] = np.nan
     with pytest.raises(ism.MeshError, match=r"images .* e\.g\. 3;"):
         ism.weighted_eigen_projection(X, F, x)
+
+
+@pytest.mark.parametrize("mirrored", [1, -1])
+def test_eigenfunctions_are_turned_to_agree_best_with_the_map(mirrored):
+    """Of all turns that leave the star map as it faces; the mirror image of a map is met as well as it can be."""
+    x = moebius(X, [0.3, 0.2, -0.1]) * [1, 1, mirrored]
+    found = ism.weighted_eigen_projection(MESH.v, F, x)
+    M = found.phi.T @ weighted_mass(MESH, ism.conformal_factor(MESH.v, F, x)) @ x
+    first, second, third = np.linalg.svd(M, compute_uv=False)
+    assert np.allclose(M, M.T, atol=1e-9 * first)
+    assert np.trace(M) == pytest.approx(first + second + mirrored * third)
 
 
 def test_star_maps_are_never_inside_out():
