@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from itertools import chain
+from functools import partial
+from itertools import chain, starmap
 from typing import Any, NamedTuple
 
 from ..mesh.arrays import FloatArray
@@ -45,7 +46,7 @@ def minimize(
     plateau when the lowest energy fell by less than the share `plateau` over the last 100 steps; 0 switches this rule
     off. A listener may raise StopIteration. If `first` is given, it comes before the solver's iterates.
     """
-    iterates: Iterator[Iterate] = (Iterate(stage, round, *state) for state in states)
+    iterates: Iterator[Iterate] = starmap(partial(Iterate, stage, round), states)
     if first is not None:
         iterates = chain([first], iterates)
     energies: list[float] = []
