@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..errors import MeshError
 from ..mesh.arrays import (
     BoolArray,
     FloatArray,
@@ -29,6 +30,8 @@ def triangulated(v: FloatArray, f: ArrayLike) -> tuple[IntArray, IntArray, tuple
     >>> faces.tolist(), row.tolist(), done
     ([[0, 1, 2], [0, 2, 3]], [0, 0], ('triangulated 1 polygon',))
     """
+    if not len(v):
+        raise MeshError("no vertices: the mesh is empty; give a closed triangle mesh")
     polygons = polygons_in(f)
     if polygons is None:
         faces = check_triangles(f)

@@ -142,3 +142,10 @@ def test_the_file_says_how_many_were_concave(tmp_path):
     assert (mesh.triangulated, mesh.concave) == (1, 1)
     assert mesh.f.tolist() == [[1, 2, 3], [1, 3, 0], [0, 3, 4]]
     assert (normals(mesh.v, mesh.f)[:2, 2] > 0).all()
+
+
+@pytest.mark.parametrize("f", [[[0, 1, 2], [0, 2, 1]], [[0, 1, 2, 3]], [[0, 1, 2], [0, 1, 2, 3]]])
+@pytest.mark.parametrize("function", [ism.info, ism.repair_mesh, ism.repair_disk])
+def test_faces_of_no_vertices_are_refused(function, f):
+    with pytest.raises(ism.MeshError, match="no vertices"):
+        function(np.zeros((0, 3)), f)
