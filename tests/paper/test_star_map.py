@@ -13,6 +13,7 @@ from igl_spheremap.mesh.measure import vertex_areas, vertex_normals
 from igl_spheremap.paper.star_map import (
     finite_conformal_factor,
     project,
+    project_unweighted,
     stiffness,
     weighted_mass,
 )
@@ -192,3 +193,27 @@ def test_every_vertex_has_a_direction_even_where_faces_have_no_area():
     v[X[:, 2] > 0.7] = [0, 0, 1]
     normals = ism.gauss_map(v, F)
     assert np.allclose(np.linalg.norm(normals, axis=1), 1)
+
+
+def test_projections_without_weight_end_with_the_first_that_moves_less_than_half_a_radian():
+    mesh = ism.check_mesh(*ism.samples.dumbbell(n_vertices=300))
+    A, full = -igl.cotmatrix(mesh.v, mesh.f), igl.MASSMATRIX_TYPE_FULL
+    gauss_map = vertex_normals(mesh.unit, mesh.f)
+    x = project(mesh, A, gauss_map, igl.massmatrix(mesh.unit, mesh.f, full)).star_map
+    moved = np.inf
+    while moved > 0.5:
+        before, x = x, project(mesh, A, x, igl.massmatrix(x, mesh.f, full)).star_map
+        areas = vertex_areas(x, mesh.f)
+        moved = np.sqrt(np.average(((x - before) ** 2).sum(axis=1), weights=areas))
+    found = project_unweighted(mesh, A, gauss_map, lambda y: y)
+    np.testing.assert_allclose(found.star_map, x, rtol=0, atol=1e-9)
+
+
+def test_starts_are_iterates_before_the_first_step():
+    iterates = []
+    ism.spherical_conformal_map(
+        *ism.samples.make("dino", n_vertices=1500), method="lai2014", listener=iterates.append
+    )
+    starts = [entry.iteration for entry in iterates if entry.stage in ("gauss map", "star map")]
+    assert starts == [0] * len(starts)
+    assert len(starts) == 2
