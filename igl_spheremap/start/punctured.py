@@ -98,7 +98,7 @@ def candidate_faces(mesh: Mesh) -> Iterator[int]:
     sample = spread(len(mesh.f), _CANDIDATES)
     side, w = _in_their_planes(mesh, mesh.f[sample])
     area = side * w.imag / 2
-    quality = area / (side**2 + np.abs(w) ** 2 + np.abs(w - side) ** 2)
+    quality = area / np.maximum(side**2 + np.abs(w) ** 2 + np.abs(w - side) ** 2, _TINY)
     middling = np.sort(area)[len(area) // 2]
     ratio = np.minimum(area, middling) / np.maximum(np.maximum(area, middling), _TINY)
     order = np.arange(len(mesh.f))[sample][np.argsort(-quality * np.sqrt(ratio), kind="stable")]

@@ -57,7 +57,7 @@ def test_a_demo_is_a_screen_that_uses_the_library_alone(script):
             [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module]
         )
     }
-    assert imported <= {"numpy", "polyscope", "igl_spheremap", *SHARED}
+    assert imported <= {"numpy", "polyscope", "igl_spheremap", "time", *SHARED}
 
 
 @pytest.mark.parametrize(
