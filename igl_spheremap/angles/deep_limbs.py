@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from ..mesh.arrays import ComplexArray, FloatArray, IntArray
+from ..mesh.arrays import TINY, ComplexArray, FloatArray, IntArray
 from ..sphere.log_plane import Anchored, log_sum, plane_angles
 from .layout import Placed
 
@@ -195,7 +195,7 @@ def floor_of(dtype: type[np.floating]) -> float:
 
 def normal_range(floor: float) -> float:
     """Nepers from an end of an axis within which float64 holds edges at a floor as normal numbers."""
-    return float(-np.log(np.finfo(float).tiny)) - floor
+    return float(-np.log(TINY)) - floor
 
 
 def shorten_limbs(placed: Placed, source: FloatArray, floor: float) -> tuple[Anchored, float]:

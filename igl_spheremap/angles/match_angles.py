@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..mesh.arrays import HALF_DIGITS, FloatArray, IntArray
+from ..mesh.arrays import HALF_DIGITS, TINY, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import marked, touching
 from ..mesh.measure import by_blocks, corner_angles, log_edges, spread
@@ -231,7 +231,7 @@ class AngleProblem:
         side = p[:, [2, 0, 1]] - p[:, [1, 2, 0]]  # opposite each corner
         along = axes.take(corners, axis=2)  # axis, coordinate, corner, face
         # products of four sides underflow
-        if (side * side).sum(axis=0).min() < np.finfo(float).tiny ** 0.25:
+        if (side * side).sum(axis=0).min() < TINY**0.25:
             size = binary_sizes(np.abs(side).sum(axis=1).T)
             side, along = side / size, along / size
         normal = column_crosses(side[:, 0], side[:, 1])

@@ -106,9 +106,10 @@ class PHarmonicEnergy:
                 f"p = {p:g} is out of range: the p-harmonic energy needs a finite p above 1"
             )
         n, m = len(mesh.v), len(mesh.f)
-        lengths = mollified_edge_lengths(mesh.unit, mesh.f)
         if is_usable(laplacian(mesh.unit, mesh.f, "cotangent", mesh.edges)):
             lengths = igl.edge_lengths(mesh.unit, mesh.f)
+        else:
+            lengths = mollified_edge_lengths(mesh.unit, mesh.f)
         rows = np.arange(3 * m)
         head, tail = np.roll(mesh.f, -1, axis=1).ravel(), np.roll(mesh.f, -2, axis=1).ravel()
         ones = np.ones(3 * m)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import TINY, FloatArray, IntArray
 from ..mesh.check import Mesh, normalised_weights
 from ..mesh.measure import vertex_areas
 from ..operators.factor.factorize import Factor, factorize
@@ -98,7 +98,7 @@ def laplacian_metric(L: sp.csr_matrix, areas: FloatArray | None = None) -> Diago
     sum of the sizes of its row; a step that is the same for all would be as small as the worst vertex demands.
     """
     bounds = np.asarray(abs(L).sum(axis=1)).ravel()
-    return Diagonal(np.maximum(bounds, np.finfo(float).tiny), areas)
+    return Diagonal(np.maximum(bounds, TINY), areas)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,12 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import TINY, FloatArray, IntArray
 from ..sphere.rows import from_chart, to_chart
 
 #: Power of the strongest lens: beyond it the rounding of float64 shows.
 STRONGEST = 1e9
-_TINIEST = np.finfo(float).tiny
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +95,7 @@ def look_at(
     radius = float(np.percentile(np.abs(to_chart(corners, place[None])), within))
     spread = min(most, face * float(np.sqrt(len(faces))))
     fitting, filling = (
-        float(np.clip(2 * np.tan(angle / 2) / max(radius, _TINIEST), 1.0, STRONGEST))
+        float(np.clip(2 * np.tan(angle / 2) / max(radius, TINY), 1.0, STRONGEST))
         for angle in (spread, np.pi / 2)
     )
     return Lens(place, fitting, limit=filling)

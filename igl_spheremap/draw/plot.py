@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import import_optional
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import TINY, FloatArray, IntArray
 from ..mesh.measure import face_areas
 from .folds import MANY, SEEN
 from .palette import AREAS, FOLDED, LINES, Ramp, fitting
@@ -234,7 +234,7 @@ def fit(v: FloatArray, rotation: FloatArray) -> FloatArray:
     """Rotate a surface, and scale it about the middle of its bounding box to the unit ball."""
     w = v @ rotation.T
     w = w - (w.max(axis=0) + w.min(axis=0)) / 2
-    return np.asarray(w / max(float(np.linalg.norm(w, axis=1).max()), np.finfo(float).tiny))
+    return np.asarray(w / max(float(np.linalg.norm(w, axis=1).max()), TINY))
 
 
 def shading(v: FloatArray, f: IntArray, view: FloatArray, ambient: float = 0.6) -> FloatArray:

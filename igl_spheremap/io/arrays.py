@@ -68,11 +68,12 @@ def _read_table(path: Path) -> dict[str, NDArray[Any]]:
     if not lines:
         raise MeshError("it holds no numbers; give one row a vertex")
     text = [line for _, line in lines]
-    rows = [re.split(r"\s*,\s*|\s+", line.strip()) for line in text]
     if path.suffix.lower() in SEPARATORS:
         unquoted = re.sub('"[^"]*"', "", text[0])
         mark = next((mark for mark in _SEPARATORS if mark in unquoted), ",")
         rows = list(csv.reader(text, delimiter=mark))
+    else:
+        rows = [re.split(r"\s*,\s*|\s+", line.strip()) for line in text]
     for (number, _), row in zip(lines, rows, strict=True):
         if len(row) != len(rows[0]):
             raise MeshError(

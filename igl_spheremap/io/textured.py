@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import FileError, MeshError, import_optional
-from ..mesh.arrays import FloatArray, check_triangles, own_unit
+from ..mesh.arrays import TINY, FloatArray, check_triangles, own_unit
 from ..mesh.check import check_indices, check_positions
 from ..resampling.texture import Atlas
 from .formats import PathLike, format_of
@@ -180,7 +180,7 @@ def write_textured(
     vertices, faces = check_positions(v), check_triangles(f)
     check_indices(faces, len(vertices))
     normals = atlas.carry(igl.per_vertex_normals(own_unit(vertices)[0], faces))
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), TINY)
     target = Path(path)
     known = {"name": target.stem} | dict(metadata or {})
     if target.suffix.lower() == ".obj":

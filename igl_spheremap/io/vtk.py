@@ -114,11 +114,12 @@ class LegacyFile(Bytes):
     def _skip_texts(self, count: int) -> None:
         """Go behind texts: a line each, or behind their lengths, whose first two bits say how long these are."""
         for _ in range(count):
-            size = self.data.find(b"\n", self.at) + 1 - self.at
             if self.binary:
                 first = self.number("u1")
                 more = self.take((8 >> (first >> 6)) - 1)
                 size = int.from_bytes(bytes([first & 63]) + more, "big")
+            else:
+                size = self.data.find(b"\n", self.at) + 1 - self.at
             self.take(size)
 
     def cells(self, count: int, size: int) -> Polygons:

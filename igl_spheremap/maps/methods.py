@@ -29,9 +29,7 @@ from ..sphere.moebius import center, fix_gauge
 from ..sphere.rows import unit_rows
 from ..start.punctured import candidate_faces, dipole_map, to_sphere
 from ..untangle.embedding import fix_orientation
-from ..untangle.local_repair import (
-    is_off_centre,
-)
+from ..untangle.local_repair import is_off_centre
 from ..verify.certificate import Certificate
 from .options import Auto, GuYau, Method, Stereographic
 from .repair_last import repair_last

@@ -55,7 +55,7 @@ def repair_last(
     value = energy.evaluate(x)[0]
     record = Round(
         round=len(rounds),
-        start=Stage.REPAIR,
+        start=str(Stage.REPAIR),
         foldings_before=before.foldings,
         foldings_after=certificate.foldings,
         iterations=0,

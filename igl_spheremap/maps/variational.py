@@ -14,7 +14,7 @@ from ..descent.minimize import minimize_round
 from ..descent.problem import Problem, SobolevH2, p_harmonic_problem
 from ..errors import MeshError
 from ..gate import takes_mesh
-from ..mesh.arrays import FloatArray, check_directions, plain_array, real_array
+from ..mesh.arrays import TINY, FloatArray, check_directions, plain_array, real_array
 from ..mesh.check import Mesh, check_mesh
 from ..paper.algorithm_1 import cayley_bb
 from ..paper.settings import PaperGauge
@@ -417,7 +417,7 @@ def match_landmarks(
     """
     from scipy.optimize import least_squares  # takes .2 s, which maps without landmarks don't need
 
-    w = landmarks.weights + np.finfo(float).tiny
+    w = landmarks.weights + TINY
     share = np.sqrt(w / w.sum())[:, None]
 
     def moved(points: FloatArray, boost: FloatArray) -> FloatArray:

@@ -17,6 +17,7 @@ from ..errors import MeshError, Remedy
 from ..gate import MeshLike, gate, takes_mesh
 from ..timings import phase
 from .arrays import (
+    EPS,
     BoolArray,
     FloatArray,
     IntArray,
@@ -30,9 +31,8 @@ from .arrays import (
 from .edges import HalfEdges, half_edges
 from .measure import corner_angles, face_areas, vertex_normals, vertex_shares
 
-_EPS = np.finfo(float).eps
 #: Where area over squared extent is at most this, the area is rounding: the mesh is scaled to unit extent.
-_FLAT = 512 * _EPS
+_FLAT = 512 * EPS
 #: Least vertex area, in units of the mean: the L2 metric divides by areas, which slivers may lack. Raising them changes
 #: the sum in the ninth digit at most.
 LEAST_AREA = 1e-9
@@ -333,7 +333,7 @@ def normalised(vertices: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArra
     v = np.ascontiguousarray(vertices.T) / size  # long inner loops
     v -= (v.min(axis=1, keepdims=True) + v.max(axis=1, keepdims=True)) / 2
     extent = float(np.abs(v).max())
-    if extent < 4 * _EPS:  # coordinates of up to 1 that differ by rounding
+    if extent < 4 * EPS:  # coordinates of up to 1 that differ by rounding
         raise MeshError(
             "zero area: all vertices are at one point, e.g. 0, 1, 2; give positions with an extent"
         )

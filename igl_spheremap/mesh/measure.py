@@ -10,7 +10,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import HALF_DIGITS, FloatArray, IntArray, own_unit
+from .arrays import EPS, HALF_DIGITS, TINY, FloatArray, IntArray, own_unit
 
 #: Faces that are measured at once: temporaries fit the cache, and calls cost little.
 _BLOCK = 1 << 14
@@ -20,11 +20,11 @@ _LIBIGL_BLOCK = 999
 #: Sides below this are multiplied in units of the face: libigl's product of four lengths underflows.
 _SHORT = 1e-70
 #: Next to coordinates of size 1, edges below this length have less than three digits in float64.
-FLOAT64_LIMIT = float(512 * np.finfo(float).eps)
+FLOAT64_LIMIT = float(512 * EPS)
 #: Vectors shorter than this have lost digits of their length, for its square underflows.
-_SHORTEST = np.sqrt(np.finfo(float).tiny)
+_SHORTEST = np.sqrt(TINY)
 #: A sum of up to 4,096 unit vectors is rounding if it is shorter than this.
-_CANCELLED = 4096 * np.finfo(float).eps
+_CANCELLED = 4096 * EPS
 #: Volumes below this share of the cube of the extent are rounding: a flat surface encloses none.
 _FLAT = 1e-9
 
@@ -101,9 +101,9 @@ def log_edges(v: FloatArray, f: IntArray) -> FloatArray:
     """Mean logarithm of the lengths of the edges around each vertex; no length counts as less than the least float."""
     start, end = f.ravel(), f[:, [1, 2, 0]].ravel()
     d = v.take(start, axis=0) - v.take(end, axis=0)
-    square, least = np.einsum("ij,ij->i", d, d), np.finfo(float).tiny
+    square, least = np.einsum("ij,ij->i", d, d), TINY
     log = np.log(np.maximum(np.sqrt(square), least))
-    fine = square < least / np.finfo(float).eps  # squares that underflow
+    fine = square < least / EPS  # squares that underflow
     if fine.any():
         size = np.maximum(np.abs(d[fine]).max(axis=1), least)
         log[fine] = np.log(size) + np.log(

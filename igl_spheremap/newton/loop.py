@@ -133,18 +133,18 @@ class LineSearch:
     ) -> Trial | None:
         """The first of ever shorter steps that lowers the value enough, given a factor of the model's Hessian."""
         self.length = min(1.0, 2 * self.length)
-        step = bordered_step(self.system, factor, model)
+        held: Model | None = model  # each model is solved once, for all lengths of its step
         while self.length >= _SHORTEST:
-            slope, move = float((model.gradient * step).sum()), problem.move(x, model, step)
-            self.predicted = -slope / 2
+            if held is not None:
+                model, step = held, bordered_step(self.system, factor, held)
+                slope, move = float((model.gradient * step).sum()), problem.move(x, model, step)
+                self.predicted = -slope / 2
             trial = problem.accept(x, self.length * move)
             if model.value - trial.value > -self.length * _DECREASE * slope:
                 return trial
             held = _held_apart(model, trial, step)
             if held is None:
                 self.length /= 2
-            else:
-                model, step = held, bordered_step(self.system, factor, held)
         return None
 
 

@@ -14,7 +14,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from ..errors import FactorisationFailed
 from ..gate import takes_mesh
-from ..mesh.arrays import FloatArray, check_directions
+from ..mesh.arrays import TINY, FloatArray, check_directions
 from ..mesh.check import Mesh, check_mesh
 from ..mesh.measure import (
     enclosed_volume,
@@ -218,7 +218,7 @@ def finite_conformal_factor(mesh: Mesh, x: FloatArray) -> tuple[FloatArray, int]
     factor = np.divide(image, source, out=np.zeros_like(image), where=source > 0)  # eq. (14)
     infinite = (source == 0) & (image > 0)
     factor[infinite] = factor.max(initial=1.0)
-    least = 1e-12 * max(float(factor.mean()), float(np.finfo(float).tiny))
+    least = 1e-12 * max(float(factor.mean()), TINY)
     return np.maximum(factor, least), int((infinite | (factor < least)).sum())
 
 

@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from ..errors import MeshError
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import TINY, FloatArray, IntArray
 from ..mesh.edges import components, marked, sides
 from ..sphere.rows import row_lengths
 
@@ -41,7 +41,7 @@ def carry_cuts(
     ends = cKDTree(x).query(template_x[rows])[1][index.reshape(-1, 2)]
     ends = np.unique(np.sort(ends[ends[:, 0] != ends[:, 1]]), axis=0)
     start, stop = sides(f)
-    length = np.maximum(row_lengths(x[start] - x[stop]), np.finfo(np.float64).tiny)
+    length = np.maximum(row_lengths(x[start] - x[stop]), TINY)
     graph = csr_matrix((length, (start, stop)), shape=(len(x), len(x)))
     paths = [_path(graph, a, b, _DETOUR * float(np.linalg.norm(x[a] - x[b]))) for a, b in ends]
     return np.unique(np.sort(np.concatenate(paths)), axis=0)

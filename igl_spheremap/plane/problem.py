@@ -75,8 +75,10 @@ class FreeProblem(FaceProblem):
     def accept(self, x: FloatArray, move: FloatArray) -> Trial:
         """That of all faces; if it fails, with the speeds at which edges move apart that would meet."""
         trial = super().accept(x, move)
+        if np.isfinite(trial.value):
+            return trial
         meetings = rim_meetings(x + move, self._rim)
-        if np.isfinite(trial.value) or not 0 < len(meetings) <= CONDITIONS:
+        if not 0 < len(meetings) <= CONDITIONS:
             return trial
         return trial._replace(apart=np.array([self._apart(x, i, j) for i, j in meetings]))
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
-from ..mesh.arrays import HALF_DIGITS, FloatArray, own_unit
+from ..mesh.arrays import HALF_DIGITS, TINY, FloatArray, own_unit
 from ..mesh.disk import Disk
 from ..mesh.edges import marked, shared_edges, sides
 from ..mesh.measure import angle_defects
@@ -46,7 +46,7 @@ def stretch(disk: Disk, p: FloatArray) -> float:
     i, j = disk.f.ravel(), disk.f[:, [1, 2, 0]].ravel()
     v = own_unit(disk.v)[0]
     before, after = row_lengths(v[i] - v[j]), np.hypot(*(p[i] - p[j]).T)
-    return float((np.abs(after - before) / np.maximum(before, np.finfo(float).tiny)).max())
+    return float((np.abs(after - before) / np.maximum(before, TINY)).max())
 
 
 def _projected(disk: Disk, v: FloatArray) -> FloatArray:
@@ -84,7 +84,7 @@ def _laid_out(disk: Disk, v: FloatArray) -> FloatArray:
     (start, stop), apex = sides(f), f.ravel()
     side, other = v[stop] - v[start], v[apex] - v[start]
     length = row_lengths(side)
-    square = np.maximum(length * length, np.finfo(float).tiny)
+    square = np.maximum(length * length, TINY)
     # The apex of each half-edge, in units of the half-edge, from its start.
     place = (row_dots(other, side) + 1j * row_lengths(row_crosses(side, other))) / square
     weights = length.max() / np.maximum(length[first], HALF_DIGITS * length.max())

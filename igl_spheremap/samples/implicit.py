@@ -9,7 +9,7 @@ import igl
 import numpy as np
 
 from ..errors import check_number
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import TINY, FloatArray, IntArray
 from ..mesh.edges import components
 from .icosphere import MOST_VERTICES
 
@@ -212,7 +212,7 @@ def _slide(v: FloatArray, f: IntArray) -> FloatArray:
     centroid = v[f].mean(axis=1)
     corners = f.ravel()
     moment = [np.bincount(corners, np.repeat(area * centroid[:, k], 3), len(v)) for k in range(3)]
-    weight = np.maximum(np.bincount(corners, np.repeat(area, 3), len(v)), np.finfo(float).tiny)
+    weight = np.maximum(np.bincount(corners, np.repeat(area, 3), len(v)), TINY)
     normal = igl.per_vertex_normals(v, f)
     move = np.stack(moment, axis=1) / weight[:, None] - v
     return v + move - np.einsum("ij,ij->i", move, normal)[:, None] * normal

@@ -9,15 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import EPS, FloatArray
 from ..mesh.check import Mesh
 from ..timings import phase
 from .rows import row_dots, weighted_moment, weighted_sum
 
-_EPS = np.finfo(float).eps
 #: A Moebius centre c of larger squared length counts as on the boundary of the ball: 1 - |c|^2, by which its map
 #: scales, has less than three digits left.
-_BOUNDARY = 1 - 512 * _EPS
+_BOUNDARY = 1 - 512 * EPS
 #: A map is balanced if its weighted mean is shorter than this, which can't be seen, and is far above the 1e-17
 #: by which sums over a million vertices are off.
 _BALANCED = 1e-12

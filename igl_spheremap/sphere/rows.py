@@ -8,14 +8,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh.arrays import ComplexArray, FloatArray
+from ..mesh.arrays import EPS, TINY, ComplexArray, FloatArray
 
 #: Distance in the plane that stands for infinity; its square does not overflow.
 INFINITE = 1e100
 #: The squared length of a unit row may differ from 1 by this after its division and a rotation.
-_ROUNDING = 8 * np.finfo(float).eps
+_ROUNDING = 8 * EPS
 #: In a sum of squares of this size or more, squares that underflow are less than its rounding.
-_SMALLEST_SQUARE = np.finfo(float).tiny / np.finfo(float).eps
+_SMALLEST_SQUARE = TINY / EPS
 
 
 def inner(a: FloatArray, b: FloatArray) -> float:

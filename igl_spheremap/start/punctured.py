@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..mesh.arrays import ComplexArray, FloatArray, IntArray
+from ..mesh.arrays import TINY, ComplexArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import spread, surface_area, vertex_normals, weighted_quantile
 from ..operators.laplacian import Operators, apply_laplacian
@@ -16,7 +16,6 @@ from ..sphere.rows import INFINITE, from_chart, inner
 from ..timings import phase
 from ..verify.distortion import mean_angle_difference
 
-_TINY = np.finfo(float).tiny
 #: At most this many faces are sampled for the affine correction, and vertices for a first scale: medians need no more.
 _SAMPLE = 1000
 #: At most this many faces are compared as places for the puncture: fewer would miss the good ones.
@@ -98,9 +97,9 @@ def candidate_faces(mesh: Mesh) -> Iterator[int]:
     sample = spread(len(mesh.f), _CANDIDATES)
     side, w = _in_their_planes(mesh, mesh.f[sample])
     area = side * w.imag / 2
-    quality = area / np.maximum(side**2 + np.abs(w) ** 2 + np.abs(w - side) ** 2, _TINY)
+    quality = area / np.maximum(side**2 + np.abs(w) ** 2 + np.abs(w - side) ** 2, TINY)
     middling = np.sort(area)[len(area) // 2]
-    ratio = np.minimum(area, middling) / np.maximum(np.maximum(area, middling), _TINY)
+    ratio = np.minimum(area, middling) / np.maximum(np.maximum(area, middling), TINY)
     order = np.arange(len(mesh.f))[sample][np.argsort(-quality * np.sqrt(ratio), kind="stable")]
     yield from order[:: min(len(order) // _TRIES, _STRIDE)][:_TRIES].tolist()
 
@@ -203,7 +202,7 @@ def _in_their_planes(mesh: Mesh, f: IntArray) -> tuple[FloatArray, ComplexArray]
     """Faces in their own planes, as seen from outside: corners are 0, a length, and a point above the real line."""
     a, b, c = (np.ascontiguousarray(mesh.unit[corners].T) for corners in f.T)
     p, q = b - a, c - a
-    side = np.maximum(np.sqrt((p * p).sum(axis=0)), _TINY)
+    side = np.maximum(np.sqrt((p * p).sum(axis=0)), TINY)
     along = (p * q).sum(axis=0) / side
     return side, along + 1j * np.sqrt(np.maximum((q * q).sum(axis=0) - along**2, 0.0))
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.arrays import TINY, BoolArray, FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.edges import marked, touching
 from ..mesh.measure import corner_angles
@@ -167,7 +167,7 @@ def _projected(
     lack = least_area * square.max(axis=0) - column_dots(
         outward, column_crosses(side[:, 1], side[:, 2])
     )
-    length = size * lack / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
+    length = size * lack / np.maximum(square.sum(axis=0), TINY)
     corners, moves = folded.ravel(), length * column_crosses(outward[:, None], side)
     moved, local = np.unique(corners, return_inverse=True)
     move = np.stack([np.bincount(local, part.ravel()) for part in moves]) / np.bincount(local)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.arrays import TINY, BoolArray, FloatArray, IntArray
 from ..mesh.edges import next_corners
 from ..sphere.rows import binary_sizes, column_axes, column_crosses, column_dots, unit_rows
 from ..verify.signs import column_signs
@@ -151,7 +151,7 @@ def _step(
         np.minimum.reduceat(column_dots(u, u), stars.start),
         (steps * steps).sum(axis=0),
     )
-    share = np.minimum(1, reach * np.sqrt(nearest / np.maximum(squared, np.finfo(float).tiny)))
+    share = np.minimum(1, reach * np.sqrt(nearest / np.maximum(squared, TINY)))
     move = size * share * (steps[0] * axes[0] + steps[1] * axes[1])
     new, rows, part = old.copy(), np.arange(len(old)), stars
     for length in lengths:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import Remedy
 from ..gate import gate
-from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, plain_array
+from ..mesh.arrays import EPS, FloatArray, IntArray, check_rows, check_triangles, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.disk import disk_rim
 from ..sphere.rows import row_lengths, scale_rows, unit_rows
@@ -21,7 +21,7 @@ from .signs import determinant_signs, orientation_signs
 #: Lengths of rows may differ from 1 by this: by the rounding of a float32 file, no more.
 UNIT_TOLERANCE = 1e-6
 #: Room for rounding in the choice of the faces that may hold a direction; each of them is then tested exactly.
-_ROOM = 64 * np.finfo(float).eps
+_ROOM = 64 * EPS
 
 
 @dataclass(frozen=True, eq=False)

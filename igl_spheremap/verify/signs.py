@@ -9,14 +9,13 @@ import igl.predicates
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.arrays import EPS, TINY, BoolArray, FloatArray, IntArray
 from ..mesh.measure import by_blocks
 
 #: A determinant of numbers up to s in size, computed in floating point, is off by less than this times s^3. The
 #: determinant of a corner and the two sides from there is off by less than this times the summed sizes of its six
 #: products. Both bounds grow by the smallest normal number, the second by s times it if s > 1 (docs/guarantee.md).
-_ERROR = 64 * np.finfo(float).eps
-_TINY = np.finfo(float).tiny
+_ERROR = 64 * EPS
 #: Shewchuk's predicates are exact for numbers that are 0 or of a size between these. Such a number is a multiple of
 #: 2^-352, and a product of three a multiple of 2^-1056: nothing underflows, or overflows, on the way to the sign.
 _SMALLEST, _LARGEST = 2.0**-300, 2.0**300
@@ -49,7 +48,7 @@ def _signs(det: FloatArray, largest: float, rows: Callable[[IntArray], FloatArra
     """Signs of determinants of numbers up to `largest`; where rounding leaves doubt, exact signs from their rows."""
     signs = (det > 0).astype(np.int64) - (det < 0)
     with np.errstate(over="ignore", invalid="ignore"):
-        unsure = np.flatnonzero(~(np.abs(det) > _ERROR * largest**3 + _TINY))  # NaN included
+        unsure = np.flatnonzero(~(np.abs(det) > _ERROR * largest**3 + TINY))  # NaN included
         if len(unsure):
             x = rows(unsure).reshape(-1, 3, 3)
             sides = x.T.copy()
@@ -57,7 +56,7 @@ def _signs(det: FloatArray, largest: float, rows: Callable[[IntArray], FloatArra
             det = signed_volumes(sides)
             (a0, b0, c0), (a1, b1, c1), (a2, b2, c2) = np.abs(sides)
             size = a0 * (b1 * c2 + b2 * c1) + a1 * (b2 * c0 + b0 * c2) + a2 * (b0 * c1 + b1 * c0)
-            still = ~(np.abs(det) > _ERROR * size + _TINY * max(1.0, largest))
+            still = ~(np.abs(det) > _ERROR * size + TINY * max(1.0, largest))
             signs[unsure] = np.sign(det)  # those that are still unsure follow
             if still.any():
                 signs[unsure[still]] = _exact_signs(x[still].reshape(-1, 3))

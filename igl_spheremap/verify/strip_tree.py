@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..mesh.arrays import ComplexArray, FloatArray, IntArray, own_unit
+from ..mesh.arrays import EPS, ComplexArray, FloatArray, IntArray, own_unit
 
 #: The comparison begins with the longest runs of which there are at most this many: all their 8,256 pairs, in one call.
 _RUNS = 128
@@ -27,7 +27,7 @@ _BLOCK = 1 << 17
 #: and the next one on any polygon, and one or two more on most.
 _MANY = 3
 #: Distances between rectangles are off by less than this share of the coordinates: some twenty roundings, and room.
-_ERROR = 64 * np.finfo(float).eps
+_ERROR = 64 * EPS
 
 
 def close_pairs(p: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:

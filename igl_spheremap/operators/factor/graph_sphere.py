@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import breadth_first_order
 
+from ...mesh.arrays import TINY
 from ...sphere.rows import row_dots, unit_rows
 
 #: Graphs of up to this size are placed by a dense eigenvalue decomposition.
@@ -44,7 +45,7 @@ def graph_sphere(graph: sp.csr_matrix, sweeps: int = _FINEST_SWEEPS) -> np.ndarr
     joined = sp.csr_matrix((graph.data, labels.take(graph.indices), graph.indptr), shape=(n, count))
     x = graph_sphere(members @ joined, _SWEEPS)[labels]
     diagonal = graph.diagonal()
-    degree = np.maximum(graph @ np.ones(n) - diagonal, np.finfo(float).tiny)
+    degree = np.maximum(graph @ np.ones(n) - diagonal, TINY)
     own, total = _SELF_WEIGHT * degree - diagonal, (1.0 + _SELF_WEIGHT) * degree
     for _ in range(sweeps):
         x = (graph @ x + own[:, None] * x) / total[:, None]
@@ -66,7 +67,7 @@ def _coarsest(weights: np.ndarray) -> np.ndarray:
         y = inverse @ (area[:, None] * (x - area @ x / area.sum()))
         y -= area @ y / area.sum()
         spread, axes = np.linalg.eigh(y.T @ (area[:, None] * y))
-        x = unit_rows(y @ (axes / np.sqrt(np.maximum(spread, np.finfo(float).tiny))) @ axes.T)
+        x = unit_rows(y @ (axes / np.sqrt(np.maximum(spread, TINY))) @ axes.T)
     return x
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from ....descent.energies import HarmonicEnergy
 from ....io.written_map import SphereCheck, certify_radius, write_map
 from ....maps.given_sphere import repair_foldings
-from ....mesh.arrays import FloatArray, check_directions
+from ....mesh.arrays import EPS, FloatArray, check_directions
 from ....mesh.check import Mesh, check_mesh
 from ....result import findings
 from ....result.findings import Finding
@@ -111,7 +111,7 @@ def _rounding(x: FloatArray, digits: int = 7) -> float:
 
     So many digits are tried: float32 holds no more.
     """
-    size, epsilon, step = float(np.abs(x).max()), float(np.finfo(float).eps), 0.0
+    size, epsilon, step = float(np.abs(x).max()), EPS, 0.0
     if (x == x.astype(np.float32)).all():
         epsilon = float(np.finfo(np.float32).eps)
         step = epsilon * size
