@@ -56,7 +56,7 @@ HEADER = """# Benchmarks
 
 Time, memory and quality beside other programs, by `python -m benchmarks peers`. CPU seconds from arrays to result,
 certificate included for this package; medians over rounds in which the competitors take turns, with one thread, on a
-busy machine, so that ratios are what counts. *Memory* is the growth of the peak in MB. *Foldings* are exact; *mean* and
+busy machine, so only ratios count. *Memory* is the growth of the peak in MB. *Foldings* are exact; *mean* and
 *99 %* are of the angle differences in degrees. *Speed-up* is CPU time of the row over that of `ours` with each backend:
 `cvxopt`, `rslab` (the extra `fast`), `scipy` (always there). *Over factor* is CPU time (memory) over those of ordering
 and factorisation alone. Compare like with like: `LaPy` factorises by scipy, too, unless it says `cholespy`.
@@ -266,7 +266,7 @@ def medians(runs: list[dict]) -> dict:
 
 def write_report(rows: list[dict], path: Path) -> None:
     """Write one table for each mesh; what was written by hand below the mark stays."""
-    mark = "\n## What the figures show\n"
+    mark = "\n## Findings\n"
     kept = (
         mark + path.read_text().split(mark, 1)[1]
         if path.exists() and mark in path.read_text()

@@ -251,8 +251,8 @@ Machine: {os.cpu_count()} cores, {platform.system()} {platform.machine()}, Pytho
 
 - **Against the loop**: a job of a population takes {quarter:.1f} percent longer than a turn of the plain loop by the
   lower quartiles of {PAIRS} each, run in turn in two processes, and {half:.1f} percent by their medians.
-- **Start**: a process has started and mapped its first mesh after {starts["row"]:.2f} s, which is once for a worker;
-  over 1,000 meshes that would be {100 * start:.1f} percent.
+- **Start**: a process has started and mapped its first mesh after {starts["row"]:.2f} s, once for a worker;
+  over 1,000 meshes that is {100 * start:.1f} percent.
 - **First map**: a plain loop imports the package in {starts["import"]:.2f} s. Its first map takes
   {1000 * starts["first"]:.0f} ms, with the imports that only a map needs, the next one {1000 * starts["next"]:.0f} ms.
 - **More processes**: {workers} processes map {beside:.2f} times as much as one in the same time; {workers} plain loops
@@ -261,9 +261,9 @@ Machine: {os.cpu_count()} cores, {platform.system()} {platform.machine()}, Pytho
   {100 * share["small"]:.0f} percent of the CPU time of others, cortices of {CORTEX:,} vertices
   {100 * share["cortex"]:.0f} percent (`SphereMapper.move`).
 
-## What a large study costs
+## Cost of a large study
 
-A job costs its CPU seconds s, whoever runs it, and each of W workers costs its start s_0 once:
+A job costs its CPU seconds s on any worker, and each of W workers costs its start s_0 once:
 
     core hours = (N s / e + W s_0) / 3600
 
