@@ -2,8 +2,7 @@
 
 On coarse bodies the choice of the hole, the face that is cut out, changes angle differences by factors. A layout has
 straight sides in the plane. On the sphere sides are arcs of great circles, and hundreds of vertices may lie between a
-long arc and the image of the straight side. So which faces fold depends on the gauge, and it is chosen before anything
-is repaired.
+long arc and the image of the straight side. So the gauge determines the folded faces; it is chosen before any repair.
 """
 
 from __future__ import annotations
@@ -57,7 +56,7 @@ class Start:
 
 
 def from_the_best(mesh: Mesh, starts: Iterable[Start]) -> Iterator[Start]:
-    """Yield starts in the Moebius gauges that fold fewest faces, after all were compared by their angles.
+    """Yield starts in the Moebius gauges that fold fewest faces, after comparing all by their angles.
 
     Those that fold even after small moves come last: embedding spoils many of them.
     """
@@ -81,7 +80,7 @@ def layouts(
     """Yield a placement, then layouts around up to `holes` other faces, by the mesh's own angles.
 
     Layouts with limbs deeper than `deepest` nepers are left out: Moebius maps round them, and turn edges by more than
-    .001, which is float64's eps times e^29.
+    .001, float64's eps times e^29.
     """
     first = None
     if placed is not None:
@@ -119,7 +118,7 @@ class Badness:
         return mean_difference(self.source, x, self.sample) + self.per_fold * self.folded(x)
 
     def folded(self, x: FloatArray) -> int:
-        """Number of faces that fold; all where the degree is not 1.
+        """Number of faces that fold; all if the degree is not 1.
 
         A map of degree 0 may fold a single face, within whose image all others lie.
         """
@@ -131,7 +130,7 @@ class Badness:
 def least_folded(
     x: FloatArray, badness: Badness, tried: int = 60, first: float = 0.4
 ) -> FloatArray:
-    """The Moebius image of a map with the least badness; the map itself if that image folds no fewer faces.
+    """The Moebius image of a map with the least badness, or the map itself if that folds no fewer faces.
 
     `tried` Moebius maps are enough for the search to settle; the first ones move the sphere's centre by `first`.
     """

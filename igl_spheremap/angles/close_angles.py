@@ -38,8 +38,8 @@ def close_angles(
 
     The first steps, `aiming`, aim at the target; later ones only close the conditions, and converge quadratically. A
     step changes no angle by more than a factor of exp(`longest`). Meshes whose angles close take half of the `steps` at
-    most. The angles returned for the hole, a face, have no meaning. None if a sum or a logarithm of a product stays off
-    by more than half of float64's digits.
+    most. The angles of the hole, a face, have no meaning. If a sum or a logarithm of a product stays off by more than
+    half of float64's digits, None.
     """
     wheels = _Wheels(system, hole)
     a, aim = target.T.copy(), target.T
@@ -73,7 +73,7 @@ class _Wheels:
         self.inner = self.free[self.corners]  # corner, face
 
     def missing(self, a: FloatArray) -> FloatArray:
-        """By how much each vertex misses its two conditions, on the sum and on the product, (2, n)."""
+        """Deviation of each vertex from its two conditions, on the sum and on the product, (2, n)."""
         sines = np.log(np.sin(a))
         sums = self.system.gathered(np.stack((a, sines[[1, 2, 0]] - sines[[2, 0, 1]])))
         return np.where(self.free, np.array([[2 * np.pi], [0.0]]) - sums, 0.0)

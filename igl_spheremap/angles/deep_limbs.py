@@ -1,4 +1,4 @@
-"""Limbs that float64 can't hold are shortened where that changes angles least.
+"""Limbs too deep for float64 are shortened with the least change of angles.
 
 The image of a limb of length l and circumference c shrinks like exp(-2 pi l / c), and edges on a sphere in float64
 can't be shorter than exp(-35). Within a disc about the tip of such a limb the distance r from the tip becomes s:
@@ -31,8 +31,8 @@ _MARGIN = 1.0
 #: Step of kappa, from 1 down to this: a finer table costs time in proportion and changes no angle visibly.
 _STEP = 0.05
 _KAPPAS = 1 - _STEP * np.arange(round(1 / _STEP))
-#: Cost, in degrees, of a vertex for each neper below the floor. Its two faces can't cost more than 240: a folded face
-#: has angles of sum -pi in place of pi, so its mean difference is 120.
+#: Cost, in degrees, of a vertex for each neper below the floor. Its two faces cost at most 240: the angles of a folded
+#: face sum to -pi in place of pi, so its mean difference is 120.
 _BELOW = 300.0
 #: Extra vertices per bin, of equilateral faces, so that shortening an empty bin is not free.
 _SPARE = 0.3
@@ -77,7 +77,7 @@ class Limb:
 
     @cached_property
     def apart(self) -> IntArray:
-        """The disc's vertices that lie elsewhere than the tip."""
+        """The disc's vertices but those at the tip."""
         return self.disc[np.isfinite(self.log.real[self.disc])]
 
     @cached_property
@@ -125,7 +125,7 @@ class Costs(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """The least cost of a limb, and the kappas that have it, for each number of steps gained outside its rim.
+    """The least cost of a limb, and its kappas, for each number of steps gained outside its rim.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ class Table:
             W_b(h) = 300 n_b max(0, depth_b - log kappa - h - floor) + sum of V_0(h) of the branches at bin b.
 
         w is the width of bins, C_b the cost of a kappa to the faces of bin b in angles, n_b the number of its vertices,
-        depth_b the depth of the deepest. A gain is of use up to u_b.
+        depth_b the depth of the deepest. A gain beyond u_b is useless.
         """
         bins, steps = len(costs.angles), costs.steps
         thinner, value = -np.log(_KAPPAS)[:, None], np.zeros(steps)
@@ -218,8 +218,7 @@ def tips_beyond(
     """Merge tree of the deep vertices, each branch before the one that it meets.
 
     The elder rule of persistent homology: where two limbs meet, the one of the less deep tip ends. Limbs begin where
-    edges are short, even if coordinates are `finer` there: a limb that has to be shortened is shortened along its whole
-    length.
+    edges are short, even if coordinates are `finer` there: a limb is shortened along its whole length.
     """
     if depth.max() <= floor:
         return []
@@ -258,7 +257,7 @@ def tips_beyond(
 
 
 def _limbs(found: list[Branch], placed: Placed) -> list[Limb]:
-    """Make a limb of the disc about each tip, and list those that are no branch of another."""
+    """Make a limb of the disc about each tip, and list the limbs that are no branch of another."""
     inwards = placed.depth + placed.finer
     width = max(1.0, _NARROWEST * float(inwards[np.isfinite(inwards)].max()))
     apart: list[tuple[int, Limb]] = []  # the tip of the branch that each meets, and the limb
@@ -282,8 +281,8 @@ def _table(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Tabl
 def _costs(limb: Limb, placed: Placed, source: FloatArray, floor: float) -> Costs:
     """Measure the cost of shortening in each bin.
 
-    Every gain is of use, except at an end of an axis: float64 holds normal numbers of any size there, so that only a
-    gain that lifts a vertex to normal numbers is of use.
+    Every gain is of use, except at an end of an axis: float64 holds normal numbers of any size there, so a gain is of
+    use only up to normal numbers.
     """
     at, bins = limb.bins_at(limb.inwards), limb.bins
     own = np.ones(len(limb.disc), dtype=bool)

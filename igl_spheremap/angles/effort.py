@@ -11,7 +11,7 @@ from ..errors import check_number, check_whole
 class Effort:
     """The cost allowed to steps that lower the angle differences of a map, after a repair or as a polish.
 
-    Less effort gives a map that is certified all the same: a repair ends without foldings before these steps begin.
+    Less effort gives a certified map all the same: a repair ends without foldings before these steps begin.
 
     Parameters
     ----------
@@ -19,8 +19,8 @@ class Effort:
         At most this many linear systems, with two unknowns a vertex, are solved in a round of Newton steps, one for
         each step that is tried. Only bodies with limbs of 60 nepers and more take 20.
     holes : int, default 5
-        At most this many faces are cut out in turn, if a map is poor, to lay the mesh out in the plane around each; on
-        large meshes fewer (`holes_of`), of which fewer take steps (`layouts`).
+        If a map is poor, at most this many faces are cut out in turn, and the mesh is laid out in the plane around
+        each. On large meshes there are fewer (`holes_of`), and fewer still take steps (`layouts`).
     least_gain : float, default 0.015
         Steps end when all further ones together would lower the mean angle difference by less than this share, on
         small meshes; on large ones, where a step costs more, by up to eight times as much (`price`).
@@ -58,7 +58,8 @@ class Effort:
             check_number(getattr(self, name), f"effort: {name}", most=1)
 
     def layouts(self, n: int) -> int:
-        """How many layouts of a mesh of n vertices may start: 3,000 vertices together, the same cost for every mesh.
+        """Number of layouts of a mesh of n vertices that may start: 3,000 vertices together, the same cost for every
+        mesh.
 
         >>> [Effort().layouts(n) for n in (100, 500, 1000, 10_000)]
         [5, 5, 3, 1]
@@ -66,7 +67,7 @@ class Effort:
         return min(self.holes, max(1, round(3000 / n)))
 
     def holes_of(self, n: int) -> int:
-        """Around how many faces a mesh of n vertices may be laid out, to choose the layouts that start.
+        """Number of faces around which a mesh of n vertices may be laid out, to choose the layouts that start.
 
         All layouts have 30,000 vertices together at most.
 

@@ -62,10 +62,10 @@ class Placed:
 
 
 def unroll(mesh: Mesh, x: FloatArray, system: VertexSystem, lost: float = 0.25) -> Placed | None:
-    """The body laid out in the plane, a face of its middle at infinity; None if no angles are found that close.
+    """The body laid out in the plane, a face of its middle at infinity; None if no closing angles are found.
 
-    `x` is a map that may be folded; it shows which faces are in the middle, and how the angles there are to change.
-    If more than the share `lost` of its faces fold, it shows neither.
+    `x` is a map that may be folded; it shows the faces in the middle, and the change of angles there. If more than the
+    share `lost` of its faces fold, it shows neither.
     """
     source = proper_angles(mesh.angles)
     if folded_faces(x, mesh.f).mean() > lost:

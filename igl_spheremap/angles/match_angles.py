@@ -72,8 +72,8 @@ class Aitken:
     def reached(self, gain: float, predicts: bool = True) -> bool:
         """Whether steps end after one of this gain.
 
-        Gains g_k that fall by a factor q sum to g_k q / (1 - q). The factor is a mean over two, as gains jump where
-        faces fold. If the damping has grown since the first step, the gain `predicts` no others: it alone decides.
+        Gains g_k that fall by a factor q sum to g_k q / (1 - q). The factor is a mean over two, as folding faces make
+        gains jump. If the damping has grown since the first step, the gain `predicts` no others: it alone decides.
         """
         self._gains = [*self._gains[-2:], gain]
         q = 0.5
@@ -98,16 +98,16 @@ def is_worth_steps(
     thin: float = np.radians(30),
     steps_per_sweep: float = 4,
 ) -> bool:
-    """True if steps are predicted, by a sample, to lower the angle differences of a map by more than the share `price`.
+    """True if a sample predicts that steps lower a map's angle differences by more than the share `price`.
 
-    The prediction is what a sweep gains, times the share of the differences that can be lowered. The sum of the
-    differences at a vertex can't: it is the vertex's curvature less that of its image. Where faces are better shaped
-    than `thin`, in the mean of their least angles, the harmonic map is conformal already, and steps gain less.
+    The prediction is the gain of a sweep, times the share of the differences that can be lowered. The sum of the
+    differences at a vertex can't: it is the vertex's curvature less that of its image. If faces are better shaped than
+    `thin`, in the mean of their least angles, the harmonic map is conformal already, and steps gain less.
 
     Parameters
     ----------
     good
-        Degrees: a map whose mean is below takes no steps, since they hardly show.
+        Degrees: a map of smaller mean takes no steps, since they hardly show.
     sampled
         Number of faces, and of stars of vertices, in the sample.
     smoothing
@@ -149,7 +149,7 @@ class AngleProblem:
     smoothing : float, optional
         Differences below this, in radians, count by their squares; a share of their mean by default.
     rough : bool, optional
-        Whether what a step folds is repaired by small moves only, and nothing is relaxed around it: for speed.
+        Whether a step's folds are repaired by small moves only, without relaxation around them: for speed.
     """
 
     def __init__(
@@ -196,7 +196,7 @@ class AngleProblem:
         return np.asarray(np.einsum("an,ain->ni", step, model.axes))
 
     def accept(self, x: FloatArray, move: FloatArray) -> Trial:
-        """The map x + move; if it folds few faces, they are repaired, and what moved is relaxed."""
+        """The map x + move; if it folds few faces, they are repaired, and moved vertices relaxed."""
         y = unit_rows(x + move)
         folded = folded_faces(y, self.f)
         if folded.sum() > FEW * len(self.f):
@@ -213,7 +213,7 @@ class AngleProblem:
         return Trial(y, self.value(y), folded)
 
     def _mended(self, y: FloatArray) -> FloatArray:
-        """A map of few foldings after repair, and what moved relaxed."""
+        """A map of few foldings, repaired, its moved vertices relaxed."""
         # only nearby: embedding in a larger region takes longer than a smaller step
         z = embed_nearby(small_moves(y, self.f), self.f)
         if folded_faces(z, self.f).any():
@@ -250,7 +250,7 @@ class AngleProblem:
 
 
 def covers_once(x: FloatArray, f: IntArray) -> bool:
-    """Whether the degree of a map is 1: the solid angles of faces, negative where they fold, sum to 4 pi times it."""
+    """Whether the degree of a map is 1: the signed solid angles of faces sum to 4 pi times it."""
     return abs(float(by_blocks(_half_solid_angles, x, f).sum()) - 2 * np.pi) < np.pi
 
 

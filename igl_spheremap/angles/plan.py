@@ -1,4 +1,4 @@
-"""The plan of a repair: which maps start, what steps have to gain, and why; it can be read before it runs."""
+"""The plan of a repair: the maps that start, the least gain of steps, and why; it can be read before it runs."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ class Plan:
     use_map : bool
         The map is a candidate, repaired where it folds. If it is not but layouts are, its embedding comes last.
     layouts : int
-        How many layouts by angles that close may start.
+        Number of layouts by closing angles that may start.
     holes : int
-        Around how many faces more, cut out in turn, the body may be laid out.
+        Number of further faces, cut out in turn, around which the body may be laid out.
     embeds : bool
-        Whether what folds may be embedded.
+        Whether folded maps may be embedded.
     """
 
     why: str
@@ -53,12 +53,12 @@ class Plan:
 
     @property
     def starts(self) -> int:
-        """How many candidates may start; 0 if the map is to stay as it is."""
+        """Number of candidates that may start; 0 if the map is to stay."""
         return self.layouts + int(self.use_map)
 
     @property
     def compares(self) -> bool:
-        """Whether angles of candidates decide anything."""
+        """Whether candidates' angles decide anything."""
         return self.starts > 1 or bool(np.isfinite(self.price))
 
     def __str__(self) -> str:

@@ -1,8 +1,8 @@
-"""Where limbs too deep for float64 are put: the Moebius map that takes the deepest tips to ends of the coordinate axes.
+"""The Moebius map that takes the deepest tips of limbs too deep for float64 to ends of the coordinate axes.
 
-Two of the three coordinates are about 0 there, and float64 is finer for such numbers: it holds a limb as deep as it
-is, where elsewhere on the sphere edges end at exp(-35). Three points determine a Moebius map, so at most three
-limbs are held so.
+Two of the three coordinates are about 0 there, and float64 is finer for such numbers: it holds a limb at its whole
+depth; elsewhere on the sphere edges end at exp(-35). Three points determine a Moebius map, so at most three limbs are
+held so.
 """
 
 from __future__ import annotations

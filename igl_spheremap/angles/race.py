@@ -1,8 +1,8 @@
 """The race: candidates take a few steps each, the best half goes on, until one is left and would gain too little.
 
-Which of several starts leads to the best map can't be seen from the starts: a map of 16 degrees may end below a layout
-of 8. Steps show it, and take most of the time. So all take rough ones, and few take whole ones: successive halving
-(Jamieson and Talwalkar 2016, *Non-stochastic Best Arm Identification and Hyperparameter Optimization*).
+Starts do not show their ends: a map of 16 degrees may end below a layout of 8. Only steps show the best, and they take
+most of the time. So all candidates take rough ones, and few take whole ones: successive halving (Jamieson and Talwalkar
+2016, *Non-stochastic Best Arm Identification and Hyperparameter Optimization*).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..mesh.arrays import HALF_DIGITS, FloatArray
 class Candidate:
     """A certified map, its mean angle difference in degrees, and the stretch and gauge of its limbs, see `Run`.
 
-    Further steps are predicted to lower the mean by the share `further`; infinite where nothing predicts it.
+    Further steps are predicted to lower the mean by the share `further`; infinite if nothing predicts it.
     """
 
     x: FloatArray
@@ -37,7 +37,7 @@ def race(
 
     Each round keeps the better half. A candidate goes on while its next round is expected to lower the mean angle
     difference by more than the share `price`. Expected is what its last steps predict, but no more than its last round
-    gained. Rounds end when the one candidate that is left stops.
+    gained. Rounds end when the last candidate stops.
     """
     while len(field) > 1 or field[0].further > price:
         field = sorted(field, key=attrgetter("mean"))[: max(1, len(field) // 2)]

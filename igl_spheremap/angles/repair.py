@@ -1,13 +1,13 @@
 """The repair: from a map with foldings to one that is certified to have none, near the mesh's angles.
 
-A plan (plan.py) says whether a map is to stay as it is, and else which maps start; they race (race.py):
+A plan (plan.py) lets a map stay as it is, or says which maps start; they race (race.py):
 
 1. *map*: the map itself, if at most 1 percent of its faces fold.
-2. *angles*: the body laid out in the plane by angles that close, which can't underflow, and put on the sphere: in one
-   way where limbs are too deep for float64 (poles.py), else around several holes (candidates.py).
-3. *embedding*: what is folded starts after it was repaired by small moves, or else by progressive embedding; layouts
-   that small moves don't suffice for start after the others, and a map that mostly folds starts last.
-4. *newton*: damped Newton steps lower the angle differences of the whole map (effort.py: at what cost).
+2. *angles*: the body laid out in the plane by closing angles, which can't underflow, and put on the sphere: if limbs
+   are too deep for float64, in one way (poles.py), else around several holes (candidates.py).
+3. *embedding*: folded maps are repaired by small moves, or else by progressive embedding, before they start; layouts
+   that small moves don't repair start after the others, and a map that mostly folds starts last.
+4. *newton*: damped Newton steps lower the angle differences of the whole map (effort.py limits their cost).
 
 A map enters or replaces another one only if it is certified. A step that fails leaves the map as it is, and a note.
 """
@@ -45,7 +45,7 @@ from .plan import POOR, Plan
 from .poles import is_too_deep, map_deep_limbs
 from .race import Candidate, race
 
-#: Errors of a step that arithmetic or memory fails. All else, such as a caller's time limit, ends the call.
+#: Errors of a step for want of arithmetic or memory. All others, such as a caller's time limit, end the call.
 _FAILURES = (
     FactorisationFailed,
     MapError,
@@ -90,7 +90,7 @@ def repair(
 
 @dataclass
 class _Repair:
-    """Carries out a plan, and records what happens."""
+    """Carries out a plan, and records it."""
 
     mesh: Mesh
     x: FloatArray
@@ -139,7 +139,7 @@ class _Repair:
         return field
 
     def starts(self) -> Iterator[Start]:
-        """Yield the maps that may start, in order, each made when it is asked for."""
+        """Yield the maps that may start, in order, each made on demand."""
         itself = Start("map", self.x, certificate=self.certificate)
         if self.plan.use_map:
             yield itself
@@ -173,7 +173,7 @@ class _Repair:
         return None
 
     def improve(self, before: Candidate, least_gain: float, rough: bool = False) -> Candidate:
-        """A candidate after a round of steps, or itself if they make it no better."""
+        """A candidate after a round of steps; if they make it no better, itself."""
         with self.attempt("newton"):
             deep = before.gauge == "poles" or before.stretch > 1
             centroid, damping = weighted_sum(self.mesh.A, before.x), DAMPED
@@ -198,7 +198,7 @@ class _Repair:
         return before
 
     def certify(self, start: Start) -> Candidate | None:
-        """Record a map; a candidate if it is certified. Angles are measured where more than one may follow."""
+        """Record a map; if it is certified, return a candidate. If more than one may follow, angles are measured."""
         x, k, now = start.x, len(self.rounds), time.perf_counter()
         certificate, mean = start.certificate, np.nan
         if certificate is None:

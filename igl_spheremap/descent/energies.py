@@ -40,7 +40,7 @@ class HarmonicEnergy:
 
     @classmethod
     def of(cls, mesh: Mesh, weights: Weights = "cotangent") -> HarmonicEnergy:
-        """The energy of a mesh, with mollified weights where those are unusable."""
+        """The energy of a mesh; unusable weights are mollified."""
         return cls(laplacian_and_notes(mesh, weights)[0])
 
     def evaluate(self, x: FloatArray) -> tuple[float, FloatArray]:
@@ -61,8 +61,8 @@ def harmonic_energy(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> float:
     Returns
     -------
     float
-        4 pi for a smooth conformal map; at least the flat area of the image, with equality face by face where
-        angles are kept.
+        4 pi for a smooth conformal map; at least the flat area of the image, with equality for faces that keep their
+        angles.
 
     Raises
     ------
@@ -100,7 +100,7 @@ class PHarmonicEnergy:
 
     @classmethod
     def of(cls, mesh: Mesh, p: float) -> PHarmonicEnergy:
-        """The energy of a mesh, with mollified lengths where its own are unusable; a ValueError unless p is above 1."""
+        """The energy of a mesh; unusable lengths are mollified. Unless p is above 1, a ValueError."""
         if not 1 < p < np.inf:
             raise ValueError(
                 f"p = {p:g} is out of range: the p-harmonic energy needs a finite p above 1"
@@ -125,7 +125,7 @@ class PHarmonicEnergy:
         square = row_dots(side, side).reshape(-1, 3)
         density = np.maximum(row_dots(self.half_cotangents, square) / self.areas, 0.0)  # eq. (5)
         value = float(np.einsum("i,i->", self.areas, density ** (self.p / 2))) / self.p  # eq. (8)
-        # Where the map is constant the gradient vanishes for every p > 1, though the weight may be infinite.
+        # If the map is constant, the gradient vanishes for every p > 1, though the weight may be infinite.
         weight = np.power(density, self.p / 2 - 1, out=np.zeros_like(density), where=density > 0)
         side *= (weight[:, None] * self.half_cotangents).reshape(-1, 1)
         return value, self.sides.T @ side
@@ -185,7 +185,7 @@ class LandmarkEnergy:
 
 @dataclass(frozen=True, eq=False)
 class OwnEnergy:
-    """A user's function of a map that returns value and derivatives; errors say what is wrong with these."""
+    """A user's function of a map that returns value and derivatives; errors name faults of these."""
 
     function: Callable[[FloatArray], tuple[float, ArrayLike]]
 

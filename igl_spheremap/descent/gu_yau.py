@@ -1,4 +1,4 @@
-"""The descent of Gu and Yau, which the paper compares with."""
+"""The descent of Gu and Yau, the paper's rival."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def projected_descent(
     """Yield the start, centred, and every state after it, without end.
 
     Descent by the "absolute derivative" with fixed steps, and zero mass-centre by a Moebius map. The `step` is in the
-    problem's metric, see `laplacian_metric`. Steps up to 1 can't raise the energy, for normalising
-    ``x - step K^-1 L x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is unstable.
+    problem's metric, see `laplacian_metric`. Steps up to 1 can't raise the energy, since normalising ``x - step K^-1 L
+    x`` minimises a quadratic upper bound of it row by row. From 2 on the iteration is unstable.
 
     The states' residual is that of `cayley_bb` in all metrics: the L2 norm of the gradient without boosts.
 

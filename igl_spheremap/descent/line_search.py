@@ -33,7 +33,7 @@ class NonmonotoneSearch:
 
     #: The energy at the start, C_0.
     energy: float
-    #: Share of the predicted decrease that is asked for.
+    #: Required share of the predicted decrease.
     rho: float = 1e-4
     #: Factor by which a refused step is shortened.
     delta: float = 0.1
@@ -55,7 +55,7 @@ class NonmonotoneSearch:
             tau *= self.delta
 
     def accepts(self, energy: float, tau: float, slope: float) -> bool:
-        """Whether the energy at a step lies below the line from the running average; not if it is a NaN.
+        """Whether the energy at a step lies below the line from the running average; a NaN does not.
 
         `slope` is the derivative of the energy along the path at 0.
         """
@@ -77,9 +77,9 @@ def line_search(
     tau: float,
     slope: float,
 ) -> Accepted | None:
-    """The first of the search's steps from `tau` on that it accepts; None where it accepts none.
+    """The first of the search's steps from `tau` on that it accepts; None if it accepts none.
 
-    `path` leads from a step to the map that it makes, or to None where the step is refused.
+    `path` takes a step to its map, a refused one to None.
     """
     for step in search.steps(tau):  # Algorithm 1, step 3
         Y = path(step)

@@ -39,12 +39,13 @@ def minimize(
     round: int = 0,
     first: Iterate | None = None,
 ) -> tuple[Iterate, Status]:
-    """Run a solver until its residual is at most the tolerance, Algorithm 1, step 2; the last iterate, and why it ends.
+    """Run a solver until its residual is at most the tolerance, Algorithm 1, step 2; return the last iterate, and why
+    it ends.
 
-    The solver yields its start, then every state after it, and ends where no step is acceptable. Each solver says what
-    its residual is. The run has also converged when `settled`, a rule of its own, is true of an iterate. It ends at a
-    plateau when the lowest energy fell by less than the share `plateau` over the last 100 steps; 0 switches this rule
-    off. A listener may raise StopIteration. If `first` is given, it comes before the solver's iterates.
+    The solver yields its start, then every state after it, and ends when no step is acceptable. Each solver defines its
+    residual. When `settled`, a rule of its own, is true of an iterate, the run has also converged. It ends at a plateau
+    when the lowest energy fell by less than the share `plateau` over the last 100 steps; 0 switches this rule off. A
+    listener may raise StopIteration. If `first` is given, it comes before the solver's iterates.
     """
     iterates: Iterator[Iterate] = starmap(partial(Iterate, stage, round), states)
     if first is not None:
@@ -103,7 +104,7 @@ def minimize_round(
 def _is_flat(energies: list[float], plateau: float, window: int = 100) -> bool:
     """True if the lowest energy fell by less than the share `plateau` of it over the last steps.
 
-    Barzilai-Borwein energies oscillate with periods of tens, so that shorter windows see plateaus where none are.
+    Barzilai-Borwein energies oscillate with periods of tens, so shorter windows would see false plateaus.
     """
     if plateau == 0 or len(energies) % window or len(energies) <= window:
         return False

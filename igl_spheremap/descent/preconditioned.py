@@ -29,9 +29,9 @@ _ROUNDING = 1e-13
 #: At most this many halvings of a step. Only bodies with limbs beyond float64, whose maps fold anyway, took shorter
 #: steps: these gained less than 1e-4 of the energy, again and again, until rounding stopped them.
 _HALVINGS = 10
-#: Bounds the gap between energy and area from below, where a mesh is conformal to rounding (a tetrahedron).
+#: Least gap between energy and area, for meshes that are conformal to rounding (a tetrahedron).
 _LEAST_GAP = 1e-9
-#: A start with more foldings than the end is preferred if its angle differences are below this share of the end's.
+#: If a start has more foldings than the end, but angle differences below this share of the end's, it is preferred.
 _FAR_LESS = 0.5
 
 
@@ -46,11 +46,11 @@ def preconditioned_cayley(problem: Problem, start: Evaluated) -> Iterator[State]
     and 1 - 2 / (l (l + 1)) on turned ones, since the coordinates of these fields are harmonics of degrees l - 1 and l +
     1, and of degree l. So a step along P^-1 H, which replaces H in eq. (11), is Newton's for fine fields, but leaves a
     third of a field of degree 2. The ten fields of degree 2 are divided by their own Hessian instead. Then a step
-    leaves a sixth of degree 3, and less of all others. The search of Algorithm 1 shortens a step only where bad
-    triangles make the energy rise.
+    leaves a sixth of degree 3, and less of all others. If bad triangles make the energy rise, the search of Algorithm 1
+    shortens the step.
 
-    A state's residual is an estimate of what is left of the energy above its minimum, in units of the gap between
-    energy and flat image area, which is the mesh's own discretisation error; infinite for the start.
+    A state's residual estimates the energy above its minimum, in units of the gap between energy and flat image area,
+    which is the mesh's own discretisation error; infinite for the start.
     """
     x, energy, H = start
     yield State(0, x, energy, np.inf)
@@ -86,7 +86,7 @@ def _path(problem: Problem, x: FloatArray, D: FloatArray, tau: float) -> FloatAr
 
 
 def _boost(x: FloatArray, H: FloatArray, density: FloatArray) -> FloatArray:
-    """Boost to take out of the tangent part of `H` in proportion to the density, so that it sums to zero.
+    """Boost to remove from the tangent part of `H` in proportion to the density, so that it sums to zero.
 
     A uniform shift would load the vertices of limbs, whose image is tiny, like all others, and distort them.
     """
@@ -128,8 +128,8 @@ def harmonic_map(
     The steps end when the energy is above the minimum by at most the share `tolerance` of the mesh's own discretisation
     error, energy minus image area; on most meshes one or two reach it.
 
-    On a mesh so coarse that its faces cut deep through the sphere the chord energy has no useful minimiser: there the
-    start is returned in place of the last iterate if it keeps angles better.
+    On a mesh so coarse that its faces cut deep through the sphere, the chord energy has no useful minimiser. If the
+    start keeps angles better there, it is returned in place of the last iterate.
     """
     problem = Problem.of(
         mesh, HarmonicEnergy(operators.L), SobolevH1(operators.factor, operators.L)

@@ -33,7 +33,7 @@ class Metric(ABC):
 
     @property
     def l2_ratio(self) -> FloatArray | None:
-        """The factors (n,) by which a diagonal metric's gradient differs from that of L2; None where it does not."""
+        """The factors (n,) by which a diagonal metric's gradient differs from that of L2; None if it does not."""
         return None
 
     def gradient(self, x: FloatArray, derivative: FloatArray) -> FloatArray:
@@ -41,7 +41,7 @@ class Metric(ABC):
         return tangent(x, self.solve(tangent(x, derivative)))
 
     def residual(self, gradient: FloatArray) -> float:
-        """Norm of a gradient, by which runs end."""
+        """Norm of a gradient, which ends runs."""
         return float(np.sqrt(self.inner(gradient, gradient)))
 
 
@@ -55,7 +55,7 @@ class Diagonal(Metric):
 
     @property
     def l2_ratio(self) -> FloatArray | None:
-        """Areas over weights; None where this counts as the L2 metric itself."""
+        """Areas over weights; None if this is the L2 metric itself."""
         if self.areas is None:
             return None
         return self.areas / self.weights
@@ -69,7 +69,7 @@ class Diagonal(Metric):
         return float(np.einsum("i,i->", self.weights, row_dots(a, b)))  # eq. (13)
 
     def gradient(self, x: FloatArray, derivative: FloatArray) -> FloatArray:
-        """A F of eq. (9); one projection is enough, for it commutes with a diagonal."""
+        """A F of eq. (9); one projection is enough, since it commutes with a diagonal."""
         return tangent(x, self.solve(derivative))  # H = -Laplace-Beltrami F, eqs. (9), (13)
 
     def residual(self, gradient: FloatArray) -> float:
@@ -86,7 +86,7 @@ def l2_metric(mesh: Mesh) -> Diagonal:
 
 
 def frobenius_metric(mesh: Mesh) -> Diagonal:
-    """The metric of the authors' program (paper/optm.py): derivatives are divided by nothing."""
+    """The metric of the authors' program (paper/optm.py), which divides derivatives by nothing."""
     return Diagonal(np.ones(len(mesh.v)))
 
 
@@ -94,8 +94,8 @@ def laplacian_metric(L: sp.csr_matrix, areas: FloatArray | None = None) -> Diago
     """The diagonal metric that bounds a Laplacian from above, in which steps up to 1 are safe.
 
     The derivative of Gu and Yau is L x without division by areas: the weights of a Laplacian in the plane have no
-    scale, so that this is the better conditioned one where vertices are unevenly spread. Each vertex is bounded by the
-    sum of the sizes of its row; a step that is the same for all would be as small as the worst vertex demands.
+    scale, so this metric is better conditioned for unevenly spread vertices. Each vertex is bounded by the sum of
+    absolute values in its row; one step for all would be as small as the worst vertex demands.
     """
     bounds = np.asarray(abs(L).sum(axis=1)).ravel()
     return Diagonal(np.maximum(bounds, TINY), areas)
@@ -133,7 +133,7 @@ class SobolevH2(Metric):
     def of(
         cls, L: sp.csr_matrix, f: IntArray, x: FloatArray, least_area: float = 1e-6
     ) -> SobolevH2:
-        """The metric that the map `x` makes; a FactorisationFailed where P is not positive definite.
+        """The metric that the map `x` makes; if P is not positive definite, a FactorisationFailed.
 
         No area is below `least_area` times the mean, since it is divided by, and vertices of limbs have next to none.
         """
@@ -158,12 +158,12 @@ class Problem:
     energy: Energy
     #: The metric in which the gradient is taken.
     metric: Metric
-    #: (n,) vertex areas of eq. (13), positive, of sum 1: what the Moebius gauge balances.
+    #: (n,) vertex areas of eq. (13), positive, of sum 1, which the Moebius gauge balances.
     A: FloatArray
     #: (m, 3) faces.
     f: IntArray
-    #: True if the energy is the same for Moebius-equivalent maps, up to its discretisation error: boosts are kept out
-    #: of the descent then (see `remove_boosts`), and the map is kept centred.
+    #: True if the energy is the same for Moebius-equivalent maps, up to its discretisation error. Then boosts are kept
+    #: out of the descent (see `remove_boosts`), and the map is kept centred.
     fixes_gauge: bool = True
 
     @classmethod
@@ -184,7 +184,7 @@ class Problem:
         return remove_boosts(x, gradient, self.A, self.metric.l2_ratio)
 
     def centred(self, x: FloatArray, off: float = 0.0) -> FloatArray:
-        """The map in the Moebius gauge; `x` itself where there is none or its mean is at most `off` from the origin."""
+        """The map in the Moebius gauge; without a gauge, or with its mean at most `off` from the origin, `x` itself."""
         if self.fixes_gauge and np.linalg.norm(weighted_sum(self.A, x)) > off:
             return center(x, self.A)
         return x
@@ -193,8 +193,8 @@ class Problem:
 def p_harmonic_problem(mesh: Mesh, p: float) -> Problem:
     """The p-harmonic energy of a mesh, in the L2 metric.
 
-    Gauge-fixed for p up to 2: there the energy falls when a map is crowded into a point (that of a bubble of size r is
-    proportional to r^(2 - p)). Above 2 it rises, and the energy keeps the map spread out by itself.
+    Gauge-fixed for p up to 2: there crowding a map into a point lowers the energy (a bubble of size r has energy in
+    proportion to r^(2 - p)). Above 2 it rises, and the energy keeps the map spread out by itself.
     """
     return Problem.of(mesh, PHarmonicEnergy.of(mesh, p), l2_metric(mesh), fixes_gauge=p <= 2)
 

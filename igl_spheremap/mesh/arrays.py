@@ -29,7 +29,7 @@ _LARGEST_WHOLE = 2 / np.finfo(float).eps
 
 
 def plain_array(values: ArrayLike, name: str) -> NDArray[Any]:
-    """`values` as an array, or MeshError where they are a map, rows differ in length or entries are masked."""
+    """`values` as an array, or MeshError for a map, ragged rows or masked entries."""
     if hasattr(values, "sphere"):
         raise MeshError(
             f"{name} are a {type(values).__name__}; give its vertices, its faces or its sphere"
@@ -53,7 +53,7 @@ def real_array(values: ArrayLike, name: str) -> NDArray[Any]:
 
 
 def check_values(values: ArrayLike, n_vertices: int, name: str = "values") -> FloatArray:
-    """Data at the vertices as (n, k) float64 rows, one for each; MeshError where one is missing or not finite."""
+    """Data at the vertices as (n, k) float64 rows, one for each; MeshError for missing or non-finite rows."""
     array = real_array(values, name)
     if array.ndim not in (1, 2) or len(array) != n_vertices or array.shape[1:] == (0,):
         raise MeshError(
@@ -74,8 +74,8 @@ def check_rows(
 ) -> FloatArray:
     """Real numbers of any dtype, byte order and layout as C-contiguous (n, columns) float64 rows, finite or not.
 
-    Raises MeshError for anything else, for numbers that float64 would round, so that every verdict is of the numbers
-    that were given, and for another number of rows than `n_vertices` where that is given.
+    Raises MeshError for anything else, and for another number of rows than a given `n_vertices`. It also refuses
+    numbers that float64 would round, so that every verdict is of the given numbers.
     """
     array = real_array(x, name)
     if array.ndim != 2 or array.shape[1] != columns:
@@ -98,11 +98,11 @@ def check_rows(
 
 
 def _rounded(given: ArrayLike, array: NDArray[Any], rows: FloatArray) -> BoolArray:
-    """Which of the given numbers differ from their float64 `rows`; `array` is what numpy makes of those given."""
+    """Which of the given numbers differ from their float64 `rows`; `array` is numpy's version of them."""
     if array.dtype.kind == "f" and array.dtype.itemsize > rows.itemsize:
         return np.asarray((rows.astype(array.dtype) != array) & ~np.isnan(array))
     large = np.abs(rows) >= _LARGEST_WHOLE
-    # where a list mixes whole numbers with floats, numpy has rounded them: compare the list itself
+    # numpy rounds whole numbers in a list with floats: compare the list itself
     if large.any():
         each = np.array(given, dtype=object)
         large[large] = [
@@ -128,7 +128,7 @@ def check_directions(
 def check_triangles(f: ArrayLike) -> IntArray:
     """Whole numbers of any dtype, byte order and layout as a new (m, 3) int64 array, in range or not.
 
-    Raises MeshError for anything else, and where there are no faces.
+    Raises MeshError for anything else, and for no faces.
     """
     array = plain_array(f, "faces")
     if is_padded(array):
@@ -156,7 +156,7 @@ def is_padded(f: NDArray[Any]) -> bool:
 
 
 def _transposed(array: NDArray[Any]) -> str:
-    """A hint for errors where rows and columns seem to be swapped."""
+    """A hint for errors, if rows and columns seem to be swapped."""
     if array.ndim == 2 and array.shape[0] == 3:
         return " (it looks transposed)"
     return ""
@@ -178,7 +178,7 @@ def plural(number: int, singular: str, several: str | None = None) -> str:
 
 
 def count(items: NDArray[Any], singular: str, several: str | None = None) -> str:
-    """How many items there are: `3 faces`, or `1 face`."""
+    """The number of items: `3 faces`, or `1 face`."""
     return plural(len(items), singular, several)
 
 
@@ -203,7 +203,7 @@ def listed_words(items: Sequence[object], most: int = 5) -> str:
 
 
 def own_unit(v: FloatArray) -> tuple[FloatArray, int]:
-    """Positions in the mesh's own unit, largest coordinate .5 to 1, and the power of 2 that it is: nothing is rounded.
+    """Positions in the mesh's own unit, largest coordinate .5 to 1, and that power of 2: nothing is rounded.
 
     No product of lengths over- or underflows there, and libraries may take the positions for float32.
 
@@ -236,7 +236,7 @@ def examples(indices: NDArray[Any]) -> str:
 
 
 def weld(points: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Each distinct row once, in the order of first appearance, and for each row of `points` the one that equals it.
+    """Each distinct row once, in the order of first appearance, and for each row of `points` its equal.
 
     >>> weld(np.array([[1.0, 0, 0], [0, 0, 0], [1, 0, 0]]))[1]
     array([0, 1, 0])

@@ -31,7 +31,7 @@ from .arrays import (
 from .edges import HalfEdges, half_edges
 from .measure import corner_angles, face_areas, vertex_normals, vertex_shares
 
-#: Where area over squared extent is at most this, the area is rounding: the mesh is scaled to unit extent.
+#: If area over squared extent is at most this, the area is rounding: the mesh is scaled to unit extent.
 _FLAT = 512 * EPS
 #: Least vertex area, in units of the mean: the L2 metric divides by areas, which slivers may lack. Raising them changes
 #: the sum in the ninth digit at most.
@@ -84,9 +84,9 @@ class Mesh(CheckedFaces):
     edges : HalfEdges
         The pattern of sparse matrices on the mesh.
     A : (n,) float64 array
-        Vertex areas A_i of eq. (13) with sum 1, none below a billionth of their mean; all equal where the surface has
-        no area. They are what the Moebius gauge balances, unless `SphereMapper.map` is given other weights. Caps have
-        no share in them.
+        Vertex areas A_i of eq. (13) with sum 1, none below a billionth of their mean; all equal if the surface has no
+        area. Unless `SphereMapper.map` is given other weights, the Moebius gauge balances them. Caps have no share in
+        them.
     areas : (n,) float64 array
         Vertex areas as `A`, with those of caps included.
     caps : (m,) bool array or None
@@ -136,7 +136,7 @@ def check_mesh(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> 
     Raises
     ------
     MeshError
-        One line that says what is wrong, where, and what repairs it.
+        One line that names the fault, its place and the repair.
 
     Examples
     --------
@@ -192,9 +192,9 @@ class MapLike(Protocol):
 def rows_and_faces(
     x: ArrayLike | MapLike | MeshLike, f: ArrayLike | Mesh | MeshLike | None
 ) -> tuple[ArrayLike, ArrayLike | Mesh]:
-    """Images and faces, where a map or a mesh may be given for both, and a mesh for its faces.
+    """Images and faces; a map or a mesh may be given for both, and a mesh for its faces.
 
-    A TypeError where faces are missing.
+    Missing faces are a TypeError.
     """
     rows, own = cast(ArrayLike, x), cast("ArrayLike | Mesh | None", None)
     if isinstance(x, MapLike):
@@ -326,7 +326,7 @@ def _mesh(vertices: FloatArray, f: IntArray, edges: HalfEdges, caps: BoolArray |
 
 
 def normalised(vertices: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Vertices about the origin, scaled to unit area (to unit extent where the area vanishes), and areas of faces."""
+    """Vertices about the origin, scaled to unit area (if that vanishes, to unit extent), and areas of faces."""
     size = float(np.abs(vertices).max())
     if size == 0:
         size = 1.0
@@ -351,7 +351,7 @@ def area_weights(areas: FloatArray, f: IntArray, n: int) -> FloatArray:
 
 
 def normalised_weights(shares: FloatArray, area: float) -> FloatArray:
-    """Shares of an area with sum 1, none below a billionth of their mean; all equal where there is none."""
+    """Shares of an area with sum 1, none below a billionth of their mean; without area all equal."""
     if not area > _FLAT:
         return np.full(len(shares), 1 / len(shares))
     A = np.maximum(shares, LEAST_AREA * area / len(shares))

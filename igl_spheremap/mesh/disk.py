@@ -84,7 +84,7 @@ def check_disk(v: ArrayLike, f: ArrayLike, *, caps: ArrayLike | None = None) -> 
     Raises
     ------
     MeshError
-        One line that says what is wrong, where, and what to do about it.
+        One line that names the fault, its place and the remedy.
 
     Examples
     --------

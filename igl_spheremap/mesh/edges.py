@@ -104,7 +104,7 @@ class HalfEdges:
 
 
 def half_edges_out(edges: HalfEdges, vertices: IntArray) -> tuple[IntArray, Indices]:
-    """Half-edges out of some vertices, and before them the place of each one's vertex among these."""
+    """The place of each half-edge's vertex among some vertices, and the half-edges out of these."""
     half = edges.half.take(edges._of_rows(vertices))
     place = np.repeat(np.arange(len(vertices)), np.diff(edges.indptr)[vertices])
     between = half < edges.faces.size  # the other entries are those of vertices

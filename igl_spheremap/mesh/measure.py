@@ -14,8 +14,8 @@ from .arrays import EPS, HALF_DIGITS, TINY, FloatArray, IntArray, own_unit
 
 #: Faces that are measured at once: temporaries fit the cache, and calls cost little.
 _BLOCK = 1 << 14
-#: Faces that libigl measures at once: from 1,000 on it starts threads, which take longer than they save; and for a
-#: million faces every call has to get its temporaries from the system, page by page.
+#: Faces that libigl measures at once. From 1,000 on it starts threads, which take longer than they save; for a million
+#: faces every call gets its temporaries from the system, page by page.
 _LIBIGL_BLOCK = 999
 #: Sides below this are multiplied in units of the face: libigl's product of four lengths underflows.
 _SHORT = 1e-70
@@ -128,7 +128,7 @@ def face_areas(v: FloatArray, f: IntArray) -> FloatArray:
 
 
 def log_face_areas(v: FloatArray, f: IntArray) -> FloatArray:
-    """Logarithms of the flat areas of the faces, finite even where an area is below the least float.
+    """Logarithms of the flat areas of the faces, finite even for areas below the least float.
 
     >>> log_face_areas(1e-200 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]])).round(3)
     array([-921.727])
@@ -157,7 +157,7 @@ def surface_area(v: FloatArray, f: IntArray) -> float:
 
 
 def vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
-    """Area that belongs to each vertex, A_i of eq. (13): libigl's barycentric mass matrix, which is diagonal."""
+    """Area of each vertex, A_i of eq. (13): libigl's barycentric mass matrix, which is diagonal."""
     areas = np.asarray(igl.massmatrix(v, f, igl.MASSMATRIX_TYPE_BARYCENTRIC).diagonal())  # eq. (13)
     if (areas < _SHORT**2).any():
         return vertex_shares(face_areas(v, f), f, len(v))
@@ -165,7 +165,7 @@ def vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
 
 
 def log_vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
-    """Logarithms of `vertex_areas`, finite even where one is below the least float."""
+    """Logarithms of `vertex_areas`, finite even below the least float."""
     areas = vertex_areas(v, f)
     if (areas >= _SHORT**2).all():
         return np.log(areas)
@@ -179,7 +179,7 @@ def log_vertex_areas(v: FloatArray, f: IntArray) -> FloatArray:
 
 
 def vertex_shares(areas: FloatArray, f: IntArray, n: int) -> FloatArray:
-    """Areas of `n` vertices, of which each face gives a third to each of its corners, as in `vertex_areas`."""
+    """Areas of `n` vertices: each face gives a third of its area to each corner, as in `vertex_areas`."""
     return np.asarray(np.bincount(f.ravel(), np.repeat(areas / 3, 3), n))
 
 
@@ -201,7 +201,7 @@ def vertex_normals(v: FloatArray, f: IntArray) -> FloatArray:
 
 
 def area_normals(v: FloatArray, f: IntArray) -> FloatArray:
-    """libigl's normals at the vertices, without direction where all faces around one have no area."""
+    """libigl's normals at the vertices; without direction if all faces around have no area."""
     # Definition 1
     return np.asarray(igl.per_vertex_normals(v, f, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_AREA))
 
@@ -215,7 +215,7 @@ def without_direction(x: FloatArray) -> NDArray[np.bool_]:
 def fill_directions(x: FloatArray, f: IntArray) -> FloatArray:
     """Unit rows along those of `x`; rows without direction take the mean of their neighbours', ring by ring.
 
-    Where nothing has a direction, all get the z axis.
+    If nothing has a direction, all get the z axis.
     """
     length, known = np.sqrt(np.einsum("ij,ij->i", x, x)), ~without_direction(x)
     if known.all():
@@ -242,7 +242,7 @@ def fill_directions(x: FloatArray, f: IntArray) -> FloatArray:
 
 
 def rounding_notes(v: FloatArray, f: IntArray, share: float = 0.01) -> list[str]:
-    """A note if positions are float32 and, far from the origin, rounded by more than this share of an edge.
+    """A note on float32 positions that, far from the origin, are rounded by more than this share of an edge.
 
     >>> v, f = 4e6 + np.eye(3) / 3, np.array([[0, 1, 2]])
     >>> len(rounding_notes(v, f)), len(rounding_notes(np.float32(v).astype(float), f))

@@ -13,12 +13,11 @@ from ..sphere.rows import column_axes, row_crosses, unit_rows, weighted_moment
 from ..verify.signs import folded_faces
 from .loop import Model, Trial
 
-#: A face is refused if its energy exceeds _GROWTH times its old one plus _OF_MEAN times the mean energy for its area:
-#: a face that is nearly folded must not fold for the gain of all others.
+#: If its energy exceeds _GROWTH times its old one plus _OF_MEAN times the mean energy for its area, a face is refused:
+#: a nearly folded face must not fold for the gain of all others.
 _GROWTH, _OF_MEAN = 3.0, 10.0
 #: The moves of refused faces' vertices are halved at most _HALVINGS times; if faces are still refused, the step is too
-#: long. It is given up earlier if k faces were refused at first and later more than _SPREAD k + _FEW: then refusals
-#: spread.
+#: long. If k faces were refused at first and later more than _SPREAD k + _FEW, refusals spread: it is given up earlier.
 _HALVINGS, _SPREAD, _FEW = 8, 2, 10
 
 
@@ -62,8 +61,8 @@ class FaceProblem:
     slack : (m,) float64 array, optional
         Added to each face's energy in the bound on its growth.
     turns : bool
-        Whether steps keep their part that is a rotation. An energy that rotations do not change gains nothing by it,
-        and loses something, as vertices move along straight lines: that strains faces which turn.
+        Whether steps keep their rotation. An energy that rotations do not change only loses by it: vertices move along
+        straight lines, which strains turning faces.
     held : (n,) bool array, optional
         Vertices that stay where they are, bit for bit.
     """
@@ -87,7 +86,7 @@ class FaceProblem:
         return column_axes(x.T)
 
     def onto(self, points: FloatArray, rows: BoolArray | slice) -> FloatArray:
-        """The points of the surface nearest to points to which some rows of a map were moved."""
+        """The points of the surface nearest to some rows of a map after a move."""
         return unit_rows(points)
 
     def folded(self, x: FloatArray, faces: IntArray | slice) -> BoolArray:

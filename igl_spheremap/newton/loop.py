@@ -1,4 +1,4 @@
-"""One damped loop of Newton steps over maps; what is minimised is a problem, how steps are shortened is a damping."""
+"""One damped loop of Newton steps over maps: a problem is minimised, a damping shortens the steps."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .system import VertexSystem
 
 #: Share of the predicted decrease that a step of a line search must bring (Armijo), as rho in Algorithm 1.
 _DECREASE = 1e-4
-#: A line search gives up where steps must be shortened to less than this share of Newton's, which gain next to nothing.
+#: Below this share of Newton's step a line search gives up: such steps gain next to nothing.
 _SHORTEST = 1e-3
 #: Damping with which most of Levenberg's steps succeed; on maps of deep limbs less of it folds hundreds of faces.
 DAMPED = 3e-4
@@ -63,8 +63,8 @@ class Model:
 class Trial(NamedTuple):
     """Outcome of a step: a map without new foldings, its value, and the faces that the step itself would fold.
 
-    The value is infinite where there is no such map. Each row (2, n) of `apart` is of two parts that the step brings
-    together: its product with a step is the speed at which they move apart. A step may get farther if none is negative.
+    Without such a map the value is infinite. Each row (2, n) of `apart` is of two parts that the step brings together:
+    its product with a step is the speed at which they move apart. If none is negative, a step may get farther.
     """
 
     x: FloatArray
@@ -87,14 +87,14 @@ class NewtonProblem(Protocol):
 
 
 class Damping(Protocol):
-    """How a step is found that lowers a problem's value."""
+    """A search for a step that lowers a problem's value."""
 
     def step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
         """The next map; None if none is found."""
 
 
 def newton(problem: NewtonProblem, damping: Damping, x: FloatArray) -> Iterator[Trial]:
-    """Steps from a map without foldings, each of lower value; they end where no step lowers it."""
+    """Steps from a map without foldings, each of lower value, until no step lowers it."""
     while (trial := damping.step(problem, x, problem.model(x))) is not None:
         x = trial.x
         yield trial
@@ -103,14 +103,14 @@ def newton(problem: NewtonProblem, damping: Damping, x: FloatArray) -> Iterator[
 class LineSearch:
     """Newton steps, halved until they lower the value; the next one is tried at twice the length of the last.
 
-    Where parts would meet, the step is first solved again under the condition that these keep their distance.
+    If parts would meet, the step is first solved again under the condition that these keep their distance.
 
     Attributes
     ----------
     length : float
         Share of Newton's step that the last one took.
     predicted : float
-        By how much the last whole step would lower the value if that were quadratic.
+        Decrease of the value by the last whole step, were it quadratic.
     """
 
     #: Share of the diagonal that is added to it: rotations of the sphere cost nothing.
@@ -156,9 +156,9 @@ class Levenberg:
     damping : (n,) float64 array
         Share of the Hessian's diagonal that is added at each vertex.
     systems : int
-        How many more systems may be solved.
+        Number of systems that may still be solved.
     at_once : bool
-        Whether the last step was taken with the damping that it began with, so that its gain predicts the next.
+        Whether the last step kept its first damping, so that its gain predicts the next.
     """
 
     def __init__(self, system: VertexSystem, damping: FloatArray, systems: int) -> None:
@@ -167,7 +167,7 @@ class Levenberg:
     def step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
         """The first of ever more damped steps that lowers the value."""
         values, self.at_once = self.system.assemble(model.blocks, model.at_vertices), True
-        failed = (0, 0.0)  # how many faces the last step folded, and its value
+        failed = (0, 0.0)  # number of faces that the last step folded, and its value
         while self.systems > 0:
             self.systems -= 1
             try:

@@ -54,7 +54,7 @@ class VertexSystem:
         return values
 
     def factorize(self, values: FloatArray, within_memory: bool = False) -> Factor:
-        """Exact factor of a matrix, in place of the one before. FactorisationFailed where it can't be.
+        """Exact factor of a matrix, in place of the one before, or FactorisationFailed.
 
         If `within_memory`, it takes at most half of the machine's.
         """
@@ -77,7 +77,7 @@ class VertexSystem:
         )
 
     def gathered(self, parts: FloatArray) -> FloatArray:
-        """Sums (2, n) at the vertices of what faces add to their corners, (2, 3, m)."""
+        """Sums (2, n) at the vertices of faces' parts at their corners, (2, 3, m)."""
         corners = self.f.T.ravel()
         return np.stack([np.bincount(corners, part.ravel(), self.n) for part in parts])
 

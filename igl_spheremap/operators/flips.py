@@ -19,7 +19,7 @@ def delaunay_triangulation(lengths: FloatArray, edges: HalfEdges) -> tuple[Float
     """Flip edges of a closed mesh until opposite angles sum to pi at most: lengths and faces of the same surface.
 
     `lengths` belong to the edges opposite the corners. Edges may become loops, or join the same vertices as others do.
-    If the bounds on flips end it, the rest of the edges are left as they are.
+    If the bounds on flips end it, the other edges stay as they are.
 
     Fisher, Springborn, Schroeder, Bobenko 2007, *An Algorithm for the Construction of Intrinsic Delaunay
     Triangulations*. (libigl's function for it does not end where edge lengths span many orders of magnitude.)
@@ -38,7 +38,7 @@ def delaunay_triangulation(lengths: FloatArray, edges: HalfEdges) -> tuple[Float
 
 
 def _flippable(lengths: FloatArray, twin: IntArray, faces: IntArray) -> IntArray:
-    """Half-edges of those faces that violate the Delaunay condition, of which no two share a face."""
+    """Half-edges that violate the Delaunay condition, no two of one face."""
     h = (3 * faces[:, None] + np.arange(3)).ravel()
     h = np.unique(np.minimum(h, twin[h]))
     g = twin[h]
@@ -60,7 +60,7 @@ def _angle(lengths: FloatArray, h: IntArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _apex(lengths: FloatArray, h: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Where the opposite corner lies if a half-edge runs from the origin along the first axis and its face is above."""
+    """The opposite corner, as the half-edge runs from the origin along the first axis and its face is above."""
     flat = lengths.ravel()
     after, before = next_corners(h)
     # |edge|, from its end to the apex, from the apex to its start
@@ -73,7 +73,7 @@ def _apex(lengths: FloatArray, h: IntArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _flip(lengths: FloatArray, f: IntArray, twin: IntArray, h: IntArray) -> None:
-    """Flip edges of which no two share a face, in place."""
+    """Flip edges in place, no two of one face."""
     g = twin[h]
     (h1, h2), (g1, g2) = next_corners(h), next_corners(g)
     t, s = h // 3, g // 3

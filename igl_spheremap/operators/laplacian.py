@@ -73,7 +73,7 @@ def cotangent_laplacian(mesh: Mesh) -> sp.csr_matrix:
 
 
 def delaunay_laplacian(mesh: Mesh) -> sp.csr_matrix:
-    """L of the intrinsic Delaunay triangulation, by libigl; that of the mesh where it has no negative weight."""
+    """L of the intrinsic Delaunay triangulation, by libigl; if no weight of the mesh is negative, L of the mesh."""
     L = cotangent_laplacian(mesh)
     if is_usable(L) and (L.data > 0).sum() <= len(mesh.v):  # the diagonal alone is positive
         return L
@@ -87,7 +87,7 @@ def _negated(L: sp.csc_matrix) -> sp.csr_matrix:
 
 
 def printed_laplacian(mesh: Mesh) -> sp.csr_matrix:
-    """L of eq. (13) as it is; a MapError where it is not finite."""
+    """L of eq. (13) as it is; a MapError if it is not finite."""
     L = cotangent_laplacian(mesh)
     if np.isfinite(L.data).all():
         return L
@@ -103,8 +103,8 @@ def printed_laplacian(mesh: Mesh) -> sp.csr_matrix:
 def mollified_edge_lengths(v: FloatArray, f: IntArray) -> FloatArray:
     """(m, 3) lengths of the edges opposite the corners, plus the least number that gives triangle inequalities slack.
 
-    The slack is 1e-5 of the mean edge length; where every face has it already the lengths stay as they are.
-    Sharp and Crane 2020, section 4.5.
+    The slack is 1e-5 of the mean edge length; if every face has it already, the lengths stay. Sharp and Crane 2020,
+    section 4.5.
 
     >>> v, f = igl.icosahedron()
     >>> bool((mollified_edge_lengths(v, f) == igl.edge_lengths(v, f)).all())
@@ -116,7 +116,7 @@ def mollified_edge_lengths(v: FloatArray, f: IntArray) -> FloatArray:
 
 
 def usable_laplacian(mesh: Mesh, weights: Weights = "cotangent") -> sp.csr_matrix:
-    """The Laplacian with those weights, or the mollified one where slivers or faces of zero area spoil it."""
+    """The Laplacian with those weights, or, if slivers or faces of zero area spoil it, the mollified one."""
     L = laplacian(mesh.unit, mesh.f, weights, mesh.edges)
     if is_usable(L):
         return L
@@ -126,7 +126,7 @@ def usable_laplacian(mesh: Mesh, weights: Weights = "cotangent") -> sp.csr_matri
 def laplacian_and_notes(
     mesh: Mesh, weights: Weights = "cotangent"
 ) -> tuple[sp.csr_matrix, tuple[str, ...]]:
-    """The Laplacian with those weights by libigl, and a note where it is mollified as they are not usable."""
+    """The Laplacian with those weights by libigl; if they are not usable, the mollified one and a note."""
     if weights == "cotangent":
         L = cotangent_laplacian(mesh)
     elif weights == "delaunay":
@@ -180,17 +180,17 @@ class Operators:
     L: sp.csr_matrix
     factor: Factor
     weights: Weights
-    notes: tuple[str, ...] = ()  # why the weights, or positions, are not as good as they might be
+    notes: tuple[str, ...] = ()  # why the weights, or positions, are poor
 
 
 @phase("Laplacian")
 def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None = None) -> Operators:
     """Assemble and factorise the Laplacian with cotangent weights, or with the first more robust ones that allow it.
 
-    The order and the memory of `reuse`, the operators of the same faces at other positions, are used again: its factor
-    raises if it is used again.
+    `reuse` are operators of the same faces at other positions. Their order and memory are used again; further use of
+    their factor raises.
 
-    Raises FactorisationFailed if not even uniform weights can be factorised, for want of memory.
+    If memory does not suffice even for uniform weights, it raises FactorisationFailed.
     """
     notes, before = rounding_notes(mesh.v, mesh.f), None
     if reuse is not None:

@@ -17,7 +17,7 @@ _COLLAPSED = 0.04 * math.pi
 
 
 class Finding(NamedTuple):
-    """A sentence, with the label that it is read after, and the numbers behind it by their names in JSON."""
+    """A sentence, with the label before it, and the numbers behind it by their names in JSON."""
 
     label: str
     text: str
@@ -36,12 +36,12 @@ def as_factor(log: float) -> str:
 
 
 def moved_for_float32(moved: int) -> str:
-    """How many vertices a file's float32 has moved."""
+    """The number of vertices that a file's float32 has moved."""
     return f"{plural(moved, 'vertex', 'vertices')} moved to keep float32 from folding"
 
 
 def verdict(certificate: Certificate, caps: BoolArray | None = None) -> Finding:
-    """Whether the map is free of foldings, and how many of its faces are caps."""
+    """Whether the map is free of foldings, and the number of caps."""
     numbers, text = certificate_numbers(certificate), str(certificate)
     if caps is not None:
         numbers["caps"] = int(caps.sum())

@@ -22,7 +22,7 @@ class Method(ABC):
     name: ClassVar[str]
 
     def __post_init__(self) -> None:
-        """Refuse options that are no choice, count or number where one is asked for, before anything is computed."""
+        """Before anything is computed, refuse options of the wrong kind: choices, counts, numbers."""
         for name, hint in _hints(type(self)).items():
             value, kinds = getattr(self, name), (hint, *get_args(hint))
             choices = [
@@ -51,7 +51,7 @@ class Method(ABC):
 
 
 def _changed(record: Any) -> dict[str, Any]:
-    """The fields of a record that are not at their defaults, those of records within it likewise."""
+    """The fields of a record, and of records within it, that are not at their defaults."""
     changed = {}
     for each in fields(record):
         value = getattr(record, each.name)

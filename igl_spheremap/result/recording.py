@@ -15,7 +15,7 @@ from .run import History, Iterate, Step
 
 #: Bytes of positions that a recording holds by default: 400 iterates of 40,000 vertices.
 BUDGET = 400_000_000
-#: Iterates on each side of the beginning of a stage that are never dropped: the step that leads there and the next one.
+#: Iterates on each side of a stage's beginning that are never dropped: the step there and the next one.
 _AROUND = 2
 
 
@@ -52,10 +52,10 @@ class Frame:
 class Recording(History):
     """Listener that keeps the numbers of every iterate, and as many positions as its budget holds.
 
-    Where the positions outgrow the budget, neighbours are kept in pairs, so that steps can still be seen before and
-    after: every second (fourth, ...) pair, and all where the number of foldings changes, until these alone outgrow the
-    budget. The first and the last two iterates of each stage are never dropped. It may be read from another thread
-    while the run goes on.
+    If the positions outgrow the budget, neighbours are kept in pairs, so that both sides of a step can still be seen.
+    Every second (fourth, ...) pair is kept, and every pair that changes the number of foldings, until these alone
+    outgrow the budget. The first and the last two iterates of each stage are never dropped. Another thread may read it
+    during the run.
 
     Parameters
     ----------
@@ -78,7 +78,8 @@ class Recording(History):
         super().__init__()
         self._f = f
         self._budget = check_number(budget, "budget")
-        #: Two iterates of each stride are kept: of the first where foldings stay as many, of the second where not.
+        #: Two iterates of each stride are kept: the first stride if the number of foldings stays, the second if it
+        #: changes.
         self._stride = self._stride_at_changes = 2
         self._lock = threading.Lock()
         self._frames: list[Frame] = []
@@ -165,7 +166,7 @@ class Recording(History):
 
 
 def _share(stride: int) -> str:
-    """How many iterates are kept, if two of `stride` are."""
+    """The number of kept iterates, two of each `stride`."""
     if stride == 2:
         return "all"
     return f"1 in {stride // 2:,}"

@@ -27,15 +27,14 @@ def _of_run(name: str, doc: str) -> Any:
 
 
 class Result:
-    """A map that was made, with its certificate, and how it came about.
+    """A map with its certificate and the record of its run.
 
     Attributes
     ----------
     certificate : Certificate
         Of the map's positions, in exact arithmetic.
     run : Run
-        How the map came about. What it holds can be read from the result, too: ``result.energy`` is
-        ``result.run.energy``.
+        How the map came about. The result has its attributes, too: ``result.energy`` is ``result.run.energy``.
     """
 
     if TYPE_CHECKING:  # fields of the records, or properties
@@ -85,20 +84,20 @@ class Result:
     balance: float = _of_run("balance", "0 for a conformal map, 1 for an area-preserving one.")
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
-        """The images of the vertices: what numpy makes of a map."""
+        """The images of the vertices, for numpy."""
         if copy is None:  # copy if needed: before numpy 2 np.array cannot say so
             return np.asarray(self._images, dtype=dtype)
         return np.array(self._images, dtype=dtype, copy=copy)
 
     def explain(self) -> str:
-        """Say what was decided on the way to the map, and why.
+        """Say which decisions led to the map, and why.
 
         Returns
         -------
         str
             The method, and the plan of the repair if there was one; a line for each map on the way, with its folded
-            faces and its mean angle difference in degrees; of another balance what was done for it, and what it costs
-            and gains; and the notes.
+            faces and its mean angle difference in degrees; of another balance its steps, costs and gains; and the
+            notes.
 
         Examples
         --------
@@ -135,15 +134,15 @@ class Result:
         Parameters
         ----------
         balance : float
-            0 is conformal, 1 preserves areas, as of the function that made the map. The closer the balances of two
-            maps to the sphere or the disk, the fewer steps.
+            0 is conformal, 1 preserves areas, as of the function that made the map. Closer balances of two maps to the
+            sphere or the disk take fewer steps.
         listener : callable, optional
             Called with every `Iterate`; may raise StopIteration to stop with the current map.
 
         Returns
         -------
         SphereMap, DiskMap or FlatMap
-            Of the same kind. At 0, maps to the sphere and to the disk give the conformal map back that they came from.
+            Of the same kind. At 0, maps to the sphere and to the disk return their conformal map.
 
         Raises
         ------
@@ -153,7 +152,7 @@ class Result:
             If it is not a number, or the result is not the map of one surface that has a balance: maps between
             surfaces, and maps to the plane from files.
         FoldingsRemain
-            If the map has foldings; `igl_spheremap.repair_foldings` removes those of maps to the sphere.
+            If the map has foldings; `igl_spheremap.repair_foldings` removes them from maps to the sphere.
 
         Examples
         --------
@@ -172,7 +171,7 @@ class Result:
         )
 
     def _size(self) -> str:
-        """How large the source is, in words."""
+        """The source's size in words."""
         return f"{len(self.vertices):,} vertices, {len(self.faces):,} faces"
 
     def __repr__(self) -> str:

@@ -44,7 +44,7 @@ class Stage(str, Enum):
     Attributes
     ----------
     label : str
-        Its name where people read of it.
+        Its name for people.
     has_own_energy : bool
         True if it minimises another energy than the harmonic one.
 
@@ -114,13 +114,13 @@ class Iterate:
     energy : float
         Harmonic energy, or the objective that is minimised.
     residual : float
-        The figure that ends the stage once it is below the tolerance, in its units; NaN where there is none.
+        The figure that ends the stage below the tolerance, in its units; NaN if there is none.
     tau : float
         Step size that led here; 0 for a start.
     details : dict
         Further results of a stage, such as the eigenfunctions of a star map. Arrays are read-only.
     safeguards : dict
-        How often each of `SAFEGUARDS` acted on the way from the iterate before to this one; None if none did.
+        How often each of `SAFEGUARDS` acted since the last iterate; None if none did.
 
     Examples
     --------
@@ -174,12 +174,12 @@ def _read_only(value: Any) -> Any:
     return value
 
 
-#: Anything that takes an iterate. It may raise StopIteration to end the run with what there is.
+#: Anything that takes an iterate. It may raise StopIteration to end the run with the present map.
 Listener = Callable[[Iterate], None]
 
 
 class Step(NamedTuple):
-    """One line of the history: an iterate without its positions, which all together would not fit in memory.
+    """One line of the history: an iterate without its positions, since those of a run would not fit in memory.
 
     Attributes
     ----------
@@ -196,7 +196,7 @@ class Step(NamedTuple):
     safeguards: dict[str, int] | None = None
 
 
-#: Safeguards by name, each with the notes on it where it acted once and where it acted more often.
+#: Safeguards by name, each with its note for one action and for several.
 SAFEGUARDS = {
     "undirected": (
         "vertex took the direction of its neighbours",
@@ -276,14 +276,14 @@ class Round:
     start : str
         The start of the round: "gauss map", "star map", ...
     foldings_before, foldings_after : int
-        Folded faces of the start and of the map that came of it.
+        Folded faces of the start and of its result.
     iterations : int
         Iterations between the two.
     energy : float
         Harmonic energy of the map.
     mean_angle_difference : float
-        Mean over all corners of the size of the angle difference, in degrees; NaN where nothing depended on it, as in
-        a repair without steps.
+        Mean over all corners of the size of the angle difference, in degrees; NaN if nothing depended on it, as in a
+        repair without steps.
     status : Status
         How the minimisation ended.
     seconds : float
@@ -315,7 +315,7 @@ class Round:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """How a map came about: what was asked for, what happened, and how it ended.
+    """How a map came about: request, events and end.
 
     Attributes
     ----------
@@ -337,21 +337,20 @@ class Run:
         Wall seconds by phase ("check", "Laplacian", "factorisation", "solves", "start", "steps", "gauge",
         "certificate", "repair", ...), each without what other phases took inside it. Files don't keep them.
     backend : str
-        The factorisation that was used; empty where none was.
+        The factorisation that was used; empty if none was.
     notes : tuple of str
-        Remarks on the run, such as other edge weights where the mesh's own can't be used.
+        Remarks on the run, such as other edge weights in place of unusable ones.
     gauge : str
         "centred": Moebius-centred on the source's area (or on weights given to `SphereMapper.map`) and turned to the
-        Gauss map; a note says where that would fold huge faces, so that the map is not quite centred. "turned", of
+        Gauss map; if that would fold huge faces, the map is not quite centred, and a note says so. "turned", of
         balanced maps: turned to the Gauss map only. "poles", of bodies with limbs beyond float64: the tips of the
-        deepest, three at most, at ends of the axes. "given", of `sphere_map` and `repair_foldings`: as it was
-        given. "free", of landmark maps, of p-harmonic maps with p above 2, and of `Lai2014` if asked: as the
-        minimisation left it.
+        deepest, three at most, at ends of the axes. "given", of `sphere_map` and `repair_foldings`: as given. "free",
+        of landmark maps, of p-harmonic maps with p above 2, and of `Lai2014` if asked: as the minimisation left it.
     stretch : float
         Limbs too deep for float64 are mapped as if up to this many times shorter, so that angles are off there; 1 if
         there is none.
     plan : str
-        Which maps a repair was to try, and why; empty where none was asked for. Files don't keep it.
+        The maps that a repair was to try, and why; empty if none was asked for. Files don't keep it.
     """
 
     status: Status
@@ -385,8 +384,8 @@ class Run:
 class History:
     """Listener that keeps the numbers of every iterate, and passes the iterate on to the next listener.
 
-    It is the `Run` while this grows: made when a public call begins, and made whole by `complete` when the call ends.
-    If the call continues an earlier run, the history and the times of that run come first.
+    It is the growing `Run`: a public call makes it at its beginning, and completes it by `complete` at its end. If the
+    call continues an earlier run, the history and the times of that run come first.
     """
 
     def __init__(self, listener: Listener | None = None, before: Run | None = None) -> None:
@@ -405,7 +404,7 @@ class History:
                 raise OfListener(error) from None
 
     def complete(self, run: Run, method: str, settings: dict[str, Any] | None = None) -> Run:
-        """The record of a run with its method, its history, what safeguards did, and the time that it took."""
+        """The record of a run with its method, history, safeguards' actions and time."""
         if settings is None:
             settings = {}
         seconds, history, spent = time.perf_counter() - self._began, tuple(self.steps), timings()

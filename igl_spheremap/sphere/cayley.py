@@ -57,11 +57,11 @@ def cayley_step(f: FloatArray, h: FloatArray, tau: float) -> FloatArray:
     t = (row_dots(f, h) / ff)[:, None] * f
     np.subtract(h, t, out=t)
     s = 0.5 * tau * np.sqrt(ff * row_dots(t, t))
-    # of the cosine of half the angle; 0, as is right, where that of s overflows
+    # of the cosine of half the angle; if s overflows it is 0, as is right
     square = 1 / (1 + s * s)
     t *= (tau * square * ff)[:, None]
     y = (2 * square - 1)[:, None] * f  # Theorem 1
     y -= t
-    # A long step magnifies what rounding left of F in T: give each row its length back.
+    # A long step magnifies the rest of F in T, from rounding: give each row its length back.
     y *= np.sqrt(ff / row_dots(y, y))[:, None]
     return y

@@ -17,18 +17,18 @@ from .rows import row_dots, weighted_moment, weighted_sum
 #: A Moebius centre c of larger squared length counts as on the boundary of the ball: 1 - |c|^2, by which its map
 #: scales, has less than three digits left.
 _BOUNDARY = 1 - 512 * EPS
-#: A map is balanced if its weighted mean is shorter than this, which can't be seen, and is far above the 1e-17
-#: by which sums over a million vertices are off.
+#: If its weighted mean is shorter than this, a map is balanced: this can't be seen, and is far above 1e-17, the error
+#: of sums over a million vertices.
 _BALANCED = 1e-12
 #: A Newton step longer than _LONG gets the length tanh(min(length, _LONGEST)), which is .96 of the ball's radius at
 #: most.
 _LONG, _LONGEST = 0.5, 2.0
 #: Newton steps shorter than this are rounding: 45 ulps of the unit ball.
 _SHORTEST = 1e-14
-#: Added to the Hessian's diagonal, whose mean is 4/3, so that it is regular even where all weight is at one point.
+#: Added to the Hessian's diagonal, whose mean is 4/3, so that it is regular even with all weight at one point.
 _RIDGE = 1e-14
-#: Weight of the position relative to the barycentre, beside weight 1 of the normal. It decides the rotation where
-#: normals leave it open (a flat body has only two of them), and is too small to be seen elsewhere.
+#: Weight of the position relative to the barycentre, beside weight 1 of the normal. If normals leave the rotation open
+#: (a flat body has only two), it decides; elsewhere it is too small to be seen.
 _TIE_BREAK = 1e-3
 
 
@@ -50,7 +50,7 @@ def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
     y = x - c
     y *= ((1 - cc) / row_dots(y, y))[:, None]  # algorithm (18)
     y -= c
-    # Where c is near the boundary, rounding leaves the sphere by some units in the last place: normalise.
+    # If c is near the boundary, rounding leaves the sphere by some units in the last place: normalise.
     y /= np.sqrt(row_dots(y, y))[:, None]
     return y
 
@@ -116,7 +116,7 @@ def _compose(first: FloatArray, then: FloatArray) -> FloatArray:
 def center(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> FloatArray:
     """Moebius map of `x` for which the barycentre of `weights` is at most `within` from the origin.
 
-    It is computed in one step from `x`, so that rounding does not add up; `x` itself if it is centred already.
+    It is computed in one step from `x`, so that rounding does not add up; a centred `x` is returned itself.
 
     >>> x = moebius(np.vstack((np.eye(3), -np.eye(3))), [0.5, 0, 0])
     >>> bool(np.abs(center(x, np.ones(6)).sum(axis=0)).max() < 1e-9)

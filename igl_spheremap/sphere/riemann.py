@@ -129,7 +129,7 @@ def moebius_map(x: ArrayLike, c: ArrayLike) -> FloatArray:
     See Also
     --------
     recentre : the Moebius map that balances weights.
-    moebius_through : the one that takes three points to three others.
+    moebius_through : the map that takes three points to three others.
 
     Examples
     --------
@@ -201,7 +201,7 @@ def moebius_through(x: ArrayLike, points: ArrayLike, targets: ArrayLike) -> Floa
     x : (n, 3) array_like
         Points of the sphere; rows are divided by their lengths.
     points, targets : (3, 3) array_like
-        Three different points, one a row, and where they go: three different points, too.
+        Three different points, one a row, and their three different images.
 
     Returns
     -------

@@ -81,7 +81,7 @@ def along(x: FloatArray, direction: FloatArray) -> FloatArray:
 def scale_rows(x: FloatArray) -> FloatArray:
     """Rows times powers of two that bring their largest entries to between 1/2 and 1.
 
-    Exact, except that entries may underflow that are 2^1000 times smaller than the largest one of their row.
+    Exact, but entries 2^1000 times smaller than the largest one of their row may underflow.
     """
     return np.ldexp(x, -_exponents(x)[:, None])
 
@@ -156,7 +156,7 @@ def to_chart(x: FloatArray, pole: FloatArray) -> ComplexArray:
     e1, e2 = (np.broadcast_to(axis, x.shape) for axis in tangent_axes(pole))
     across = row_dots(d, e1) + 1j * row_dots(d, e2)
     across[far & (across == 0)] = 4 / INFINITE
-    # squared cosine of half the angle from the pole; where far, its squared sine
+    # squared cosine of half the angle from the pole; far from it the squared sine
     rest = 1 - row_dots(d, d) / 4
     return np.asarray(np.where(far, 4 * rest, across) / np.where(far, across.conj(), rest))
 

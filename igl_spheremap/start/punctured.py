@@ -33,8 +33,8 @@ _RELIABLE = 1e-10
 #: Starts, and maps after a step, are centred if their weighted mean is farther than this from the origin.
 OFF_CENTRE = 1e-4
 #: The quadratic term of `_corrected` is fitted on the ring _INNER < |z| < _OUTER, in units of the corners' distance:
-#: farther out higher terms matter, farther in the mesh's noise. The ring begins at the geometric mean of that distance
-#: and the body's size where this is less than _INNER.
+#: farther out higher terms matter, farther in the mesh's noise. If the geometric mean of that distance and the body's
+#: size is less than _INNER, the ring begins there.
 _INNER, _OUTER = 1 / 8, 1 / 3
 #: At most _TRIES faces are punctured in turn, every _STRIDE-th in the order of quality: the last is still among the
 #: best 160 of 4000. If none gives a good start, the best of the poor ones is taken.
@@ -61,8 +61,8 @@ def punctured_start(
 ) -> Evaluated:
     """Map that is nearly conformal outside one face, by two solves; centred to `OFF_CENTRE` on the vertex areas.
 
-    The faces to puncture, well-shaped ones by default, are tried in turn until a start is good; the Gauss map stands in
-    where no puncture gives finite numbers. The plane map is that of Angenent, Haker, Tannenbaum, Kikinis 1999
+    The faces to puncture, well-shaped ones by default, are tried in turn until a start is good. If no puncture gives
+    finite numbers, the Gauss map stands in. The plane map is that of Angenent, Haker, Tannenbaum, Kikinis 1999
     (reference [11] of Lai et al.); the correction of the puncture's discretisation error is ours.
     """
     tried: list[Evaluated] = []
@@ -149,8 +149,8 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
 
     With z about the middle of the body the map is made conformal by z + nu conj(z) + kappa conj(z)^2 / 2, up to terms
     that matter only at the puncture. The first part removes a stretch of the whole plane, which a badly placed face
-    causes. The second has the threefold symmetry of a triangle, and is the larger one for a good face: its Beltrami
-    coefficient is about conj(z) over the distance of the corners.
+    causes. The second has the threefold symmetry of a triangle, and is larger for a good face: its Beltrami coefficient
+    is about conj(z) over the distance of the corners.
     """
     z = _about_middle(z, mesh.A)
     body = mesh.f[spread(len(mesh.f), _SAMPLE)]
@@ -178,7 +178,7 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
 
 
 def _beltrami(mesh: Mesh, f: IntArray, z: ComplexArray) -> ComplexArray:
-    """For each face the nu for which z + nu conj(z) is conformal there; NaN where it is rounding, or 1 or more."""
+    """For each face the nu that makes z + nu conj(z) conformal there; NaN if it is rounding, or 1 or more."""
     side, w = _in_their_planes(mesh, f)
     with np.errstate(all="ignore"):
         first, second, third = z[f.T]
@@ -219,7 +219,7 @@ def to_sphere(z: ComplexArray, weights: FloatArray) -> FloatArray:
 
 
 def _about_middle(z: ComplexArray, weights: FloatArray) -> ComplexArray:
-    """Positions relative to an estimate of their weighted median; an estimate is enough: maps are centred later."""
+    """Positions relative to an estimate of their weighted median, which is enough: maps are centred later."""
     sample = spread(len(z), _SAMPLE)
     w = weights[sample]
     return z - complex(weighted_quantile(z.real[sample], w), weighted_quantile(z.imag[sample], w))

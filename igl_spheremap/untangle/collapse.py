@@ -87,7 +87,7 @@ class ProgressiveMesh:
         self.present[stars.vertices] = True
 
     def next_batch(self, wanted: BoolArray) -> Batch | None:
-        """Choose an independent set among the wanted vertices, and where each collapses to."""
+        """Choose an independent set among the wanted vertices, and their targets."""
         ids = self.faces()
         spare = len(self.x)
         if not self.frozen.any():  # a tetrahedron is left
@@ -108,7 +108,7 @@ class ProgressiveMesh:
         return Batch(stars.take(rows), target[rows])
 
     def _best_targets(self, stars: Stars, adjacency: _Adjacency) -> IntArray:
-        """Where each star's centre may collapse to: the neighbour whose fan folds least, then is best shaped; or -1."""
+        """The target of each star's centre: the neighbour whose fan folds least, then is best shaped; or -1."""
         owner = stars.owner  # each neighbour of a vertex is the `a` of exactly one outer edge
         contractible = adjacency.common(stars.vertices[owner], stars.a) == 2
         pairs = np.flatnonzero(contractible & ~self.frozen[stars.a])
@@ -199,7 +199,7 @@ def _ranked(stars: Stars, first: IntArray, n: int) -> IntArray:
 
 
 def _spread(owner: IntArray, valence: IntArray, faces: int = 512) -> BoolArray:
-    """Which neighbours that meet the link condition are tried as targets: all, or at high valence every k-th.
+    """Neighbours, among those that meet the link condition, to try as targets: all, or at high valence every k-th.
 
     The fans that are tried for a vertex have at most this many faces together, so that the collapse of a hub costs no
     more than in proportion to its valence. Up to a valence of 22 all are tried.
@@ -210,7 +210,7 @@ def _spread(owner: IntArray, valence: IntArray, faces: int = 512) -> BoolArray:
 
 
 def _edges_new_once(stars: Stars, target: IntArray, n: int) -> BoolArray:
-    """False for collapses that would add an edge which the collapse of an earlier row adds."""
+    """False for collapses that would add an edge of an earlier row's collapse."""
     t = target[stars.owner]
     # the edge to `a` is new unless `a` is the target or one of the two neighbours of v and t
     after, before = stars.b[stars.a == t], stars.a[stars.b == t]

@@ -1,7 +1,7 @@
 """Progressive embedding: from any positions to a map that is certified free of foldings.
 
 Vertices around foldings are removed by half-edge collapses until no folding is left, and put back in reverse order,
-each inside the kernel of its star, which begins at the vertex that it was collapsed to. Where float64 has no position
+each inside the kernel of its star, which begins at the vertex that it was collapsed to. If float64 has no position
 there, a larger region is removed, in the end the whole sphere down to a regular tetrahedron.
 
 References
@@ -26,8 +26,8 @@ from ..verify.signs import folded_faces, orientation_signs
 from .collapse import Batch, Grid, ProgressiveMesh, colour_classes
 from .kernel import Stars, analytic_centres, centres_beside, stars_of
 
-#: Vertices are removed at first within this many rings around foldings, and around places where float64 was too coarse;
-#: the number is doubled until it suffices.
+#: At first vertices are removed within this many rings around foldings, and where float64 was too coarse; the number is
+#: doubled until it suffices.
 REMOVED_RINGS = 4
 
 
@@ -50,10 +50,10 @@ PositionsListener = Callable[[FloatArray], None]
 def progressive_embedding(
     x: FloatArray, f: IntArray, listener: PositionsListener | None = None
 ) -> FloatArray:
-    """A map without foldings; only vertices around the foldings of `x` move if that suffices.
+    """A map without foldings; if that suffices, only vertices around the foldings of `x` move.
 
-    Returns `x` itself if float64 is too coarse even when the whole sphere is rebuilt, which was never seen. `listener`
-    is called with the map each time that a batch of vertices was put back.
+    If float64 is too coarse even for the rebuilt whole sphere, which was never seen, it returns `x` itself. `listener`
+    is called with the map after each batch of vertices put back.
 
     >>> import igl
     >>> v, f = igl.icosahedron()
@@ -65,7 +65,7 @@ def progressive_embedding(
     if Certificate.of(y, f).folding_free:
         return y
     with suppress(_TooCoarse):
-        # bad positions must not decide what collapses where
+        # bad positions must not decide collapses
         y = np.tile([0.0, 0.0, 1.0], (len(x), 1))
         every = np.ones(len(x), bool)
         return _rebuild_locally(
@@ -91,7 +91,7 @@ def embed_nearby(
 ) -> FloatArray:
     """Repair foldings by progressive embedding within `REMOVED_RINGS` of them, which nearly always suffices.
 
-    Returns `x` itself where it does not. Vertices that are `fixed` stay. `grid` rounds unit rows to the positions that
+    If it does not, it returns `x` itself. Vertices that are `fixed` stay. `grid` rounds unit rows to the positions that
     are allowed.
     """
     bad, none = folded_faces(x, f), np.zeros(len(x), dtype=bool)
@@ -113,8 +113,8 @@ def embed_locally(
 ) -> FloatArray:
     """Repair foldings by progressive embedding around them; the map's degree stays.
 
-    Clusters of foldings that need more room than all have at first are repaired one by one. Foldings that this does not
-    repair stay. The whole map stays as it is if more than half of its faces are folded.
+    Clusters of foldings that need more than the first room are repaired one by one. Foldings that this does not repair
+    stay. If more than half of its faces are folded, the whole map stays.
     """
     bad = folded_faces(x, f)
     if bad.sum() > len(f) / 2:
@@ -130,7 +130,7 @@ def embed_locally(
 
 
 def clusters(f: IntArray, bad: BoolArray) -> list[BoolArray]:
-    """The bad faces in groups, between which no edge joins them or their neighbours."""
+    """The bad faces in groups; no edge joins these or their neighbours."""
     n = int(f.max()) + 1
     near = f[dilate(f, marked(f[bad], n), 1)[f].all(axis=1)]
     _, label = components(near[:, :2].ravel(), near[:, 1:].ravel(), n)
@@ -145,7 +145,7 @@ def _embed_cluster(
     grid: Grid,
     listener: PositionsListener | None,
 ) -> FloatArray:
-    """Repair the foldings among some faces, in ever more room; where the grid is too coarse vertices spread out."""
+    """Repair the foldings among some faces, in ever more room; if the grid is too coarse, vertices spread out."""
     forced, rings, keep = np.zeros(len(x), dtype=bool), REMOVED_RINGS, True
     fixed = np.zeros_like(forced)
     while (bad := cluster & folded_faces(x, f)).any():
@@ -175,7 +175,7 @@ def _embed_cluster(
 
 
 def fix_orientation(x: FloatArray, f: IntArray) -> FloatArray:
-    """The map or its mirror image, whichever has more positively oriented faces."""
+    """The one of map and mirror image with more positively oriented faces."""
     return oriented(x, f)[0]
 
 
@@ -212,7 +212,7 @@ def _rebuild_locally(
 ) -> FloatArray:
     """Remove and rebuild the `forced` vertices, and as few as possible around `bad` faces, within `rings` of both.
 
-    Vertices that are `fixed` stay. With `keep_positions` vertices return to where they were, or as near as their
+    Vertices that are `fixed` stay. With `keep_positions` vertices return to their positions, or as near as their
     kernels allow; else they spread out.
     """
     around = forced.copy()
@@ -270,8 +270,8 @@ def _rebuild(
 def _removals(mesh: ProgressiveMesh, forced: BoolArray, patience: int = 8) -> Iterator[Batch]:
     """Collapse until no forced vertex and no folding is left, or nothing more can go.
 
-    Each time after `patience` batches a further ring around the foldings that are left is removed as well: a mirrored
-    limb takes many times as long if only vertices of folded faces are removed.
+    Every `patience` batches a further ring around the remaining foldings is removed as well: if only vertices of folded
+    faces go, a mirrored limb takes many times as long.
     """
     for turn in count():
         wanted = np.zeros_like(mesh.present)
@@ -297,8 +297,8 @@ def _put_back(
 ) -> None:
     """Reverse the collapses, newest first: towards positions `home` if given, else relaxing as the complex grows.
 
-    It is relaxed each time the number of vertices has grown by the factor `growth`: some 25 times on the way from a
-    tetrahedron to 100,000 vertices, which costs as much as to relax all of them three times.
+    Each time the number of vertices has grown by the factor `growth`, it is relaxed. That is some 25 times from a
+    tetrahedron to 100,000 vertices, and costs as much as to relax all of them three times.
     """
     for batch in reversed(batches):
         mesh.x[batch.stars.vertices] = mesh.x[batch.target]

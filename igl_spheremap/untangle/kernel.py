@@ -1,4 +1,4 @@
-"""Stars of vertices, and points in their kernels: where a vertex may lie so that no face around it is folded.
+"""Stars of vertices, and points in their kernels: positions of a vertex that fold no face around it.
 
 The star of a vertex is given by its outer edges (a, b), in any order, so that stars of all valences are treated alike.
 A position x is in the kernel if det(x, a, b) > 0 for all of them. In the gnomonic chart x = c + z_1 e_1 + z_2 e_2, the
@@ -30,7 +30,7 @@ class Stars:
     vertices : (k,) int64 array
         The centres.
     start : (k,) int64 array
-        Where each star begins in `a`, `b` and `faces`.
+        First entry of each star in `a`, `b` and `faces`.
     a, b : (e,) int64 arrays
         Outer edges, counterclockwise: the faces are (vertex, a, b).
     faces : (e,) int64 array
@@ -142,8 +142,8 @@ def centres_beside(
 ) -> FloatArray:
     """A point in each star's kernel: its analytic centre, or a point on the way from there to the `wanted` one.
 
-    `target` is the corner of the star to which the vertex was collapsed. Where the faces of the fan from there are
-    positively oriented the target lies in the closure of the kernel, which near it is the angle between the two outer
+    `target` is the corner of the star to which the vertex was collapsed. If the faces of the fan from there are
+    positively oriented, the target lies in the closure of the kernel, which near it is the angle between the two outer
     edges at the target.
     """
     planes = _half_planes(x, stars, x[target])
@@ -152,7 +152,7 @@ def centres_beside(
     direction = np.add.reduceat(normal, planes.start, axis=0)
     length = np.sqrt(row_dots(direction, direction))
     direction /= np.where(length > 0, length, 1.0)[:, None]
-    # How far along the bisector of the two half-planes at the target the others allow; half of it is taken.
+    # The others limit the way along the bisector of the two half-planes at the target; half of it is taken.
     approach = -row_dots(planes.normal, direction[planes.owner])
     limiting = ~touching & (approach > 0)
     room = np.where(limiting, planes.offset, 1.0) / np.where(limiting, approach, 1.0)
@@ -172,7 +172,7 @@ def _towards(
     in_view: float = 0.1,
     reach: float = 0.7,
 ) -> FloatArray:
-    """The wanted points, bit for bit, where they lie well inside; else points on the way there from `z`.
+    """The wanted points, bit for bit, if they lie well inside; else points on the way there from `z`.
 
     The way ends at the share `reach` of the distance to the kernel's boundary: vertices that are inserted or moved
     later need part of the kernel. A point whose angle from the chart's centre has a cosine above `in_view` is at most

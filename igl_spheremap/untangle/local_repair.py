@@ -1,7 +1,8 @@
 """Local repair of foldings, at a cost that depends on their surroundings only.
 
 Thin faces fold when a vertex crosses their long side by a tiny distance: small moves of their corners put that right.
-Vertices around other foldings are removed and put back (embedding.py). What moved is relaxed towards the mesh's angles.
+Vertices around other foldings are removed and put back (embedding.py). Moved vertices are relaxed towards the mesh's
+angles.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from .relax import AngleLoss, relax_angles
 FEW = 0.01
 #: Rings around foldings within which small moves move vertices.
 _MOVED_RINGS = 2
-#: Rings around what a repair moved that are relaxed with it.
+#: Rings that are relaxed with the vertices moved by a repair.
 RELAXED_RINGS = 2
 #: Distance of the centroid from the origin, the sphere's radius being 1, beyond which a map is centred even if that
 #: folds faces.
@@ -55,11 +56,11 @@ def repair_locally(
     listener: PositionsListener | None = None,
     after: FloatArray | None = None,
 ) -> tuple[FloatArray, Certificate]:
-    """A map free of foldings: by small moves, by embedding where folds are left, and by relaxing what moved.
+    """A map free of foldings: by small moves, embedding of remaining folds, and relaxation of moved vertices.
 
     `listener` is called with the map after each round of small moves, and after each batch of embedded vertices.
-    `after` is what small moves make of the map, if that is known. All is done on a patch around the foldings, unless
-    embedding has to move more.
+    `after` is the result of small moves, if it is known. Unless embedding has to move more, all is done on a patch
+    around the foldings.
     """
     x, signs = oriented(x, mesh.f)
     y = x
@@ -109,13 +110,13 @@ def unfolded(mesh: Mesh, x: FloatArray) -> FloatArray:
 def small_moves(
     x: FloatArray, f: IntArray, listener: PositionsListener | None = None, patience: int = 25
 ) -> FloatArray:
-    """Repair foldings by small moves of the vertices around them, where that succeeds.
+    """Try to repair foldings by small moves of the vertices around them.
 
     It ends after `patience` rounds in which no fewer faces fold.
 
     For each folded face the shortest move of its corners is computed that gives it a small positive area: a projection
-    onto a half-space. Where several faces move a vertex, their moves are averaged. The iteration ends in the
-    intersection of the half-spaces if it is not empty (Agmon 1954, *The Relaxation Method for Linear Inequalities*).
+    onto a half-space. If several faces move a vertex, their moves are averaged. If the half-spaces intersect, the
+    iteration ends there (Agmon 1954, *The Relaxation Method for Linear Inequalities*).
 
     >>> x = unit_rows(np.array([[0.1, 0, 1], [-0.1, 0, 1], [0, 0.2, 1], [0, 1e-6, 1], [0, -0.2, 1.0]]))
     >>> f = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 4], [3, 1, 4]])
@@ -185,8 +186,8 @@ def is_worse(mean: float, before: float) -> bool:
 def restore_gauge(mesh: Mesh, x: FloatArray) -> tuple[FloatArray, Certificate]:
     """Put a certified map back into the package's gauge, which the repair has left, and certify it again.
 
-    Returns `x` itself where the Moebius map would fold it although its centroid is nearly at the origin, or would spoil
-    the angles of huge faces. A Moebius map that hardly moves the centroid hardly changes angles, too.
+    If the Moebius map would fold `x` although its centroid is nearly at the origin, or would spoil the angles of huge
+    faces, `x` itself is returned. A Moebius map that hardly moves the centroid hardly changes angles, too.
     """
     y = fix_gauge(mesh, x)
     certificate, worse = Certificate.of(y, mesh.f), False

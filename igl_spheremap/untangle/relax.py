@@ -2,7 +2,7 @@
 
 Vertices that are not neighbours of each other move together, a colour class at a time. Each takes a Newton step of its
 own in its tangent plane, and keeps it if its loss falls and every face around it stays positively oriented. Sweeps
-hardly move limbs, but work where edges are too short or angles too bad for steps of the whole map.
+hardly move limbs, but work with edges too short or angles too bad for steps of the whole map.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ def _step(
         np.add.reduceat(part, stars.start, axis=-1)
         for part in loss.model(u, w, axes.take(owner, axis=2))
     )
-    # Models that are flatter are rounding.
+    # Flatter models are rounding.
     steps = solve_symmetric(hessian[0], hessian[1], hessian[2], -gradient.T, least=1e-12).T
     nearest, squared = (
         np.minimum.reduceat(column_dots(u, u), stars.start),

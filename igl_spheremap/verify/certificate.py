@@ -35,8 +35,8 @@ class Certificate:
     degenerate : int64 array
         Faces whose image is flat: on the sphere its plane holds the origin, in the plane it has no area.
     degree : int
-        How often the image covers the sphere, or in the plane what its boundary encloses, counted with sign; 1 for a
-        bijection. 0 where it could not be counted.
+        How often the image covers the sphere, or in the plane its boundary's interior, counted with sign; 1 for a
+        bijection, 0 if it could not be counted.
     not_finite : int64 array
         Vertices with a NaN or infinite coordinate.
     off_sphere : int64 array
@@ -218,14 +218,14 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
     The map sends each face to the spherical triangle of its image corners, or to the plane one. It is a homeomorphism
     if (and, apart from degenerate faces, only if) every face is positively oriented and the degree is 1; in the plane,
     if every face is positively oriented and the boundary of the image crosses itself nowhere. All is decided in exact
-    arithmetic on the numbers as they are given.
+    arithmetic on the given numbers.
 
     Parameters
     ----------
     x : (n, 3) or (n, 2) array_like or SphereMap
         Images of the vertices on the unit sphere, or in the plane; or a map, which needs no `f`.
     f : (m, 3) array_like or Mesh, optional
-        Faces as 0-based vertex indices: a closed, oriented, connected genus-0 mesh, or, for the plane, one with one
+        Faces as 0-based vertex indices: a closed, oriented, connected genus-0 mesh, or, for the plane, a mesh with one
         boundary loop and no handle. By default those of `x`, a map.
 
     Returns
@@ -248,8 +248,8 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
 
     References
     ----------
-    Orientation by the adaptive exact predicates of Shewchuk 1997. That local orientation and degree 1 suffice is
-    argued in docs/guarantee.md.
+    Orientation by the adaptive exact predicates of Shewchuk 1997. docs/guarantee.md proves that local orientation and
+    degree 1 suffice.
 
     Examples
     --------
@@ -270,7 +270,7 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
         x = check_rows(x)
         return Certificate.of(x, check_faces(f, len(x)))
     p, faces = check_rows(x, columns=2), check_triangles(f)
-    # messages name places; that a number is none is for the certificate to say
+    # messages name places; the certificate names NaN
     places = np.column_stack((np.where(np.isfinite(p), p, 0.0), np.zeros(len(p))))
     return Certificate.of_plane(p, faces, disk_rim(faces, places))
 
@@ -296,9 +296,9 @@ def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:
 
 
 def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> Iterator[FloatArray]:
-    """Directions to count at: inside eight faces of the image, then 24 fixed ones; hardly ever is a second needed.
+    """Directions to count at: inside eight faces of the image, then 24 fixed ones; a second is hardly ever needed.
 
-    Where corners of a face nearly cancel, its direction may lie outside it and have any length: it serves as well.
+    If corners of a face nearly cancel, its direction may lie outside it and have any length: it serves as well.
     """
     proper = np.flatnonzero(signs)
     if len(proper):
@@ -320,7 +320,7 @@ def _faces_near(x: FloatArray, f: IntArray, q: FloatArray) -> IntArray:
     q = unit_rows(q[None])[0]
     axes = np.concatenate((np.linalg.svd(q[None, :])[2][1:], q[None, :]))
     a, b, c = np.einsum("ij,jk->ik", axes, np.ascontiguousarray(x.T))
-    # One bit for each half-plane, and for the half-space, that a vertex is in: a face is kept if its corners have all
+    # One bit for each half-plane, and for the half-space, that holds a vertex: a face is kept if its corners have all
     # five.
     bits = np.zeros(len(x), dtype=np.uint8)
     for k, side in enumerate((a <= _ROOM, a >= -_ROOM, b <= _ROOM, b >= -_ROOM, c > -_ROOM)):

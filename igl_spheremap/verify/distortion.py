@@ -73,8 +73,8 @@ def conformal_factor(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Returns
     -------
     (n,) float64 array
-        e^{2u}, non-negative; its mean over the source is the flat image area, nearly 4 pi. Infinite where only the
-        source's faces have no area, 0 where the image's have none or one below the least float.
+        e^{2u}, non-negative; its mean over the source is the flat image area, nearly 4 pi. It is infinite if only the
+        source's faces have no area, and 0 if the image's have none or one below the least float.
 
     References
     ----------
@@ -102,8 +102,8 @@ def log_area_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Returns
     -------
     (m,) float64 array
-        Zero for an area-preserving map; infinite where one of the areas is zero, NaN where both are. Areas below the
-        least float have their true logarithms.
+        Zero for an area-preserving map; infinite if one of the areas is zero, NaN if both are. Areas below the least
+        float have their true logarithms.
 
     Examples
     --------
@@ -127,8 +127,8 @@ def log_length_ratios(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> FloatArray:
     Returns
     -------
     (m, 3) float64 array
-        Natural logarithms. Column k belongs to the edge opposite corner ``f[:, k]``, so that every edge is there twice.
-        Zero for an isometry up to scale.
+        Natural logarithms. Column k belongs to the edge opposite corner ``f[:, k]``, so every edge appears twice. Zero
+        for an isometry up to scale.
 
     Examples
     --------
@@ -160,7 +160,7 @@ def _log_conformal_factor(v: FloatArray, f: IntArray, x: FloatArray) -> FloatArr
 
 
 def _log_ratio(image: FloatArray, source: FloatArray) -> FloatArray:
-    """Difference of logarithms; NaN where both are -inf, that is, of 0."""
+    """Difference of logarithms; NaN if both are -inf, that is, of 0."""
     with np.errstate(invalid="ignore"):
         return image - source
 
@@ -195,7 +195,7 @@ def vertex_maps(v: ArrayLike, f: ArrayLike, x: ArrayLike) -> dict[str, FloatArra
 
 
 def log_figures(ratios: FloatArray) -> dict[str, float]:
-    """Mean, 99th percentile and maximum of the sizes of logarithms of ratios, those of zero areas left out.
+    """Mean, 99th percentile and maximum of the sizes of logarithms of ratios, without those of zero areas.
 
     NaN if all are left out.
 

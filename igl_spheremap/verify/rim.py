@@ -19,7 +19,7 @@ def plane_signs(p: FloatArray, f: IntArray) -> IntArray:
 
 
 def rim_crossings(p: FloatArray, rim: IntArray) -> BoolArray:
-    """Which edges of a closed polygon meet others, apart from shared corners; edge i begins at rim[i]; exact.
+    """Whether each edge of a closed polygon meets others, apart from shared corners; edge i begins at rim[i]; exact.
 
     >>> p = np.array([[0.0, 0], [2, 0], [2, 2], [0, 2], [0.0, 1], [3, 1], [0, 0.5]])
     >>> rim_crossings(p, np.arange(7))
@@ -33,7 +33,7 @@ def rim_crossings(p: FloatArray, rim: IntArray) -> BoolArray:
 def rim_meetings(p: FloatArray, rim: IntArray) -> IntArray:
     """The pairs (m, 2) of edges of a closed polygon that meet, apart from shared corners; exact."""
     k, q = len(rim), p[rim]
-    # Neighbours overlap where the polygon turns back on itself: then their other ends lie on one ray.
+    # If the polygon turns back on itself, neighbours overlap: their other ends lie on one ray.
     ends = np.column_stack((np.roll(np.arange(k), 1), np.arange(k), np.roll(np.arange(k), -1)))
     before, after = q[ends[:, 0]] - q, q[ends[:, 2]] - q
     back = (plane_signs(q, ends) == 0) & (np.sign(before) == np.sign(after)).all(axis=1)

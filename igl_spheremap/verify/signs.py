@@ -1,4 +1,4 @@
-"""Exact signs of 3 x 3 determinants of finite floats: which way a face is oriented as seen from the origin."""
+"""Exact signs of 3 x 3 determinants of finite floats: the orientation of a face as seen from the origin."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def column_signs(corners: FloatArray) -> IntArray:
 
 
 def _signs(det: FloatArray, largest: float, rows: Callable[[IntArray], FloatArray]) -> IntArray:
-    """Signs of determinants of numbers up to `largest`; where rounding leaves doubt, exact signs from their rows."""
+    """Signs of determinants of numbers up to `largest`; if rounding leaves doubt, exact signs from their rows."""
     signs = (det > 0).astype(np.int64) - (det < 0)
     with np.errstate(over="ignore", invalid="ignore"):
         unsure = np.flatnonzero(~(np.abs(det) > _ERROR * largest**3 + TINY))  # NaN included
@@ -77,7 +77,7 @@ def signed_volumes(corners: NDArray[Any]) -> NDArray[Any]:
 
 
 def _exact_signs(x: FloatArray) -> IntArray:
-    """Signs of each three rows: by Shewchuk's predicates where these are exact, else by integers.
+    """Signs of each three rows: if Shewchuk's predicates are exact, by these, else by integers.
 
     Coordinates and rows are multiplied by powers of two first: close to an end of an axis two coordinates are tiny.
     """

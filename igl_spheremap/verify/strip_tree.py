@@ -2,8 +2,8 @@
 
 Each run of 1, 4, 16, ... consecutive edges has a rectangle along the line that is nearest to its edges, since the chord
 of a jagged run may lie across it. If the rectangles of two runs are apart, none of their edges meet; else the quarters
-of both runs are compared. So the number of pairs compared is little above the number of edges, even where long thin
-parts lie side by side, as the spikes of a star do, whose bounding boxes nearly all meet.
+of both runs are compared. So the number of pairs compared is little above the number of edges, even for the spikes of a
+star: long thin parts side by side, whose bounding boxes nearly all meet.
 
 Ballard 1981, *Strip Trees: A Hierarchical Representation for Curves*.
 """
@@ -17,14 +17,14 @@ import numpy as np
 
 from ..mesh.arrays import EPS, ComplexArray, FloatArray, IntArray, own_unit
 
-#: The comparison begins with the longest runs of which there are at most this many: all their 8,256 pairs, in one call.
+#: The comparison begins with the longest runs that number at most this: all their 8,256 pairs, in one call.
 _RUNS = 128
 #: Parts of a run: with halves the rectangles of small polygons take longer than all comparisons.
 _PARTS = 4
 #: Pairs of runs that are compared at once: temporaries take some megabytes.
 _BLOCK = 1 << 17
-#: Rectangles are made only where more pairs than this for each run have bounding boxes that meet: a run meets itself
-#: and the next one on any polygon, and one or two more on most.
+#: If more pairs than this for each run have bounding boxes that meet, rectangles are made: a run meets itself and the
+#: next one on any polygon, and one or two more on most.
 _MANY = 3
 #: Distances between rectangles are off by less than this share of the coordinates: some twenty roundings, and room.
 _ERROR = 64 * EPS
@@ -60,7 +60,7 @@ def close_pairs(p: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
 
 
 class _Runs:
-    """Runs of equally many edges of a closed polygon, the last one of what is left.
+    """Runs of equally many edges of a closed polygon; the last one has the rest.
 
     Parameters
     ----------

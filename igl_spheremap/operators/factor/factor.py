@@ -28,7 +28,7 @@ Solver = Callable[[np.ndarray], np.ndarray]
 _CHOLMOD_DISSECTS_FROM = 100_000
 #: Unknowns from which on SuperLU takes nested dissection: below, minimum degree costs less.
 _SUPERLU_DISSECTS_FROM = 40_000
-#: Relative residual from which on SuperLU counts as having failed: half of the digits.
+#: From this relative residual on SuperLU has failed: half of the digits.
 _LARGEST_BACKWARD_ERROR = 1e-8
 #: cvxopt has one set of options for all threads.
 _OPTIONS = threading.Lock()
@@ -45,7 +45,7 @@ class Entries:
     rows, columns : (e,) int arrays
         Row and column of each entry, once; row r belongs to vertex ``r // unknowns``.
     mirrored : bool
-        Whether (i, j) and (j, i) are both among them; else only one of the two is, whichever.
+        Whether both (i, j) and (j, i) are among them; else only one of the two is.
     unknowns : int
         Rows for each vertex.
     repeated : bool
@@ -129,10 +129,10 @@ class Analysis(ABC):
 
     @phase("factorisation")
     def factorize(self, values: np.ndarray) -> Factor:
-        """Factor of a matrix with these entries, in place of the one before, which raises if it is used again.
+        """Factor of a matrix with these entries. It replaces the factor before, whose further use raises.
 
-        Raises FactorisationFailed for a matrix that is not finite or, unless the solver is SuperLU, which does not see
-        it, not numerically positive definite.
+        Raises FactorisationFailed for a matrix that is not finite, or not numerically positive definite. SuperLU does
+        not see the latter.
         """
         if not np.isfinite(values).all():
             raise FactorisationFailed("the matrix has entries that are not finite")
@@ -305,8 +305,8 @@ class Rslab(Analysis):
 class SuperLU(Analysis):
     """SuperLU as it comes with scipy, in symmetric mode without pivoting: as good as a Cholesky factorisation.
 
-    Minimum degree in a mesh's own order can make twenty times the fill, as on bodies with spikes: it breaks
-    ties by index.
+    Minimum degree breaks ties by index: in a mesh's own order, as on bodies with spikes, it can make twenty times the
+    fill.
     """
 
     backend: ClassVar[str] = "scipy"

@@ -11,7 +11,7 @@ from ...timings import phase
 from .factor import Analysis, Cholmod, Entries, Factor, Rslab, SuperLU, check_definite
 from .memory import OF_SOLVER, bytes_left, too_little
 
-#: The module that each solver needs, and its class. The fastest measured comes first.
+#: The module that each solver needs, and its class, the fastest first.
 _SOLVERS: dict[str, tuple[str, type[Analysis]]] = {
     "cvxopt": ("cvxopt.cholmod", Cholmod),
     "rslab": ("rslab", Rslab),
@@ -30,10 +30,10 @@ def available_backends() -> tuple[str, ...]:
 
 @phase("factorisation")
 def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None) -> Factor:
-    """Factorise a symmetric positive definite matrix, of which both triangles are stored.
+    """Factorise a symmetric positive definite matrix with both triangles stored.
 
-    "auto" takes the fastest solver that is installed. The order and the memory of `reuse`, a factor that this function
-    made, are used again if its matrix had the same pattern; then `reuse` raises if it is used again.
+    "auto" takes the fastest solver that is installed. `reuse` is a factor that this function made. If its matrix had
+    the same pattern, its order and memory are used again; then its further use raises.
 
     Raises ValueError for a backend that is unknown or not installed, and FactorisationFailed for a matrix that is
     not finite or not numerically positive definite.
@@ -91,7 +91,7 @@ def _chosen(backend: str) -> str:
 
 @cache
 def _loads(module: str) -> bool:
-    """Whether a module is installed, and the system gives the memory that its libraries take."""
+    """Whether a module is installed, and the system gives its libraries their memory."""
     if bytes_left() < OF_SOLVER[module]:
         return False
     try:

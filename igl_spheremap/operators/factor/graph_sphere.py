@@ -72,7 +72,7 @@ def _coarsest(weights: np.ndarray) -> np.ndarray:
 
 
 def _anywhere(n: int) -> np.ndarray:
-    """Any places, for graphs that no map suits."""
+    """Any positions, for graphs that no map suits."""
     return unit_rows(np.cos(np.outer(np.arange(n), [1.0, 2.0, 3.0])))
 
 

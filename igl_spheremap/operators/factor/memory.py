@@ -1,15 +1,15 @@
-"""How much memory there is: that of the machine, and what the system lets a process take."""
+"""The memory of the machine, and the limit that the system sets a process."""
 
 from __future__ import annotations
 
 import os
 
-#: Memory of a factor and of making it: the most that was measured, of SuperLU with 240,000 vertices (`python -m
-#: benchmarks factors`).
+#: Memory of a factor and of its making, the largest measured: SuperLU with 240,000 vertices (`python -m benchmarks
+#: factors`).
 _BYTES_PER_UNKNOWN = 3_000
 #: Bytes of address space that libraries take when they are loaded and first used: those of any map with one thread of
-#: BLAS, and what each solver adds. With 20 MB less OpenBLAS waits for memory without end, or ends the process (measured
-#: with `ulimit -v`, of numpy 2.4, scipy 1.17, cvxopt 1.3 and rslab 1.7).
+#: BLAS, and the addition of each solver. With 20 MB less OpenBLAS waits for memory without end, or ends the process
+#: (measured with `ulimit -v`, of numpy 2.4, scipy 1.17, cvxopt 1.3 and rslab 1.7).
 OF_ANY_MAP = 300e6
 OF_SOLVER = {"cvxopt.cholmod": 260e6, "rslab": 300e6, "scipy.sparse.linalg": 80e6}
 
@@ -27,7 +27,7 @@ def fits_memory(n: int) -> bool:
 
 
 def bytes_left() -> float:
-    """Address space that this process may still take; infinite where the system sets no limit (`ulimit -v`)."""
+    """Address space that this process may still take; without a limit of the system (`ulimit -v`) infinite."""
     try:
         import resource  # not on Windows
 
@@ -41,7 +41,7 @@ def bytes_left() -> float:
 
 
 def too_little(needed: float) -> MemoryError:
-    """The error where the limit leaves less than libraries need, which would wait for it or crash."""
+    """The error if the limit leaves libraries too little, for which they would wait or crash."""
     return MemoryError(
         f"the system lets this process take {bytes_left() / 1e6:.0f} MB more, and libraries need "
         f"{needed / 1e6:.0f}; raise the limit, as by ulimit -v"
