@@ -7,6 +7,7 @@ A surface with its map has six coordinates a vertex: ``x y z``, and ``px py pz``
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import FileError, MeshError
+from ..errors import FileError, MeshError, within
 from ..mesh.arrays import FloatArray, IntArray
-from .reading import check_complete
+from .reading import Bytes, check_complete
 from .records import Metadata, Polygons, RawMesh
-from .text import TextRows, counted_indices, numbers, read_rows
+from .text import counted_indices, numbers, read_rows
 
 #: Programs write its last line in binary, its others as text, whose ends are the system's.
 _HEADER = re.compile(
@@ -51,6 +52,11 @@ class PlyProperty:
             return self.type.itemsize
         return self.count.itemsize
 
+    @property
+    def holds_corners(self) -> bool:
+        """Whether it is the list of the corners of faces."""
+        return self.name in _CORNERS and self.count is not None and self.type.kind != "f"
+
 
 @dataclass
 class PlyElement:
@@ -60,29 +66,24 @@ class PlyElement:
     size: int
     properties: list[PlyProperty] = field(default_factory=list)
 
-    def index(self, name: str) -> int:
-        """The place of a column, -1 if there is none of that name."""
-        return next((k for k, each in enumerate(self.properties) if each.name == name), -1)
-
 
 def read(path: Path) -> RawMesh:
     """Positions, faces, and the sphere, of a PLY file, whatever else it holds."""
-    names, x, faces = _read(path, (*POSITIONS, *SPHERE))
-    if names[3:] != SPHERE:
-        return RawMesh(x[:, :3], faces)
-    return RawMesh(x[:, :3], faces, sphere=x[:, 3:])
+    columns, faces = _read(path)
+    v = np.column_stack([columns[name] for name in POSITIONS])
+    if not set(SPHERE) <= columns.keys():
+        return RawMesh(v, faces)
+    return RawMesh(v, faces, sphere=np.column_stack([columns[name] for name in SPHERE]))
 
 
 def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
     """The properties of vertices that are numbers, but their positions."""
-    names, x, _ = _read(path)
-    return {name: column for name, column in zip(names, x.T, strict=True) if name not in POSITIONS}
+    columns, _ = _read(path)
+    return {name: column for name, column in columns.items() if name not in POSITIONS}
 
 
-def _read(
-    path: Path, wanted: tuple[str, ...] | None = None
-) -> tuple[tuple[str, ...], FloatArray, Polygons]:
-    """Names and columns of the wanted properties of vertices, by default of all that are numbers, and faces."""
+def _read(path: Path) -> tuple[dict[str, FloatArray], Polygons]:
+    """The properties of vertices that are numbers, by name, and the faces."""
     data = path.read_bytes()
     found = _HEADER.match(data, 0, 1 << 16)
     if found is None:
@@ -95,14 +96,27 @@ def _read(
             least = sum(each.least for each in element.properties)
         fit = 0 <= element.size * max(1, least) <= len(body)
         check_complete(fit, f"{len(body)} bytes", f"{element.size} rows of {element.name}")
-    numbers, corners = _mesh_columns(layout)
-    names = tuple(numbers)
-    if wanted is not None:
-        names = tuple(name for name in wanted if name in numbers)
-    read_rows_of = _read_text
+    known = {element.name: element for element in layout}
+    for name in ("vertex", "face"):
+        if name not in known:
+            raise MeshError(
+                f"no {name} element in the PLY header: a point cloud or another kind of data; give a closed "
+                "triangle mesh"
+            )
+    names = [each.name for each in known["vertex"].properties if each.count is None]
+    if not {*POSITIONS} <= {*names}:
+        raise MeshError("damaged: the PLY header announces no x, y, z; write the file anew")
+    corners = [each for each in known["face"].properties if each.holds_corners]
+    if not corners:
+        raise MeshError(
+            f"damaged: the PLY header announces no list {_CORNERS[0]} of whole numbers; write the file "
+            "anew"
+        )
+    read_body = _read_text
     if order:
-        read_rows_of = _read_binary
-    return names, *read_rows_of(body, layout, [numbers[name] for name in names], corners)
+        read_body = _read_binary
+    columns, faces = read_body(body, layout, corners[0])
+    return {name: columns[name].astype(np.float64) for name in names}, faces
 
 
 def _layout(lines: list[str]) -> tuple[str, list[PlyElement]]:
@@ -137,115 +151,83 @@ def _layout(lines: list[str]) -> tuple[str, list[PlyElement]]:
     return order, layout
 
 
-def _place(layout: list[PlyElement], name: str) -> int:
-    """The place of the last element of that name; a MeshError if there is none."""
-    places = [k for k, element in enumerate(layout) if element.name == name]
-    if not places:
-        raise MeshError(
-            f"no {name} element in the PLY header: a point cloud or another kind of data; give a closed "
-            "triangle mesh"
-        )
-    return places[-1]
-
-
-def _mesh_columns(layout: list[PlyElement]) -> tuple[dict[str, int], int]:
-    """The columns of a vertex's numbers by name, and that of the corners of faces; files without these are refused."""
-    vertex, face = (layout[_place(layout, name)] for name in ("vertex", "face"))
-    numbers = {each.name: k for k, each in enumerate(vertex.properties) if each.count is None}
-    if not set(POSITIONS) <= set(numbers):
-        raise MeshError("damaged: the PLY header announces no x, y, z; write the file anew")
-    corners = max(map(face.index, _CORNERS))
-    if corners < 0 or (found := face.properties[corners]).count is None or found.type.kind == "f":
-        raise MeshError(
-            f"damaged: the PLY header announces no list {_CORNERS[0]} of whole numbers; write the file "
-            "anew"
-        )
-    return numbers, corners
-
-
 def _read_text(
-    body: bytes, layout: list[PlyElement], columns: list[int], corners: int
-) -> tuple[FloatArray, Polygons]:
-    rows, end = read_rows(body), np.cumsum([element.size for element in layout])
-    check_complete(len(rows) >= end[-1], f"{len(rows)} lines", f"{end[-1]}")
-
-    def own(name: str, wanted: int | None = None) -> TextRows:
-        k = _place(layout, name)
-        if any(each.count is not None for each in layout[k].properties[:wanted]):
-            raise MeshError(
-                f"lists before {_CORNERS[0]} or among the numbers of a vertex are not read from text; "
-                "write it anew in binary"
-            )
-        return rows[end[k] - layout[k].size : end[k]]
-
-    width = len(layout[_place(layout, "vertex")].properties)
-    return numbers(own("vertex"), width, "vertex")[:, columns], counted_indices(
-        own("face", corners), corners
-    )
+    body: bytes, layout: list[PlyElement], corners: PlyProperty
+) -> tuple[dict[str, NDArray[Any]], Polygons]:
+    """The columns of vertices by name, and the faces, of a line each."""
+    rows, at, own = read_rows(body), 0, {}
+    for element in layout:
+        own[element.name] = rows[at : at + element.size], element.properties
+        at += element.size
+    check_complete(len(rows) >= at, f"{len(rows)} lines", f"{at}")
+    (vertices, columns), (faces, of_faces) = own["vertex"], own["face"]
+    lead = of_faces.index(corners)
+    if any(each.count is not None for each in (*columns, *of_faces[:lead])):
+        raise MeshError(
+            f"lists before {_CORNERS[0]} or among the numbers of a vertex are not read from text; "
+            "write it anew in binary"
+        )
+    x = numbers(vertices, len(columns), "vertex").T
+    named = {column.name: each for column, each in zip(columns, x, strict=True)}
+    return named, counted_indices(faces, lead)
 
 
 def _read_binary(
-    body: bytes, layout: list[PlyElement], columns: list[int], corners: int
-) -> tuple[FloatArray, Polygons]:
-    at, wanted = 0, {_place(layout, "vertex"): columns, _place(layout, "face"): [corners]}
-    found = {}
-    for k, element in enumerate(layout):
-        found[k], at = _rows(body, at, element, wanted.get(k, []))
-    vertices, [(faces, sizes)] = (found[k] for k in wanted)
-    x = np.column_stack([values.astype(np.float64) for values, _ in vertices])
-    return x, Polygons(faces.astype(np.int64), sizes)
+    body: bytes, layout: list[PlyElement], corners: PlyProperty
+) -> tuple[dict[str, NDArray[Any]], Polygons]:
+    """The columns of vertices by name, and the faces, of rows of bytes."""
+    file, own = Bytes(body), {}
+    for element in layout:
+        try:
+            columns = zip(element.properties, _columns(file, element), strict=True)
+        except MeshError as error:
+            raise within(error, f"rows of {element.name}: ") from None
+        own[element.name] = element.size, {each.name: values for each, values in columns}
+    m, of_faces = own["face"]
+    faces, sizes = of_faces[corners.name]
+    named = {name: values for name, (values, _) in own["vertex"][1].items()}
+    return named, Polygons(faces.astype(np.int64), np.full(m, sizes))
 
 
-def _rows(
-    body: bytes, at: int, element: PlyElement, wanted: list[int]
-) -> tuple[list[tuple[NDArray[Any], IntArray]], int]:
-    """The wanted columns of the rows that begin at a byte, each with the lengths of its lists, and the rows' end.
+def _columns(file: Bytes, element: PlyElement) -> Sequence[tuple[NDArray[Any], IntArray | int]]:
+    """The values of each column, those of all rows in one array, and how many of them a row has.
 
-    All rows at once where lists are as long as in the first row, else row by row.
+    All rows are taken at once where lists are as long as in the first row, else one by one.
     """
-    first, _ = _walk(body, at, element, min(1, element.size))
-    fields: list[Any] = []
-    lengths: dict[int, int] = {}
-    for k, (part, column) in enumerate(zip(first, element.properties, strict=True)):
-        lengths[k] = len(b"".join(part)) // column.type.itemsize
+    begin, fields = file.at, list[Any]()
+    for k, (values, _) in enumerate(_by_row(file, element, min(1, element.size))):
+        column = element.properties[k]
         if column.count is not None:
             fields.append((f"count{k}", column.count))
-        fields.append((str(k), column.type, (lengths[k],)))
+        fields.append((str(k), column.type, (len(values),)))
     row = np.dtype(fields)
-    lists = [k for k, column in enumerate(element.properties) if column.count is not None]
-    end = at + element.size * row.itemsize
-    if end <= len(body):
-        table = np.frombuffer(body, row, element.size, at)
+    lengths = {k: row[str(k)].shape[0] for k in range(len(element.properties))}
+    lists = [k for k, each in enumerate(element.properties) if each.count is not None]
+    file.at = begin
+    if not lists or element.size * row.itemsize <= len(file.data) - begin:
+        table = file.array(row, element.size)
         if all((table[f"count{k}"] == lengths[k]).all() for k in lists):
-            return [(table[str(k)].ravel(), np.full(element.size, lengths[k])) for k in wanted], end
-    check_complete(bool(lists), f"{len(body) - at} bytes", f"{element.size} rows of {element.name}")
-    parts, end = _walk(body, at, element, element.size)
-    found = []
-    for k in wanted:
-        kind = element.properties[k].type
-        sizes = np.array([len(part) for part in parts[k]]) // kind.itemsize
-        found.append((np.frombuffer(b"".join(parts[k]), kind), sizes))
-    return found, end
+            return [(table[str(k)].ravel(), length) for k, length in lengths.items()]
+        file.at = begin
+    return _by_row(file, element, element.size)
 
 
-def _walk(body: bytes, at: int, element: PlyElement, rows: int) -> tuple[list[list[bytes]], int]:
-    """The bytes of each column's value or list in each row, and the end of the rows that begin at a byte."""
+def _by_row(
+    file: Bytes, element: PlyElement, rows: int
+) -> Sequence[tuple[NDArray[Any], IntArray | int]]:
+    """The same of the next rows, whatever the lengths of their lists."""
     parts: list[list[bytes]] = [[] for _ in element.properties]
     for _ in range(rows):
         for part, column in zip(parts, element.properties, strict=True):
             size = column.type.itemsize
             if column.count is not None:
-                number = body[at : at + column.count.itemsize].ljust(column.count.itemsize, b"\0")
-                size *= int(np.frombuffer(number, column.count)[0])
-                at += len(number)
-            if size < 0 or at + size > len(body):
-                raise MeshError(
-                    f"damaged: {size} bytes of {column.name} in a row of {element.name}, where the file "
-                    "holds fewer; it seems cut off, write it anew"
-                )
-            part.append(body[at : at + size])
-            at += size
-    return parts, at
+                size *= file.number(column.count)
+            part.append(file.take(size))
+    found = []
+    for part, column in zip(parts, element.properties, strict=True):
+        sizes = np.array([len(each) for each in part], dtype=np.int64) // column.type.itemsize
+        found.append((np.frombuffer(b"".join(part), column.type), sizes))
+    return found
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
