@@ -117,7 +117,7 @@ class MeshError(ValueError):
 
     @property
     def fault(self) -> str:
-        return str(self.args[0])
+        return printable(str(self.args[0]))
 
     @property
     def remedy(self) -> Remedy | None:
@@ -141,6 +141,9 @@ class FileError(OSError):
         ...
     igl_spheremap.errors.FileError: ...nowhere.ply...
     """
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
 
 class MapError(RuntimeError):

@@ -211,3 +211,14 @@ def test_a_file_names_files_in_its_folder_and_below(tmp_path):
     for name in ("a..bin", "b/a.bin"):
         (tmp_path / name).touch()
         assert beside(tmp_path / "a.gltf", name) == tmp_path / name
+
+
+@pytest.mark.posix
+@pytest.mark.parametrize("content", ["", "v 0 0\n"])
+def test_a_name_of_two_lines_is_said_in_one(content, tmp_path):
+    path = tmp_path / "two\nlines.obj"
+    for expected in (FileError, MeshError):
+        with pytest.raises(expected, match=r"two\\nlines\.obj") as caught:
+            read_mesh(path)
+        assert len(str(caught.value).splitlines()) == 1
+        path.write_text(content)
