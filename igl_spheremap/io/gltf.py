@@ -25,10 +25,6 @@ _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "
 #: Types of numbers.
 _KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _RGB = ("red", "green", "blue")
-_OF_PART = (
-    512  # bytes that a part takes at least where it is drawn: the node that draws it takes some
-)
-_DEEPEST = 64  # nodes below one another; trimesh takes time by the square of their number
 
 
 def read(path: Path) -> RawMesh:
@@ -46,7 +42,8 @@ class Scene:
         if text.startswith(_MAGIC):
             file = Bytes(text, 12)
             text, chunk = _chunk(file), _chunk(file)
-        self.path, self.tree = path, json.loads(text)
+        # names may be of another encoding
+        self.path, self.tree = path, json.loads(text.decode("utf-8-sig", "replace"))
         if str(self.tree.get("asset", {}).get("version", 2)).startswith("1."):
             raise MeshError("it is of version 1 of glTF; write it as glTF 2.0")
         entries = self.tree.get("buffers", [])
@@ -168,11 +165,9 @@ def _base_colour(material: dict[str, Any]) -> dict[str, Any] | None:
 
 def joined(meshes: list[Any]) -> tuple[FloatArray, IntArray]:
     """The vertices and faces of several meshes."""
-    offset = np.cumsum([0] + [len(part.vertices) for part in meshes])
-    v = np.concatenate([part.vertices for part in meshes])
-    return v, np.concatenate(
-        [part.faces + start for part, start in zip(meshes, offset[:-1], strict=True)]
-    )
+    append_faces = import_optional("trimesh.util", "glTF", "io").append_faces
+    v, f = append_faces([part.vertices for part in meshes], [part.faces for part in meshes])
+    return v, f
 
 
 def _is_named(entry: dict[str, Any]) -> bool:
@@ -199,8 +194,12 @@ def _glb(tree: dict[str, Any], binary: bytes) -> bytes:
     return b"".join(pieces)
 
 
-def _check_tree(tree: dict[str, Any], stored: int) -> None:
-    """Refuse scenes that ask for far more memory or time than their files are large."""
+def _check_tree(tree: dict[str, Any], stored: int, of_part: int = 512, deepest: int = 64) -> None:
+    """Refuse scenes that ask for far more memory or time than their files are large.
+
+    A part takes some 512 bytes at least where a node draws it, and nodes that lie `deepest` below one another take
+    trimesh time by the square of their number.
+    """
     sizes = [
         8
         * (abs(entry["count"]) + abs(entry.get("sparse", {}).get("count", 0)))
@@ -210,7 +209,7 @@ def _check_tree(tree: dict[str, Any], stored: int) -> None:
     views = [abs(view["byteLength"]) for view in tree.get("bufferViews", [])]
     meshes = [
         sum(
-            _OF_PART + sizes[part["attributes"]["POSITION"]] + sizes[part.get("indices", 0)]
+            of_part + sizes[part["attributes"]["POSITION"]] + sizes[part.get("indices", 0)]
             for part in mesh["primitives"]
         )
         for mesh in tree.get("meshes", [])
@@ -219,11 +218,11 @@ def _check_tree(tree: dict[str, Any], stored: int) -> None:
     drawn = [meshes[node["mesh"]] for node in nodes if "mesh" in node]
     check_expansion(sum(sizes) + sum(views) + sum(drawn), stored)
     level = set(range(len(nodes)))
-    for _ in range(_DEEPEST):
+    for _ in range(deepest):
         level = {child for k in level for child in nodes[k].get("children", [])}
     if level:
         raise MeshError(
-            f"its nodes lie more than {_DEEPEST} deep, or in a cycle; write the mesh as one node"
+            f"its nodes lie more than {deepest} deep, or in a cycle; write the mesh as one node"
         )
 
 

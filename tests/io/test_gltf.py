@@ -224,3 +224,12 @@ def test_bytes_of_other_folders_are_not_handed_out(tree, tmp_path):
         (tmp_path / "upload" / "scene.gltf").write_text(json.dumps(tree))
         with pytest.raises(FileError, match="not in its folder"):
             read_mesh(tmp_path / "upload" / "scene.gltf")
+
+
+def test_names_may_be_of_another_encoding(ball, tmp_path):
+    path = tmp_path / "ball.glb"
+    write_mesh(path, *ball, metadata={"name": "Koerper"})
+    content = path.read_bytes()
+    path.write_bytes(content.replace(b"Koerper", b"K\xf6\xf6rper"))
+    assert b"Koerper" in content
+    assert np.array_equal(read_mesh(path).f, ball[1])
