@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike
 from ..errors import MeshError
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
 from .formats import PathLike
-from .reading import check_complete, reading
+from .reading import Bytes, reading
 from .replacing import replacing
 
 SUFFIXES = (".patch.3d", ".patch.flat")
-_HEADER = 8  # bytes: -1, and the number of vertices
 #: A vertex: its row, from 1 on, negative at the boundary, and its position.
 _VERTEX = np.dtype([("number", ">i4"), ("position", ">f4", 3)])
 
@@ -109,18 +108,15 @@ def read_patch(path: PathLike) -> Patch:
     """
     path = Path(path)
     with reading(path):
-        data = path.read_bytes()
-        version, count = np.frombuffer(data[:_HEADER], ">i4")
+        file = Bytes(path.read_bytes())
+        version, count = file.array(">i4", 2).tolist()
         if version != -1:
             raise MeshError(
                 f"the file begins with {version} where patches have -1; give a patch of FreeSurfer's"
             )
-        check_complete(
-            len(data) == _HEADER + count * _VERTEX.itemsize,
-            f"{len(data) - _HEADER} bytes",
-            f"{count} vertices of {_VERTEX.itemsize}",
-        )
-        table = np.frombuffer(data[_HEADER:], _VERTEX)
+        table = file.array(_VERTEX, count)
+        if file.at < len(file.data):
+            raise MeshError(f"damaged: bytes follow behind its {count} vertices; write it anew")
         number = table["number"].astype(np.int64)
         rows = np.abs(number) - 1
         if count < 1 or rows.min() < 0 or len(np.unique(rows)) < count:

@@ -16,8 +16,6 @@ from .formats import READ_ONLY, PathLike, suffix_of
 
 #: What a file that exists needs.
 REPLACE = Remedy(options={"force": True})
-# characters of the name that hold its suffixes; with the rest they fit into the 255 bytes of a name
-_TAIL = 32
 
 
 @contextlib.contextmanager
@@ -29,9 +27,8 @@ def replacing(path: PathLike, force: bool = False) -> Iterator[Path]:
     """
     check_writable(path, force)
     final = _place(path)
-    partial = final.with_name(
-        f"{_partial(os.getpid())}{secrets.token_hex(8)}-{final.name[-_TAIL:]}"
-    )
+    # 32 characters hold the suffixes, and with the rest they fit into the 255 bytes of a name
+    partial = final.with_name(f"{_partial(os.getpid())}{secrets.token_hex(8)}-{final.name[-32:]}")
     try:
         # neither a file nor a link is followed, and what replaces a private file is private from the first byte
         mode = 0o600 if final.exists() else 0o666

@@ -15,7 +15,10 @@ from ..mesh.arrays import FloatArray, IntArray
 from .files import read_mesh, read_sphere
 from .hemispheres import LEFT, RIGHT
 
-_FINEST = 7  # level of fsaverage
+#: Levels of fsaverage that have files, by their names and densities. The coarsest is that which nilearn brings: older
+#: copies of its fsaverage3 and 4 have another order. The finest is called fsaverage by FreeSurfer.
+_LEVELS = {5: ("fsaverage5", "10k"), 6: ("fsaverage6", "41k"), 7: ("fsaverage", "164k")}
+_FINEST = max(_LEVELS)
 _FSLR = 32_492  # vertices of a hemisphere of fsLR-32k
 #: Names of templates that can be asked for.
 TEMPLATES = (*(f"fsaverage{k}" for k in range(3, _FINEST + 1)), "fsaverage", "fsLR-32k", "fsLR")
@@ -117,9 +120,6 @@ _PLACES = {
         ),
     ),
 }
-#: Levels of fsaverage that have files, by their names and densities. The coarsest is that which nilearn brings: older
-#: copies of its fsaverage3 and 4 have another order. The finest is called fsaverage by FreeSurfer.
-_LEVELS = {5: ("fsaverage5", "10k"), 6: ("fsaverage6", "41k"), 7: ("fsaverage", "164k")}
 
 
 @dataclass(frozen=True)

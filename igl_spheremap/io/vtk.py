@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError
 from ..mesh.arrays import FloatArray, IntArray
+from ..mesh_repair.polygons import counted_corners
 from .reading import Bytes, check_complete
 from .records import Metadata, Polygons, RawMesh, ending
 
@@ -125,7 +126,12 @@ class LegacyFile(Bytes):
     def cells(self, count: int, size: int) -> Polygons:
         """Read cells; of the two numbers in their line, the meaning changed with version 5."""
         if self.version < 5:
-            return _counted(self.numbers(size, "int"), count)
+            faces = counted_corners(self.numbers(size, "int"))
+            if faces is None or len(faces[1]) != count:
+                raise MeshError(
+                    f"damaged: {size} numbers do not hold {count} cells; write the file anew"
+                )
+            return Polygons(*faces)
         ends, corners = (
             self.numbers(length, self._typed(word)).astype(np.int64)
             for length, word in ((count, "OFFSETS"), (size, "CONNECTIVITY"))
@@ -170,23 +176,6 @@ def _numbers(words: list[bytes], kind: str) -> NDArray[Any]:
     if (whole.astype(kind) != whole).any():
         raise OverflowError(f"a number is out of the range of {np.dtype(kind).name}")
     return whole.astype(kind)
-
-
-def _counted(numbers: IntArray, count: int) -> Polygons:
-    """Cells that each begin with the number of their corners."""
-    numbers = numbers.astype(np.int64)
-    if len(numbers) == 4 * count and (numbers[::4] == 3).all():
-        return Polygons(numbers.reshape(-1, 4)[:, 1:].ravel(), np.full(count, 3))
-    heads: list[int] = []
-    at = 0
-    while at < len(numbers) and len(heads) < count:
-        heads.append(at)
-        at += 1 + max(int(numbers[at]), 0)
-    if at != len(numbers) or len(heads) != count:
-        raise MeshError(
-            f"damaged: {len(numbers)} numbers do not hold {count} cells; write the file anew"
-        )
-    return Polygons(np.delete(numbers, heads), numbers[heads])
 
 
 def surface(

@@ -66,13 +66,24 @@ def polygons_in(f: ArrayLike) -> tuple[IntArray, IntArray] | None:
         return array.astype(np.int64).ravel(), np.full(len(array), array.shape[1])
     if array.ndim != 1:
         return None
+    return counted_corners(array, least=3)
+
+
+def counted_corners(numbers: IntArray, least: int = 0) -> tuple[IntArray, IntArray] | None:
+    """The corners in one row, and their number for each face, where this stands before each face's corners.
+
+    None where numbers are left over, or a face has fewer than `least` corners.
+    """
+    if is_padded(numbers):
+        rows = numbers.reshape(-1, 4).astype(np.int64)
+        return rows[:, 1:].ravel(), rows[:, 0]
     heads, at = [], 0
-    while at < len(array) and array[at] >= 3:
+    while at < len(numbers) and numbers[at] >= least:
         heads.append(at)
-        at += int(array[at]) + 1
-    if at != len(array):
+        at += int(numbers[at]) + 1
+    if at != len(numbers):
         return None
-    return np.delete(array, heads).astype(np.int64), array[heads].astype(np.int64)
+    return np.delete(numbers, heads).astype(np.int64), numbers[heads].astype(np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +198,7 @@ def _ears(p: FloatArray, corners: list[int], taken: set[int], n: int) -> list[li
         longest = max(float(side @ side) for side in (b - a, c - b, a - c))
         shape = 0.0
         if longest:
-            shape = float(_cross(b - a, c - a)) / longest
+            shape = float(cross(b - a, c - a)) / longest
         if not shape > SIX_DIGITS:
             return -1 + min(shape, 0.0)
         others = p[ring]
@@ -195,7 +206,7 @@ def _ears(p: FloatArray, corners: list[int], taken: set[int], n: int) -> list[li
         others = others[(others != c).any(axis=1)]
         within = np.ones(len(others), dtype=bool)
         for start, stop in ((a, b), (b, c), (c, a)):
-            within &= _cross(stop - start, others - start) > -SIX_DIGITS * longest
+            within &= cross(stop - start, others - start) > -SIX_DIGITS * longest
         if within.any():
             return shape - 1
         found = shape + 1
@@ -214,5 +225,10 @@ def _ears(p: FloatArray, corners: list[int], taken: set[int], n: int) -> list[li
     return [*triangles, ear(0)]
 
 
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return a[0] * b[..., 1] - a[1] * b[..., 0]
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The cross product of rows of the plane.
+
+    >>> float(cross(np.array([2.0, 0]), np.array([5.0, 3])))
+    6.0
+    """
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

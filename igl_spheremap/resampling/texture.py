@@ -15,6 +15,7 @@ from ..gate import gate
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_directions, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.edges import edge_keys
+from ..mesh_repair.polygons import cross
 from ..sphere.rows import unit_rows
 
 #: Side of a picture in texels: 64 for each of a checkerboard's 16 squares.
@@ -211,9 +212,9 @@ def bake(
         row, column = np.divmod(k, sides[face, 0])
         texel = low[face] + np.column_stack((column, row))
         a, b, c = here[face].transpose(1, 0, 2)
-        whole = _cross(b - a, c - a)
+        whole = cross(b - a, c - a)
         a, b, c = a - texel, b - texel, c - texel
-        share = np.column_stack([_cross(b, c), _cross(c, a), _cross(a, b)])
+        share = np.column_stack([cross(b, c), cross(c, a), cross(a, b)])
         inside = (share * np.sign(whole)[:, None] >= 0).all(axis=1) & (whole != 0)
         t = share[inside] / whole[inside, None]
         column, row = texel[inside].T
@@ -228,10 +229,6 @@ def bake(
         for k in range(3)
     ]
     return np.rint(np.stack(found, axis=-1)).astype(np.uint8)
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
 def _equirectangular(cut: CutMesh) -> FloatArray:
