@@ -10,6 +10,7 @@ from ..mesh.arrays import EPS, FloatArray, IntArray, weld
 from ..mesh.edges import shared_edges, sides
 from ..mesh.measure import corner_angles, enclosed_volume, face_areas
 from . import SIX_DIGITS
+from .welding import gaps
 
 #: Share of the mean area up to which a face has none: sides that are off by eps leave about as much.
 _NO_AREA = 4 * EPS
@@ -82,13 +83,9 @@ def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
     angles, areas = corner_angles(p, f), face_areas(p, f)
     opposite = angles.ravel()[first] + angles.ravel()[second]
     closed = 2 * len(first) == f.size and not (start[first] == start[second]).any()
-    volume, places, nearest = np.nan, weld(p)[0], np.ones(1)
+    volume, places = np.nan, weld(p)[0]
     if closed:
         volume = enclosed_volume(p, f) * scale * scale * scale
-    if len(places) > 1:
-        from scipy.spatial import cKDTree  # takes .1 s, which maps don't need
-
-        nearest = cKDTree(places).query(places, k=2)[0][:, 1]
     x, y, z = (high / scale - low / scale).tolist()
     return MeshQuality(
         extent=(x * scale, y * scale, z * scale),
@@ -104,6 +101,6 @@ def mesh_quality(v: FloatArray, f: IntArray) -> MeshQuality:
         # the sum is pi in rectangles, to rounding
         non_delaunay_edges=int((opposite > np.pi + 1e-9).sum()),
         coincident_vertices=n - len(places),
-        near_vertices=int((nearest < SIX_DIGITS * np.linalg.norm(np.ptp(p, axis=0))).sum()),
+        near_vertices=int((gaps(places) < SIX_DIGITS * np.linalg.norm(np.ptp(p, axis=0))).sum()),
         largest_valence=int(np.bincount(ends).max()),
     )

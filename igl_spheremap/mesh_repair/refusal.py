@@ -27,6 +27,7 @@ from .handles import short_loop
 from .polygons import polygons_in, triangulated
 from .seam import TIPS
 from .surface import Surface, holes_text, percent
+from .topology import usable_faces
 from .welding import weld_tolerance
 
 #: How one part of a file is read.
@@ -61,8 +62,7 @@ class Refusal:
     def half_edges(self) -> NoReturn:
         """Refuse faces with a repeated index, or edges that are not shared by two opposite faces."""
         f, n = self.f, self.n
-        a, b, c = f.T
-        repeated = np.flatnonzero((a == b) | (b == c) | (c == a))
+        repeated = np.flatnonzero(~usable_faces(f, n)[1])
         if len(repeated):
             self.refuse(
                 f"degenerate: {count(repeated, 'face')} with a repeated vertex index, {examples(repeated)}",

@@ -122,9 +122,19 @@ def _with_pairs(
     _, one, index = np.unique(fan[corner], return_index=True, return_inverse=True)
     one = corner[one]
     order = np.lexsort((one, smaller[one], start[one]))
-    extra = np.append(False, start[one[order[1:]]] == start[one[order[:-1]]])
+    owner = start[one[order]]
     number = np.empty(len(one), dtype=np.int64)
-    number[order] = np.where(extra, n - 1 + np.cumsum(extra), start[one[order]])
+    number[order], extra = numbered(owner, n)
     parted = start.copy()
     parted[corner] = number[index]
-    return parted.reshape(-1, 3), np.append(np.arange(n), start[one[order[extra]]])
+    return parted.reshape(-1, 3), np.append(np.arange(n), owner[extra])
+
+
+def numbered(owner: IntArray, n: int) -> tuple[IntArray, BoolArray]:
+    """Numbers of fans, given the vertex of each: the first fan has that of the vertex, the others come from n on.
+
+    >>> numbered(np.array([4, 0, 4]), 5)[0].tolist()
+    [4, 0, 5]
+    """
+    extra = ~marked(np.unique(owner, return_index=True)[1], len(owner))
+    return np.where(extra, n + np.cumsum(extra) - 1, owner), extra

@@ -31,7 +31,8 @@ from .handles import cutting_loops
 from .holes import cap, conormals, simple_rims
 from .junctions import stitched
 from .seam import seam
-from .sheets import part_sheets
+from .sheets import numbered, part_sheets
+from .topology import usable_faces
 from .welding import welded
 
 
@@ -117,10 +118,9 @@ class Surface:
         self._note("welded", self.welded, "coincident vertex", where, "coincident vertices")
 
     def _drop_repeated_indices(self) -> None:
-        a, b, c = self.f.T
-        bad = (a == b) | (b == c) | (c == a)
-        self._keep_faces(~bad)
-        self._note("dropped", bad, "face", "with a repeated index")
+        _, usable = usable_faces(self.f, len(self.v))
+        self._note("dropped", ~usable, "face", "with a repeated index")
+        self._keep_faces(usable)
 
     def _stitch_junctions(self, tolerance: float) -> None:
         self.f, source = stitched(self.v, self.f, tolerance)
@@ -216,9 +216,8 @@ class Surface:
                 parts.append(part)
         kept = np.unique(joined)
         owner = vertex[kept]
-        extra = ~marked(np.unique(owner, return_index=True)[1], len(kept))
         row = np.empty(number, dtype=np.int64)
-        row[kept] = np.where(extra, n + np.cumsum(extra) - 1, owner)
+        row[kept], extra = numbered(owner, n)
         row = row[joined]
         self.rims = [row[part] for part in parts]
         self.f = row[fan].reshape(-1, 3)

@@ -97,11 +97,9 @@ def closed_parts(f: IntArray, n: int) -> list[IntArray]:
     inside, usable = usable_faces(f, n)
     corners = f[inside]
     number, label = components(corners.ravel(), np.roll(corners, -1, axis=1).ravel(), n)
-    edges, faces = np.unique(
-        np.sort(f[usable][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0, return_counts=True
-    )
-    closed = np.bincount(label[edges[:, 0]], minlength=number) > 0
-    closed[label[edges[faces == 1, 0]]] = False
+    keys, edge, _, _ = shared_edges(f[usable], n)
+    closed = marked(label[keys // n], number)
+    closed[label[keys[np.bincount(edge) == 1] // n]] = False
     of_face = label[np.where(inside, f[:, 0], 0)]
     order = np.flatnonzero(inside & closed[of_face])
     order = order[np.argsort(of_face[order], kind="stable")]
