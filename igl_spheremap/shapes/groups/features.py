@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -62,18 +61,6 @@ def check_features(features: Sequence[ArrayLike] | None, names: Sequence[str]) -
                 f"features of surface {name} have {widths[-1]} columns, those of {names[0]} have "
                 f"{widths[0]}; give the same ones of each"
             )
-
-
-def file_of(path: str) -> str:
-    """The file of FILE:NAME.
-
-    >>> file_of("sub-01.npz:thickness")
-    'sub-01.npz'
-    """
-    file = path.rpartition(":")[0]
-    if not file or Path(path).exists():
-        return path
-    return file
 
 
 def _column(path: str) -> FloatArray:

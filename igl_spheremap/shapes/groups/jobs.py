@@ -12,6 +12,7 @@ from ...balance.balanced_spherical_map import balanced_spherical_map
 from ...io import npz
 from ...io.files import read_mesh
 from ...io.npz import read_arrays
+from ...io.scalars import file_of
 from ...io.written_map import read_map, write_map
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
@@ -24,7 +25,7 @@ from ...resampling.transfer import resample, sphere_mesh, transfer
 from ...resampling.weights import adaptive_area
 from ..harmonics.basis import power
 from ..harmonics.harmonics import spherical_harmonics
-from .features import FeatureFiles, file_of
+from .features import FeatureFiles
 from .laying import laid
 from .placing import at_points, carried, check_member
 from .turns import NO_RESTARTS, Restarts, Rows
@@ -47,7 +48,8 @@ class MemberJob(Job):
 
     @property
     def sources(self) -> tuple[str, ...]:
-        return (self.file, *self.beside, *map(file_of, self.features))
+        features = (file_of(path)[0] for path in self.features)
+        return (self.file, *self.beside, *features)
 
     @property
     def targets(self) -> tuple[str, ...]:
@@ -55,7 +57,7 @@ class MemberJob(Job):
 
     @property
     def chosen(self) -> tuple[object, ...]:
-        columns = [path.removeprefix(file_of(path)) for path in self.features]
+        columns = [file_of(path)[1] for path in self.features]
         return *super().chosen, self.is_map, tuple(self.restarts), self.turn, *columns
 
 
