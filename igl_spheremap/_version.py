@@ -1,3 +1,3 @@
-"""The version, in a file of its own: whatever writes it down imports nothing else."""
+"""The version, in its own file: programs that write it down import nothing else."""
 
 __version__ = "1.0.0rc2"

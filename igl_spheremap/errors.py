@@ -1,6 +1,6 @@
 """Errors that the package raises, each with a sentence a user can act on.
 
-What mends a fault is data, a `Remedy`: the library says it as a call, the command line as its flags.
+The mend of a fault is data, a `Remedy`: the library says it as a call, the command line as its flags.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ R = TypeVar("R")
 T = TypeVar("T")
 E = TypeVar("E", bound=Exception)
 
-#: Control characters, ends of lines, marks that turn the direction of writing, and what no file of text holds.
+#: Control characters, ends of lines, marks that turn the direction of writing, and characters of no text file.
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
 _LONGEST = 60  # characters of a value in a message
 _PACKAGES = {"PIL": "pillow"}  # where the name to install is not the name to import
@@ -91,7 +91,7 @@ def said_by(say: Say) -> Iterator[None]:
 class MeshError(ValueError):
     """A mesh, or an array that goes with it, is not what a call takes; most take a closed genus-0 triangle mesh.
 
-    The message is one line: what is wrong, where (the first indices), and what repairs it.
+    The message is one line: the fault, its place (the first indices), and the repair.
 
     Attributes
     ----------
@@ -185,7 +185,7 @@ class FactorisationFailed(RuntimeError):
 
 
 class OfListener(BaseException):
-    """Carries what a listener raised on its way to the public function through handlers of errors that steps raise."""
+    """Carries a listener's error to the public function, past the handlers of steps' errors."""
 
     def __init__(self, error: Exception) -> None:
         super().__init__()
@@ -294,7 +294,7 @@ def within(error: E, place: str) -> E:
 
 @contextmanager
 def naming(file: str) -> Iterator[None]:
-    """Put the name of a file before what is wrong with the mesh or the map in it."""
+    """Put a file's name before the fault of its mesh or map."""
     try:
         yield
     except (MeshError, FoldingsRemain) as error:
@@ -302,7 +302,7 @@ def naming(file: str) -> Iterator[None]:
 
 
 def without_name(line: str, name: str) -> str:
-    """A message without the name of its file, for where that stands already.
+    """A message without its file's name, which stands before it already.
 
     >>> without_name("a.ply: no faces", "a.ply"), without_name("can't read a.ply: No such file", "a.ply")
     ('no faces', "can't read it: No such file")

@@ -1,4 +1,4 @@
-"""The gate of public functions: what is given to them is of the kinds that they take, and a mesh stands for `v, f`."""
+"""The gate of public functions: arguments are of the kinds that they take, and a mesh stands for `v, f`."""
 
 from __future__ import annotations
 
@@ -115,8 +115,8 @@ def gate(
 ) -> Callable[P, R]:
     """Check the kinds of a public function's arguments by its signature, and keep its caller's ``np.errstate`` out.
 
-    The function ignores overflow, division by zero and the like, and checks its results wherever these matter. First of
-    all `prepare` makes its arguments, positional ones and others, of those that are given.
+    The function ignores overflow, division by zero and the like, and checks its results wherever these matter. First
+    `prepare` makes its arguments, positional ones and others, of the given ones.
     """
     names = list(signature(function).parameters)
 
@@ -155,7 +155,7 @@ def check_kinds(annotated: Any, values: Mapping[str, object]) -> None:
 def kinds_of(annotated: Any) -> dict[str, tuple[Kind, ...]]:
     """The kinds that each argument of a function, or field of a record, takes.
 
-    There are none for arrays, meshes, and whatever else is checked where it is used.
+    Arrays, meshes, and others that are checked at their use have none.
     """
     hints = {name: hint for name, hint in annotated.__annotations__.items() if name != "return"}
     names = vars(modules[annotated.__module__])

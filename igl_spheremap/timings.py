@@ -1,4 +1,4 @@
-"""Where the time of a run goes: seconds by phase; each is logged when it begins, and how far a long loop is."""
+"""The time of a run: seconds by phase; the beginning of each and the progress of long loops are logged."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def timed() -> Iterator[None]:
 
 
 def counted(name: str, items: Sequence[T]) -> Iterator[T]:
-    """Yield the items of a long loop, and log after each how many are done.
+    """Yield the items of a long loop, and log the number done after each.
 
     >>> list(counted("steps", "ab"))
     ['a', 'b']
@@ -39,7 +39,7 @@ def counted(name: str, items: Sequence[T]) -> Iterator[T]:
 
 
 def log_share(name: str, done: int, total: int) -> None:
-    """Log how much of some work is done: 0 when it begins, all when it ends."""
+    """Log the progress of some work: 0 when it begins, all when it ends."""
     LOGGER.info(_COUNT, name, done, total)
 
 

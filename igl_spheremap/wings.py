@@ -1,6 +1,6 @@
 """Calls from the spine to the wings, which it never imports: each is imported when one of its functions is called.
 
-The spine takes arrays, maps them and certifies the maps. What else a user may ask of it is done here.
+The spine takes arrays, maps them and certifies the maps. Users' other requests are served here.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ def arrays_of_mesh(
 
 
 def sphere_and_faces(given: Any) -> tuple[ArrayLike, ArrayLike | None]:
-    """The positions and the faces of a mesh object or a file; what is no mesh comes back, without faces."""
+    """The positions and the faces of a mesh object or a file; anything else comes back, without faces."""
     from .io.objects import sphere_and_faces
 
     return sphere_and_faces(given)
 
 
 def faces_of(given: Any) -> ArrayLike:
-    """The faces of a mesh object or a file; what is no mesh comes back."""
+    """The faces of a mesh object or a file; anything else comes back."""
     from .io.objects import faces_of
 
     return faces_of(given)
 
 
 def refusal(f: IntArray, n: int, v: FloatArray | None, asked: Remedy) -> Refusal:
-    """The sentences that say why faces are no sphere and no disk, and what repairs them."""
+    """The sentences that say why faces are no sphere and no disk, and name the repair."""
     from .mesh_repair.refusal import Refusal
 
     return Refusal(f, n, v, asked)
 
 
 def refuse_polygons(v: FloatArray, f: ArrayLike) -> None:
-    """Refuse faces that are an array of polygons, and say what repairs them."""
+    """Refuse faces that are an array of polygons, and name the repair."""
     from .mesh_repair.refusal import refuse_polygons
 
     refuse_polygons(v, f)

@@ -83,7 +83,7 @@ def sphere_map(
 def _not_mirrored(
     x: FloatArray, mesh: Mesh, certificate: Certificate
 ) -> tuple[FloatArray, Certificate, list[str]]:
-    """The map, with z negated where it is a homeomorphism that reverses orientation, and a note that says so."""
+    """The map; if it is a homeomorphism that reverses orientation, with z negated, and a note."""
     if certificate.orientation != -1:
         return x, certificate, []
     y = x * [1, 1, -1]
@@ -91,7 +91,7 @@ def _not_mirrored(
 
 
 def _is_itself(mesh: Mesh, x: ArrayLike) -> list[str]:
-    """A note where the images are the surface's own vertices, and these do not lie on a sphere."""
+    """A note if the images are the surface's own vertices, and these do not lie on a sphere."""
     radii = row_lengths(mesh.v)
     if np.array_equal(x, mesh.v) and np.ptp(radii) > _ROUND * radii.max():
         return [
@@ -141,11 +141,11 @@ def repair_foldings(
     caps: ArrayLike | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
-    """Repair every folding of a map to the sphere, from whatever program it comes.
+    """Repair every folding of a map to the sphere, made by any program.
 
-    Folded slivers are repaired by small moves; vertices around other foldings are removed and put back where no face
-    folds. What moved is relaxed towards the source's angles. The rest of the map stays where it is, and a map without
-    foldings stays bit for bit.
+    Folded slivers are repaired by small moves; vertices around other foldings are removed and put back so that no face
+    folds. Moved vertices are relaxed towards the source's angles. The rest of the map stays where it is, and a map
+    without foldings stays bit for bit.
 
     Parameters
     ----------
@@ -157,9 +157,9 @@ def repair_foldings(
     caps : (m,) array_like of bool, optional
         As of `check_mesh`.
     listener : callable, optional
-        Called with an `Iterate` before and after, after every round of small moves, and each time that a batch
-        of vertices was put back; its residual is the number of foldings. Vertices that are still missing lie on
-        those that they were collapsed to.
+        Called with an `Iterate` before and after, after every round of small moves, and after each batch of vertices
+        put back; its residual is the number of foldings. Vertices that are still missing lie on those that they were
+        collapsed to.
 
     Returns
     -------
@@ -178,7 +178,7 @@ def repair_foldings(
 
     Notes
     -----
-    A repaired map is as good as the part of the given one that did not fold. Where much of it folds, as in most Gauss
+    A repaired map is as good as the part of the given one that did not fold. If much of it folds, as in most Gauss
     maps, `spherical_conformal_map` makes a better one.
 
     References

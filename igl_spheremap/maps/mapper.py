@@ -21,7 +21,7 @@ from .sphere_map import SphereMap
 
 
 class SphereMapper:
-    """Map one surface in many poses: what depends on its faces alone is computed once.
+    """Map one surface in many poses: data of its faces alone are computed once.
 
     It serves one call at a time: give each thread a mapper of its own.
 

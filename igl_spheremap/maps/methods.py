@@ -36,8 +36,8 @@ from .repair_last import repair_last
 from .safeguards import Safeguards
 from .sphere_map import SphereMap
 
-#: Degrees: a note follows where the mean angle difference exceeds what the mesh's corners explain (`_angles_off`) by
-#: more than _FAR, and some face has an angle below _THIN.
+#: Degrees: if the mean angle difference exceeds the mesh's own share (`_angles_off`) by more than _FAR, and some face
+#: has an angle below _THIN, a note follows.
 _FAR, _THIN = 10.0, 1.0
 
 
@@ -48,7 +48,7 @@ def auto(
     operators: Operators | None = None,
     large: Large = "embedded",
 ) -> SphereMap:
-    """The default: one factorisation, a start by two solves, one or two steps, and repair where the map folds.
+    """The default: one factorisation, a start by two solves, one or two steps, and repair of folds.
 
     The map is certified free of foldings, unless a listener stopped it, or `large` leaves foldings in place.
     """
@@ -95,7 +95,7 @@ def auto(
 
 
 def _remarks(mesh: Mesh, x: FloatArray, run: Run) -> Iterator[str]:
-    """Notes on what is unusual in a map."""
+    """Notes on unusual features of a map."""
     if run.gauge == "centred" and is_off_centre(mesh, x):
         yield "not Moebius-centred, which would fold huge faces or spoil their angles"
     elif run.gauge == "poles":
@@ -119,10 +119,10 @@ def _far_from_conformal(mesh: Mesh, x: FloatArray) -> Iterator[str]:
 
 
 def _angles_off(mesh: Mesh, difference: FloatArray) -> str | None:
-    """How far a map is from conformal, by its differences in degrees; None if it is not far.
+    """A map's distance from conformal ones, by its differences in degrees; None if it is not far.
 
-    The sum of the differences at a vertex is its curvature less that of its image: no map can lower it where faces are
-    small on the sphere, so that it says how much the mesh itself explains.
+    The sum of the differences at a vertex is its curvature less that of its image: if faces are small on the sphere,
+    no map can lower it, so it is the mesh's own share.
     """
     at_vertices = np.bincount(mesh.f.ravel(), difference.ravel(), len(mesh.v))
     mean = np.abs(difference).mean()
@@ -217,7 +217,7 @@ def gu_yau(mesh: Mesh, options: GuYau, listener: Listener) -> SphereMap:
 def stereographic(mesh: Mesh, options: Stereographic, listener: Listener) -> SphereMap:
     """The punctured-plane baseline: a conformal map to the plane, then inverse stereographic projection.
 
-    A note names the face. Of several candidates it is the one whose map has the least energy.
+    A note names the face: of several candidates that whose map has the least energy.
     """
     operators = build_operators(mesh, options.backend)
     harmonic = HarmonicEnergy(operators.L)
@@ -261,7 +261,7 @@ SOLVERS: dict[type[Method], Callable[..., SphereMap]] = {
 
 
 def in_gauge(mesh: Mesh, x: FloatArray, run: Run, gauge: PaperGauge = "centred") -> SphereMap:
-    """The map in the gauge of the result, certified; as the minimisation left it if the gauge is free or folds it."""
+    """The map in the gauge of the result, certified; if the gauge is free or folds it, as minimised."""
     y, notes = x, run.notes
     if gauge == "centred":
         y = fix_gauge(mesh, x)

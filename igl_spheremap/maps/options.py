@@ -17,7 +17,7 @@ Polish = Literal["auto", "angles"]
 
 @dataclass(frozen=True, repr=False)
 class Auto(Method):
-    """The default method: preconditioned Cayley steps, then the repair of what folds.
+    """The default method: preconditioned Cayley steps, then the repair of folds.
 
     Parameters
     ----------
@@ -33,11 +33,11 @@ class Auto(Method):
         always centred. "poles" uses a Moebius map to take the tips of the three deepest limbs to ends of the
         coordinate axes, where coordinates are finer. "centred" shortens the limbs and keeps the gauge.
     polish : {"auto", "angles"} or None, default "auto"
-        Whether Newton steps lower the angle differences of a good map: "auto", where they are predicted to pay;
-        "angles", always, for up to 26 times the time, 50 where scipy factorises; None, never, so that a good map stays
-        the harmonic one.
+        Whether Newton steps lower the angle differences of a good map: "auto", if they are predicted to pay; "angles",
+        always, for up to 26 times the time, with scipy's factors 50; None, never, so that a good map stays the harmonic
+        one.
     effort : Effort, default Effort()
-        Cost allowed to steps that lower the angle differences; a dict of the same names will do.
+        Cost allowed to steps that lower the angle differences; or a dict of the same names.
 
     Raises
     ------
@@ -48,11 +48,11 @@ class Auto(Method):
 
     Notes
     -----
-    Measurements of the harmonic map decide what follows: the first row of the table that applies. ``result.explain()``
-    says which one did. "Mean" is the mean size of all angle differences, in degrees.
+    Measurements of the harmonic map decide: the first row of the table that applies. ``result.explain()`` names it.
+    "Mean" is the mean size of all angle differences, in degrees.
 
     =  ==================================================  ========================================================
-       measured                                            what follows
+       measured                                            consequence
     =  ==================================================  ========================================================
     1  more than 1 percent of the faces fold, or the       layouts of the mesh in the plane race in the map's
        degree is not 1                                     place: one, or `Effort.layouts` if the mean is above 2.4
@@ -94,7 +94,7 @@ class Auto(Method):
     >>> decided(v * [1, 1, 3])
     auto: no face folds, and steps on angles are predicted to gain less than 3.4 percent; so the map stays as it is
 
-    Limbs too deep for float64 decide the gauge, or by how much they are shortened:
+    Limbs too deep for float64 decide the gauge, or are shortened by a factor:
 
     >>> results = [ism.spherical_conformal_map(v * [1, 1, 30], f, gauge=gauge) for gauge in ("poles", "centred")]
     >>> [(result.gauge, round(result.stretch, 1)) for result in results]
@@ -174,7 +174,7 @@ class GuYau(Method):
     plateau: float = 5e-7
 
     def __post_init__(self) -> None:
-        """Refuse steps that diverge, and options of the Tutte map where none is made."""
+        """Refuse steps that diverge, and options of the Tutte map if none is made."""
         super().__post_init__()
         if not self.tutte and "tutte_plateau" in self.settings():
             raise ValueError(

@@ -1,4 +1,4 @@
-"""The repair of what a minimisation has folded: once, at its end."""
+"""The repair of a minimisation's folds: once, at its end."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def repair_last(
     gauge: PaperGauge,
     keeps_its_place: bool = False,
 ) -> SphereMap:
-    """A minimiser in the gauge, with what still folds repaired: locally if few faces do, else as by `auto`.
+    """A minimiser in the gauge, its folds repaired: few locally, more as by `auto`.
 
-    Always locally if the rest of the map `keeps_its_place`. The energy is that of the result.
+    If the rest of the map `keeps_its_place`, always locally. The energy is that of the result.
     """
     began, rounds = time.perf_counter(), run.rounds
     if gauge == "centred":

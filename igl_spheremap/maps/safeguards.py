@@ -24,11 +24,11 @@ _LOOK = 20
 class Confined(Hooks):
     """Keep the map centred, and a start without foldings free of them, unless the map `may_fold`.
 
-    Moebius maps that crowd the mesh into a point bring the discrete energy down to 0. So the map is centred at the
-    start and where it has drifted, if the problem says so (`Problem.fixes_gauge`).
+    Moebius maps that crowd the mesh into a point bring the discrete energy down to 0. So, if the problem says so
+    (`Problem.fixes_gauge`), the map is centred at the start and after drifts.
 
     Limbs have tiny images, which fold for next to no energy, though "the minimization must be confined to the set of
-    diffeomorphisms" (section 1). So a step after which more faces fold than may is refused.
+    diffeomorphisms" (section 1). So a step that folds more faces than allowed is refused.
     """
 
     def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
@@ -53,7 +53,7 @@ class Confined(Hooks):
         return None
 
     def _bound(self, x: FloatArray) -> float:
-        """How many faces may fold on the way from a start: none if none of its own do."""
+        """Number of faces that may fold on the way from a start: none from a start without folds."""
         if self._may_fold or self._foldings(x):
             return np.inf
         return 0
@@ -70,13 +70,13 @@ class Confined(Hooks):
 
 
 class Safeguards(Confined):
-    """For Algorithm 2: minimise first, then correct; where a map has shrunk, begin again without weights.
+    """For Algorithm 2: minimise first, then correct; if a map has shrunk, begin again without weights.
 
     The first minimisation is not confined: half of the faces of a Gauss map are folded, and on the way there may be
     more. No step may fold more faces than the star map from which it starts.
 
-    As a map shrinks to a point its energy falls below 4 pi, which that of a smooth map of degree 1 does not, and it has
-    the degree 0. Its conformal factor says nothing then, so the star map has the weight e^{2u} = 1.
+    As a map shrinks to a point its degree becomes 0, and its energy falls below 4 pi, the least of a smooth map of
+    degree 1. Then its conformal factor is useless, so the star map has the weight e^{2u} = 1.
     """
 
     def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
@@ -84,7 +84,7 @@ class Safeguards(Confined):
         self._is_first = True
 
     def search(self, energy: float, rho: float, delta: float, xi: float) -> NonmonotoneSearch:
-        """A search that soon gives up where folds are refused: what one step folds the next one folds, too."""
+        """A search that soon gives up when folds are refused: the next step would fold the same faces."""
         if self._most == np.inf:
             return super().search(energy, rho, delta, xi)
         return NonmonotoneSearch(energy, rho, delta, xi, TRIALS)

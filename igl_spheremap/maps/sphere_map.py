@@ -27,14 +27,14 @@ class SphereMap(Result):
     Attributes
     ----------
     mesh : Mesh
-        The source, checked: what is measured of the map needs no further check.
+        The source, checked: measures of the map need no further check.
     sphere : (n, 3) float64 array
         Images of the vertices, unit rows, in the input's order. Read-only, since the certificate is of these numbers:
         copy it to change it.
     certificate : Certificate
         Of ``sphere`` and ``faces``, in exact arithmetic.
     run : Run
-        How the map came about. What it holds can be read from the map, too: ``result.energy`` is ``result.run.energy``.
+        How the map came about. The map has its attributes, too: ``result.energy`` is ``result.run.energy``.
     conformal : SphereMap, optional
         The conformal map that a balanced one started from.
     """
@@ -166,7 +166,7 @@ def round_rows(result: SphereMap) -> list[tuple[str, ...]]:
 
 
 def _measured(degrees: float) -> str:
-    """An angle as a text, which is empty where it was not measured."""
+    """An angle as a text; if it was not measured, an empty one."""
     if math.isnan(degrees):
         return ""
     return f"{degrees:.3g}"

@@ -41,7 +41,7 @@ def spherical_conformal_map(
         Vertex positions, any units. Never mutated.
     f : (m, 3) array_like
         Faces as 0-based vertex indices: closed, oriented, connected, genus 0. As in all functions of `v, f`, a mesh
-        object may stand for both: what `read_mesh` or `repair_mesh` returns, a mesh of trimesh, PyVista or meshio, or a
+        object may stand for both: a result of `read_mesh` or `repair_mesh`, a mesh of trimesh, PyVista or meshio, or a
         pair. Its caps, if it has any, come with it.
     method : str or Method
         "auto" (the fast pipeline, the default), "lai2014" (the paper: Algorithm 2 around Algorithm 1, from the Gauss
@@ -56,12 +56,12 @@ def spherical_conformal_map(
     backend : str, default "auto"
         Factorisation: "scipy", "rslab", "cvxopt", or "auto", the fastest that is installed.
     gauge : {"poles", "centred"}, default "poles"
-        What is done for limbs too deep for float64: their tips go to ends of the coordinate axes, where numbers are
-        finer; or they are shortened, and the map is centred.
+        Treatment of limbs too deep for float64: their tips go to ends of the coordinate axes, where numbers are finer;
+        or they are shortened, and the map is centred.
     polish : {"auto", "angles"} or None, default "auto"
-        When Newton steps lower angle differences: where they pay, always (up to 26 times the time), never.
+        When Newton steps lower angle differences: if they pay, always (up to 26 times the time), never.
     effort : Effort
-        What such steps may cost.
+        Cost allowed to such steps.
     caps : (m,) array_like of bool, optional
         As of `check_mesh`.
     listener : callable, optional
@@ -76,8 +76,8 @@ def spherical_conformal_map(
     Raises
     ------
     MeshError
-        If `v, f` is not a closed, oriented, connected genus-0 mesh: one line that says what is wrong, where, and what
-        would fix it.
+        If `v, f` is not a closed, oriented, connected genus-0 mesh: one line that names the fault, its place and the
+        remedy.
     ValueError
         If the method or an option's value is unknown, or a number is negative or NaN.
     TypeError

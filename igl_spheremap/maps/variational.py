@@ -176,15 +176,15 @@ def fidelity_map(
     fidelity : callable
         Takes a map, an (n, 3) float64 array of unit rows that it can't change, and returns the term's value, a number
         beside a harmonic energy of about 4 pi, and the (n, 3) array of its derivatives by the coordinates; their part
-        normal to the sphere does not count. No step leads to where the value is infinite or NaN.
+        normal to the sphere does not count. No step leads to an infinite or NaN value.
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The conformal map by default.
     gauge : {"free", "centred"}
-        "free", the default, is for terms that say which of all Moebius images of a map is best. "centred" is for
-        others, such as of curves: then the map stays Moebius-centred on the source's area, for the discrete harmonic
-        energy falls where a Moebius map crowds the mesh into a point. Neither turns the map.
+        "free", the default, is for terms that select one of a map's Moebius images. "centred" is for others, such as of
+        curves: then the map stays Moebius-centred on the source's area, since Moebius maps that crowd the mesh into a
+        point lower the discrete harmonic energy. Neither turns the map.
     may_fold : bool
-        Leave what the minimiser folds. By default it is repaired, by moves of the vertices around.
+        Leave the minimiser's folds. By default they are repaired, by moves of the vertices around.
     sobolev_gradient_tolerance : float
         Norm of the gradient at which the run ends, 1e-3 by default, both taken in the metric of smooth fields: it is
         not an L2 norm as the ``gradient_tolerance`` of other methods, which single vertices would dominate.
@@ -201,8 +201,8 @@ def fidelity_map(
     -------
     SphereMap
         In the frame of the start. Its ``energy`` is the harmonic one; ``history`` has the sums; ``rounds`` has the
-        foldings before and after. Its status is STALLED at the first iteration if the derivatives are not those of the
-        value.
+        foldings before and after. If the derivatives are not those of the value, its status is STALLED at the first
+        iteration.
 
     Raises
     ------
@@ -296,7 +296,7 @@ def landmark_map(
     caps: ArrayLike | None = None,
     listener: Listener | None = None,
 ) -> SphereMap:
-    """Minimise the harmonic energy plus a penalty on how far landmarks are from their targets.
+    """Minimise the harmonic energy plus a penalty on the distances of landmarks from their targets.
 
     The penalty is half the weighted sum of squared chords: a fidelity term, see `fidelity_map`, whose solver and metric
     are used.
@@ -315,9 +315,9 @@ def landmark_map(
         Start; rows are scaled to unit length. By default the conformal map, moved by the Moebius map that
         brings the landmarks closest.
     may_fold : bool
-        Leave what the minimiser folds. It folds near landmarks, since a point has zero capacity in the plane, and the
-        energy is lowest where a thin spike of the surface reaches the target. By default it is repaired, by moves of
-        the vertices around, landmarks among them.
+        Leave the minimiser's folds. It folds near landmarks: a point has zero capacity in the plane, so the energy is
+        lowest if a thin spike of the surface reaches the target. By default folds are repaired, by moves of the
+        vertices around, landmarks among them.
     sobolev_gradient_tolerance, max_iterations, plateau, caps
         As of `fidelity_map`.
     listener : callable, optional
@@ -369,7 +369,7 @@ def landmark_map(
 def check_landmarks(
     n: int, vertices: ArrayLike, targets: ArrayLike, weights: ArrayLike
 ) -> LandmarkEnergy:
-    """Landmarks of a mesh of `n` vertices as a penalty; a MeshError that names the one that is wrong, and why.
+    """Landmarks of a mesh of `n` vertices as a penalty; a MeshError that names a wrong one, and why.
 
     >>> check_landmarks(4, [0, 2], [[0, 0, 2], [1, 0, 0]], 3.0).targets
     array([[0., 0., 1.],

@@ -1,4 +1,4 @@
-"""Repair of meshes: what is wrong, what a mesh is that can't be mapped, and how it becomes one that can."""
+"""Repair of meshes: their faults and topology, and the steps that make them fit to be mapped."""
 
 from typing import Any
 

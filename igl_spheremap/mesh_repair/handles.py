@@ -10,16 +10,16 @@ from scipy.sparse.csgraph import breadth_first_order, dijkstra, minimum_spanning
 from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import components, edge_keys, marked, shared_edges, sides
 
-#: A mean edge in the unit of lengths, which are whole numbers: their sums are exact, so that of loops that are equally
-#: long the same one is taken whatever the units of the mesh, and paths of up to 2^17 such edges stay below 2^53.
+#: A mean edge in the unit of lengths, which are whole numbers: their sums are exact, so the choice among equally long
+#: loops does not depend on the mesh's units, and paths of up to 2^17 such edges stay below 2^53.
 _MEAN_EDGE = 2.0**36
 
 
 def cutting_loops(v: FloatArray, f: IntArray, reach: float = 6.0) -> list[IntArray]:
     """Disjoint simple loops of vertices of a closed connected surface that together do not separate it.
 
-    At least one if there is a handle, and others once those are cut. Searches at the loops of a basis reach so many
-    mean edge lengths far, and then twice as far until there is one.
+    If there is a handle, at least one; others once those are cut. Searches at the loops of a basis reach that many mean
+    edge lengths, then twice as far until one is found.
     """
     loops = _Loops(v, f)
     if not loops.basis:
@@ -126,7 +126,7 @@ class _Loops:
         return np.searchsorted(self._keys, edge_keys(loop, np.roll(loop, -1), self._n))
 
     def near_basis(self, reach: float, roots: int = 24) -> list[IntArray]:
-        """The shortest loops that don't separate, within `reach` of so many equally spaced vertices of each basis loop.
+        """The shortest loops that don't separate, within `reach` of some equally spaced vertices of each basis loop.
 
         A search from a distance d to a loop of length l finds one at most 2 d longer: none begins near an earlier one.
         """
@@ -150,7 +150,7 @@ class _Loops:
     ) -> IntArray:
         """A loop that does not separate, shortened until no shorter one runs through any of its vertices.
 
-        Searches begin at as many of these as together may visit `visits` vertices, some .1 s, and at three at least.
+        Searches begin at three of these, and at more if all together visit at most `visits` vertices, some .1 s.
         """
         while True:
             length = self.length(loop)
@@ -187,7 +187,7 @@ class _Loops:
         return ball[_without_stem(_to_root(above, int(i[k])), _to_root(above, int(j[k])))]
 
     def not_separating(self, loops: list[IntArray]) -> list[IntArray]:
-        """As many of disjoint loops as together do not separate the surface; the longest are left out."""
+        """Disjoint loops that together do not separate the surface: the longest are left out."""
         edges = [self._numbers(loop) for loop in loops]
         kept = ~marked(np.concatenate(edges), len(self._keys))
         m = len(self._left) * 2 // 3
@@ -227,7 +227,7 @@ def _to_root(above: list[int], at: int) -> list[int]:
 
 
 def _without_stem(a: list[int], b: list[int]) -> list[int]:
-    """The loop of two paths to a root and the edge between their first vertices, without what they share but one.
+    """The loop of two paths to a root and the edge between their first vertices, without their common vertices but one.
 
     >>> _without_stem([5, 3, 1, 0], [6, 4, 3, 1, 0])
     [3, 5, 6, 4]

@@ -1,4 +1,5 @@
-"""What a mesh is before it is mapped: its parts and figures, why it can't be mapped, and what its repair would do."""
+"""Description of a mesh before it is mapped: its parts and figures, why it can't be mapped, and the effect of a
+repair."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ from .topology import Topology, topology_of, usable_faces
 
 @dataclass(frozen=True)
 class MeshInfo:
-    """What `info` finds out about a mesh; ``print`` shows what the command line does.
+    """Findings of `info` on a mesh; ``print`` shows them as the command line does.
 
     Attributes
     ----------
@@ -36,17 +37,17 @@ class MeshInfo:
     topology : Topology
         Components with their boundary loops and handles, and faults of the lists.
     quality : MeshQuality or None
-        Sizes, angles and coincident vertices; None where no face can be measured.
+        Sizes, angles and coincident vertices; None if no face can be measured.
     maps_to : {"sphere", "plane"} or None
-        What the mesh can be mapped to as it is: the sphere, the plane (`disk_conformal_map`, `flatten`), or nothing.
+        Target of its maps as it is: the sphere, the plane (`disk_conformal_map`, `flatten`), or nothing.
     error : str or None
         Why it can't be mapped to the sphere.
     repair : dict or None
-        Options with which `repair_mesh` makes a mesh of it that can be; None where it can't, or nothing is to be done.
+        Options with which `repair_mesh` makes a mesh of it that can be; None if it can't, or need not.
     actions : tuple of str
-        What that repair does.
+        The actions of that repair.
     weights : str or None
-        Of the Laplacian, where the mesh can be mapped to the sphere: "cotangent", or what takes their place.
+        Of the Laplacian, if the mesh can be mapped to the sphere: "cotangent", or their substitute.
     notes : tuple of str
         Why these are not the first choice.
     """
@@ -72,7 +73,7 @@ class MeshInfo:
 
 @takes_mesh
 def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
-    """Measure any triangles: what they are, whether they can be mapped, and what `repair_mesh` would do.
+    """Measure any triangles: their topology, whether they can be mapped, and the effect of `repair_mesh`.
 
     Parameters
     ----------
@@ -84,7 +85,7 @@ def info(v: ArrayLike, f: ArrayLike) -> MeshInfo:
     Returns
     -------
     MeshInfo
-        What ``igl-spheremap info`` prints.
+        The report that ``igl-spheremap info`` prints.
 
     Raises
     ------
@@ -172,7 +173,7 @@ _VERDICTS: dict[str | None, str] = {
     "plane": "oriented, connected, one boundary loop, no handle: a disk, which can be mapped to the plane",
 }
 _NO_MAP = "it can't be mapped as it is: "
-#: Faults of the lists: the fields of `Topology`, and what is counted.
+#: Faults of the lists: the fields of `Topology`, and the things counted.
 _FAULTS = (
     ("nonmanifold_edges", "edge of more than two faces", "edges of more than two faces"),
     ("nonmanifold_vertices", "vertex where sheets touch", "vertices where sheets touch"),
@@ -189,7 +190,7 @@ _FAULTS = (
 
 
 def _parts(topology: Topology, described: int = 5) -> list[Finding]:
-    """Components, so many of them one by one, and what is wrong with the lists."""
+    """Components, the first of them one by one, and faults of the lists."""
     several = len(topology.components) > 1
     found = []
     for part in topology.components[:described]:

@@ -23,7 +23,7 @@ from . import SIX_DIGITS
 
 
 def triangulated(v: FloatArray, f: ArrayLike) -> tuple[IntArray, IntArray, tuple[str, ...]]:
-    """Faces as triangles, the row of `f` that each comes from, and what was done: arrays of polygons are cut.
+    """Faces as triangles, the row of `f` that each comes from, and the action: arrays of polygons are cut.
 
     >>> v = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
     >>> faces, row, done = triangulated(v, [[0, 1, 2, 3]])
@@ -43,7 +43,7 @@ def triangulated(v: FloatArray, f: ArrayLike) -> tuple[IntArray, IntArray, tuple
 
 
 def triangulation(polygons: int, concave: int) -> tuple[str, ...]:
-    """What was done to polygons, if there were any."""
+    """The action on polygons, if there were any."""
     if not polygons:
         return ()
     done = f"triangulated {plural(polygons, 'polygon')}"
@@ -101,8 +101,8 @@ class CutPolygons:
 def cut_polygons(v: FloatArray, corners: IntArray, sizes: IntArray) -> CutPolygons:
     """Cut polygons, all corners in one row and the number of each one's, into triangles.
 
-    All triangles of a polygon face the same way, and no new edge joins two vertices that an edge joins already. A fan
-    about the first or the second corner is taken if it is so; else ears are cut off, the best-shaped first.
+    All triangles of a polygon face the same way, and no new edge joins two vertices that an edge joins already. If a
+    fan about the first or the second corner does so, it is taken; else ears are cut off, the best-shaped first.
 
     >>> v = np.array([[1, 0, 0], [0, -0.5, 0], [-1, 0, 0], [0, -2, 0]])
     >>> cut = cut_polygons(v, np.arange(4), np.array([4]))
@@ -193,7 +193,7 @@ def _ears(p: FloatArray, corners: list[int], taken: set[int], n: int) -> list[li
         return low * n + high
 
     def score(k: int) -> float:
-        """How good it is to cut a corner: the shape of its ear, best with a new edge, worst where it is no ear."""
+        """Merit of cutting a corner: the shape of its ear, best with a new edge, worst without an ear."""
         a, b, c = p[ear(k)]
         longest = max(float(side @ side) for side in (b - a, c - b, a - c))
         shape = 0.0

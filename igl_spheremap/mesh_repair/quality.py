@@ -18,7 +18,7 @@ _NO_AREA = 4 * EPS
 
 @dataclass(frozen=True)
 class MeshQuality:
-    """Figures of a triangle mesh, in the units of its file where not said otherwise.
+    """Figures of a triangle mesh, in the units of its file unless said otherwise.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class MeshQuality:
     area : float
         Of the surface.
     volume : float
-        Enclosed; negative where the mesh is oriented inwards, NaN where it is not closed and oriented.
+        Enclosed; negative if the mesh is oriented inwards, NaN if it is not closed and oriented.
     shortest_edge, mean_edge, longest_edge : float
         Edge lengths.
     smallest_angle, largest_angle : float

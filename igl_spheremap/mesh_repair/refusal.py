@@ -1,4 +1,4 @@
-"""Why a mesh is refused: what is wrong, where, and which call repairs it. Nothing here runs for sound meshes."""
+"""Why a mesh is refused: the fault, its place, and the call that repairs it. Nothing here runs for sound meshes."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ def repair_by(function: str, options: dict[str, Any]) -> Remedy:
 
 
 class Refusal:
-    """The errors of a refused mesh: faces with indices in range, and its positions where they are known.
+    """The errors of a refused mesh: faces with indices in range, and its positions if known.
 
     `asked` is the repair that the mesh comes from, with all options given so far, and `work` the surface under that
-    repair. Numbers in sentences are those of the input, and the call that is suggested was followed from there. A disk,
-    which `repair_disk` makes, may have a boundary.
+    repair. Sentences have the input's numbers, and the suggested call was tried on the input. A disk, which
+    `repair_disk` makes, may have a boundary.
     """
 
     def __init__(
@@ -199,7 +199,7 @@ class Refusal:
     def _cleaned(self) -> tuple[Surface, float]:
         """The input, as far as it is repaired without new geometry, and the tolerance by which it was welded.
 
-        Vertices that nearly coincide are welded where that leaves fewer components and holes.
+        If that leaves fewer components and holes, nearly coincident vertices are welded.
         """
         given = self.asked.options.get("weld", 0.0)
         work = self._clean(given)
@@ -225,7 +225,7 @@ class Refusal:
 
     @cached_property
     def _remedy(self) -> Remedy | None:
-        """The repair of the input by which it passes the check; None if there is none, or it is the one that failed."""
+        """The repair by which the input passes the check; None if none does, or only the one that failed."""
         work, near = self._cleaned
         if not work.sound or not len(work.f):
             return None

@@ -38,7 +38,7 @@ def repair_disk(
     handles : {"refuse", "cut"}
         With `cut`: "cut" first cuts each handle and fills both sides. By default handles are refused.
     rim : int or (3,) array_like, optional
-        The boundary loop that stays is the one nearest to this vertex, or to this point; by default it is the longest.
+        Keep the boundary loop nearest to this vertex, or to this point; by default the longest.
     cut : int or (k,) or (k, 2) array_like of int, optional
         Cut the surface along a tree of shortest paths that joins its boundary loops and these vertices, two or more, or
         as many loops and tips as a number says: each tip is the vertex farthest from the tree so far. So 2 cuts a tube
@@ -53,9 +53,9 @@ def repair_disk(
     Raises
     ------
     MeshError
-        If that is not enough.
+        If the repair does not suffice.
     ValueError
-        If `holes` or `handles` is another word, `weld` is out of range, or `rim` or `cut` names what is not a vertex.
+        If `holes` or `handles` is another word, `weld` is out of range, or `rim` or `cut` names no vertex.
 
     References
     ----------
@@ -100,7 +100,7 @@ def repair_disk(
 
 
 def _points(cut: ArrayLike | None, n: int) -> IntArray | int | None:
-    """The vertices to cut through, or how many tips."""
+    """The vertices to cut through, or the number of tips."""
     if cut is None:
         return None
     if np.ndim(cut) == 0:
@@ -148,7 +148,7 @@ def _kept(work: Surface, near: FloatArray | None) -> int:
 
 
 def _images(work: Surface, points: IntArray) -> IntArray:
-    """What vertices of the input became; a MeshError if one was dropped."""
+    """Images of vertices of the input; a MeshError if one was dropped."""
     images = work.image[points]
     if (images < 0).any():
         raise MeshError(

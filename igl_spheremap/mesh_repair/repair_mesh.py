@@ -21,7 +21,7 @@ from .surface import Surface
 
 @dataclass(frozen=True, eq=False)
 class RepairedMesh:
-    """A closed, outward oriented genus-0 mesh, or a disk, and what its rows were in the input. Unpacks to ``v, f``.
+    """A closed, outward oriented genus-0 mesh, or a disk, with its rows in the input. Unpacks to ``v, f``.
 
     Attributes
     ----------
@@ -34,10 +34,10 @@ class RepairedMesh:
     face_source : (m,) int64 array
         Row of the input that each face comes from, -1 for the faces of caps.
     vertex_image : (n_input,) int64 array
-        Vertex that each row of the input became, -1 for those that were dropped. Where a row became several vertices
+        Vertex that each row of the input became, -1 for those that were dropped. If a row became several vertices
         (sheets that touched, a cut), the first of them.
     actions : tuple of str
-        What was done, a phrase each; empty for a mesh that was sound.
+        The repairs, a phrase each; empty for a sound mesh.
     """
 
     v: FloatArray
@@ -81,9 +81,9 @@ def repaired(
     steps: Callable[[Surface], None],
     check: Callable[..., object],
 ) -> RepairedMesh:
-    """Repair what needs no new geometry, then take further steps, and check what comes out.
+    """Repair all that needs no new geometry, then take further steps, and check the result.
 
-    Errors say what the repair had done by then, and suggest calls with the options `asked` of this one.
+    Errors list the repairs done by then, and suggest calls with the options `asked` of this one.
     """
     options: dict[str, Any] = REPAIRS | dict(asked.options)
     closed = asked.function == "repair_mesh"
@@ -115,10 +115,10 @@ def repair_mesh(
     holes: Literal["refuse", "fill"] = "refuse",
     handles: Literal["refuse", "cut"] = "refuse",
 ) -> RepairedMesh:
-    """Repair what keeps a surface from being a closed, oriented genus-0 mesh.
+    """Repair faults that keep a surface from being a closed, oriented genus-0 mesh.
 
-    Cuts polygons into triangles in their planes, welds vertices along open edges that coincide, splits faces on whose
-    open edges other vertices lie (T-junctions), and drops faces with a repeated index, surplus copies of faces,
+    Cuts polygons into triangles in their planes, welds vertices along open edges that coincide, and splits faces on
+    whose open edges other vertices lie (T-junctions). Drops faces with a repeated index, surplus copies of faces,
     vertices with NaN and the faces at them, and unreferenced vertices. Makes the orientation consistent and outward.
     Separates sheets that touch at a vertex or meet in an edge: each keeps its own two faces there, one that touches
     itself is separated by the angles of its faces, and faces that have no partner at an edge are dropped. Coincident
@@ -137,7 +137,7 @@ def repair_mesh(
         place are.
     keep_largest : bool
         Keep the largest component and drop the others, whose share of the area `actions` say; by default several are
-        refused. The largest is the one of most volume, or of most area if none is closed.
+        refused. The largest is the one of most volume, or, if none is closed, of most area.
     holes : {"refuse", "fill"}
         "fill" closes each hole by a cap: rings of triangles that first continue the surface, then grow towards a
         centre. By default holes are refused.
@@ -148,12 +148,12 @@ def repair_mesh(
     Returns
     -------
     RepairedMesh
-        The mesh, index maps to the input and what was done. Maps take ``caps=mesh.face_source < 0``.
+        The mesh, index maps to the input and the actions. Maps take ``caps=mesh.face_source < 0``.
 
     Raises
     ------
     MeshError
-        If that is not enough: holes, handles or several components that are refused, or no orientation.
+        If the repair does not suffice: holes, handles or several components that are refused, or no orientation.
     ValueError
         If `holes` or `handles` is another word, or `weld` is out of range.
 

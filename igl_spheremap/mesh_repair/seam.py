@@ -21,9 +21,9 @@ def seam(
 ) -> IntArray:
     """Edges (k, 2) of a tree of shortest paths that joins boundary loops and vertices, or as many loops and tips.
 
-    Each path joins the tree to what is nearest of what it lacks; a tip is the vertex farthest from it, as Gu, Gortler
-    and Hoppe (2002, Geometry images) extend a cut to the point that is stretched most. Without loops the first tip is
-    farthest from vertex 0.
+    Each path joins the tree to the nearest missing item; a tip is the vertex farthest from it, as Gu, Gortler and Hoppe
+    (2002, Geometry images) extend a cut to the point that is stretched most. Without loops the first tip is farthest
+    from vertex 0.
     """
     n = len(v)
     keys = np.unique(edge_keys(*sides(f), n))

@@ -18,7 +18,7 @@ def part_sheets(v: FloatArray, f: IntArray) -> tuple[IntArray, IntArray, IntArra
     there goes on from one into the other. Other faces are sorted by angle around the edge: where directions alternate,
     neighbours with the body between them are paired, which separates bodies that touch, and where the edge stays
     non-manifold, neighbours with nothing between them. Where they don't alternate, the straightest pairs are taken.
-    Faces that are left over are dropped, and those of edges that stay non-manifold.
+    Left-over faces, and those of edges that stay non-manifold, are dropped.
     """
     faces = np.arange(len(f))
     while True:

@@ -37,13 +37,13 @@ from .welding import welded
 
 
 class Surface:
-    """Vertices and faces, the rows of the input that they come from (-1: new), and what was done.
+    """Vertices and faces, the rows of the input that they come from (-1: new), and the actions.
 
-    `rows` are those of the input that faces come from, their numbers by default, and `done` what was done before. The
+    `rows` are those of the input that faces come from, their numbers by default, and `done` the actions before. The
     surface is to be `closed`, or else a disk.
 
-    `clean` repairs what needs no new geometry, and gives each fan of faces a vertex of its own. If `sound`, only holes
-    (`rims`), handles (`genus`) and components (`parts`) are left then; else there is no orientation.
+    `clean` repairs all that needs no new geometry, and gives each fan of faces a vertex of its own. If `sound`, only
+    holes (`rims`), handles (`genus`) and components (`parts`) remain; else there is no orientation.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class Surface:
         self._note("split", self.stitched, "face", "at vertices on their open edges")
 
     def _drop_copies(self) -> None:
-        """Where an edge has more than two faces, keep the first of those with the same corners."""
+        """If an edge has more than two faces, keep the first of those with the same corners."""
         edge = shared_edges(self.f, len(self.v))[1]
         surplus = np.any((np.bincount(edge)[edge] > 2).reshape(-1, 3), axis=1)
         surplus[np.unique(np.sort(self.f, axis=1), axis=0, return_index=True)[1]] = False
@@ -149,7 +149,8 @@ class Surface:
         self._note("parted", edges, "edge", "where sheets meet")
 
     def _drop_components(self, keep_largest: bool) -> None:
-        """Of several components keep the largest: by area, or of a surface to be closed by volume if any is closed."""
+        """Of several components keep the largest: by area, or, if a surface to be closed has a closed one, by
+        volume."""
         first, second = self._twins()
         self.parts, label = components(first // 3, second // 3, len(self.f))
         if not keep_largest or self.parts < 2:
@@ -192,7 +193,7 @@ class Surface:
     def split_fans(self, cut: IntArray, capped: bool = True) -> None:
         """Give each fan of faces around a vertex a vertex of its own, and find the rims; open the edges of keys `cut`.
 
-        Where a rim passes a vertex twice, its fans stay together if caps of both holes will lie between them.
+        If a rim passes a vertex twice and caps of both holes will lie between its fans, these stay together.
         """
         start, corners, n = sides(self.f)[0], self.f.ravel(), len(self.v)
         keys, edge, first, second = shared_edges(self.f, n)
@@ -322,12 +323,12 @@ class Surface:
         self._keep_faces(~drop)
 
     def _areas(self, f: IntArray) -> FloatArray:
-        """Areas of faces in the input's own unit, 0 where they are not finite."""
+        """Areas of faces in the input's own unit, 0 if not finite."""
         areas = face_areas(np.ldexp(self.v, -self._power), f)
         return np.nan_to_num(areas, nan=0.0, posinf=0.0)
 
     def _share(self, f: IntArray) -> float:
-        """The share of the input's area that faces have; 0 where it has none."""
+        """The share of the input's area that faces have; 0 if it has none."""
         area = float(self._areas(f).sum())
         if not self._area:
             return area
@@ -345,7 +346,7 @@ class Surface:
         where: str = "",
         several: str | None = None,
     ) -> None:
-        """Say what was done with things, if there were any: marked ones, or a number of them."""
+        """If there were any things, marked ones or a number, note the action on them."""
         number = int(np.sum(things))
         if number:
             self.actions.append(f"{verb} {plural(number, one, several)} {where}".rstrip())
@@ -376,7 +377,7 @@ def percent(share: float) -> str:
 
 
 def holes_text(v: FloatArray, rims: list[IntArray], places: bool = True) -> str:
-    """How many holes there are, how long, and where the longest is.
+    """The holes' number and lengths, and the place of the longest.
 
     >>> holes_text(np.eye(4, 3), [np.array([0, 1, 2, 3]), np.array([0, 1, 2])])
     '2 holes (4 and 3 edges), the longest near (0.25, 0.25, 0.25)'

@@ -1,4 +1,4 @@
-"""The components of any triangles, their boundary loops and handles, and what keeps them from being a surface."""
+"""The components of any triangles, their boundary loops and handles, and their faults as a surface."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class Component:
     vertices, faces : int
         Their numbers.
     boundary_loops : tuple of int
-        The edges of each, the longest first; none where it is closed.
+        The edges of each, the longest first; none if it is closed.
     handles : int or None
-        0 for a sphere and a disk; None where it is not orientable.
+        0 for a sphere and a disk; None if it is not orientable.
     part : int or None
-        The number K by which FILE:K names the closed part that it belongs to; None where that is open.
+        The number K by which FILE:K names its closed part; None if that is open.
     """
 
     vertices: int

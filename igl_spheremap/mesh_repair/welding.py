@@ -12,7 +12,7 @@ from . import LARGEST_WELD
 def welded(v: FloatArray, f: IntArray, tolerance: float) -> tuple[IntArray, IntArray]:
     """The vertices on open edges, and for each the first of those that it is joined with.
 
-    Two are joined whose distance is at most `tolerance` diagonals of the bounding box, and so all that such pairs link.
+    Vertices within `tolerance` diagonals of the bounding box are joined, and so all that such pairs link.
     """
     rows, _, edges, own = open_edges(v, f)
     rim = np.unique(edges)
@@ -31,7 +31,7 @@ def welded(v: FloatArray, f: IntArray, tolerance: float) -> tuple[IntArray, IntA
 
 
 def weld_tolerance(v: FloatArray, f: IntArray) -> float | None:
-    """The tolerance for `welded` that the distances of a mesh suggest, a power of ten; None where there is none.
+    """The tolerance for `welded` that the distances of a mesh suggest, a power of ten, or None.
 
     Distances from vertices on open edges to their nearest ones, and lengths of these edges: where vertices nearly
     coincide, a wide gap lies between both. The tolerance lies in the middle of the widest.

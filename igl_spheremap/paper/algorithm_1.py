@@ -49,7 +49,7 @@ def cayley_bb(
 ) -> Iterator[State]:
     """Yield the start and every state after it of Algorithm 1, for any energy and metric; `minimize` has step 2.
 
-    The states end where no step is acceptable. Their residual is that of the metric, by eq. (9) the L2 norm of A F in
+    The states end when no step is acceptable. Their residual is that of the metric, by eq. (9) the L2 norm of A F in
     the L2 metric.
 
     Lai et al., Algorithm 1; Wen and Yin 2013, *A feasible method for optimization with orthogonality constraints*.
@@ -74,12 +74,12 @@ def cayley_bb(
 
 
 def _path(F: FloatArray, AF: FloatArray, hooks: Hooks, tau: float) -> FloatArray | None:
-    """The map to which a step leads, None where it is refused."""
+    """A step's map; None if it is refused."""
     return hooks.trial(cayley_step(F, AF, tau))  # Theorem 1
 
 
 def _quotient(problem: Problem, D: FloatArray, W: FloatArray, bb: Quotients, k: int) -> float:
-    """Step that iteration `k` tries first, eq. (12); 0, infinite or a NaN where it has no value."""
+    """Step that iteration `k` tries first, eq. (12); without a value it is 0, infinite or a NaN."""
     DW = abs(problem.metric.inner(D, W))
     odd = k % 2 == 1
     if bb == "tau_1" or (bb == "tau_1 first" and odd) or (bb == "tau_2 first" and not odd):

@@ -1,4 +1,4 @@
-"""Where a run of Algorithm 1 may differ from the printed one: `Hooks` changes nothing, its subclasses do."""
+"""Deviations of a run of Algorithm 1 from the printed one: `Hooks` changes nothing, its subclasses do."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from ..result.run import Iterate, Round
 
 
 class Hooks:
-    """The paper's algorithms as they are: only a step that eq. (12) leaves without a value is filled in.
+    """The paper's algorithms as printed: only a step that eq. (12) leaves without a value is filled in.
 
-    Subclasses alter more. What was altered is counted, by the names of `igl_spheremap.result.run.SAFEGUARDS`.
+    Subclasses alter more. Alterations are counted by the names of `igl_spheremap.result.run.SAFEGUARDS`.
     """
 
     def __init__(self) -> None:
@@ -54,7 +54,7 @@ class Hooks:
         return False
 
     def step(self, tau: float, taken: float) -> float:
-        """The quotient of eq. (12), or the step taken before where the quotient is 0, infinite or 0/0."""
+        """The quotient of eq. (12); if it is 0, infinite or 0/0, the step taken before."""
         if 0 < tau < np.inf:
             return tau
         self._count("undefined")

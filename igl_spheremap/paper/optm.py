@@ -16,7 +16,8 @@ from .hooks import Hooks
 
 #: Number of steps that a search tries; the last one is taken in any case.
 TRIALS = 5
-#: Tolerances for the changes of map and energy, and the number of last steps over which their means are taken.
+#: A run ends if its last step changes map and energy by less than these, or the last five on average by ten times
+#: these.
 _CHANGES, _RECENT = np.array([1e-6, 1e-12]), 5
 #: Bounds of the quotients of eq. (12).
 _LEAST_TAU, _LARGEST_TAU = 1e-20, 1e20
@@ -52,7 +53,7 @@ class OptMRules(Hooks):
         return bool((self._changes[-1] < _CHANGES).all() or (mean < 10 * _CHANGES).all())
 
     def step(self, tau: float, taken: float) -> float:
-        """The quotient of eq. (12) within bounds; the run's first step where the quotient is 0, infinite or NaN."""
+        """The quotient of eq. (12) within bounds; if it is 0, infinite or NaN, the run's first step."""
         tau = super().step(tau, self._first)
         bounded = min(max(tau, _LEAST_TAU), _LARGEST_TAU)
         self._count("bounded", bounded != tau)

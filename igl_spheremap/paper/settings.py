@@ -13,7 +13,7 @@ EdgeWeights = Literal["delaunay", "cotangent"]
 PaperMetric = Literal["laplacian", "areas", "vertices"]
 #: Which quotient of eq. (12) is the first step tried.
 Quotients = Literal["tau_1 first", "tau_2 first", "tau_1", "tau_2"]
-#: Whose rules hold where the paper's text leaves something open.
+#: Source of the rules that the paper's text leaves open.
 Rules = Literal["paper", "program"]
 
 
@@ -37,8 +37,8 @@ class Lai2014(Method):
         Each minimisation ends, too, when its lowest energy fell by less than this share over the last 100 iterations:
         limbs go on changing for thousands of iterations after the rest has converged.
     rounds : int, default 3
-        Maximum number of times that foldings are removed; 0 is Algorithm 1 alone, and what it folds stays. With
-        safeguards it is once at most, for a second time takes none away.
+        Maximum number of times that foldings are removed; 0 is Algorithm 1 alone, whose folds stay. With safeguards it
+        is at most once, since a second time removes none.
     rho : float, default 1e-4
         Share of the predicted decrease that a step must reach.
     delta : float, default 0.1
@@ -56,22 +56,22 @@ class Lai2014(Method):
         negative where the angles opposite an edge sum to more than 180 degrees; "delaunay" are those of the intrinsic
         Delaunay triangulation of the surface, which never are.
     metric : {"laplacian", "areas", "vertices"}, default "laplacian"
-        Divisor of the energy's derivatives. "areas" are the paper's, eqs. (9) and (13): where vertices are unevenly
-        spread, the smallest of them rule the steps. "laplacian" are the sums of the sizes of the
-        Laplacian's rows, which have no scale: Algorithm 1 takes a half to a tenth of the iterations then. The tolerance
-        is that of the L2 norm in both. "vertices" divides by nothing, and the norm is Frobenius's.
+        Divisor of the energy's derivatives. "areas" are the paper's, eqs. (9) and (13): if vertices are unevenly
+        spread, the smallest areas dominate the steps. "laplacian" are the Laplacian's row sums of absolute values,
+        which have no scale: Algorithm 1 takes a half to a tenth of the iterations. The tolerance is that of the L2 norm
+        in both. "vertices" divides by nothing, and the norm is Frobenius's.
     rules : {"paper", "program"}, default "paper"
-        "program" follows the authors' program where the paper says nothing or something else: the fifth trial of a
-        search is taken; a quotient of eq. (12) without a value gives way to `tau`, others are kept between 1e-20 and
-        1e20; and a run has converged, too, when map and energy hardly change (`as_programmed`). It has no safeguards,
-        and goes with ``may_fold=True, gauge="free"`` only.
+        "program" follows the authors' program if the paper says nothing or something else: the fifth trial of a search
+        is taken; a quotient of eq. (12) without a value gives way to `tau`, others are kept between 1e-20 and 1e20; and
+        a run has converged, too, when map and energy hardly change (`as_programmed`). It has no safeguards, and goes
+        with ``may_fold=True, gauge="free"`` only.
     may_fold : bool, default False
         Take steps that fold faces, too, and leave them folded. By default the first minimisation may fold, no later
-        step adds foldings to a star map, and what is folded at the end is repaired.
+        step adds foldings to a star map, and remaining folds are repaired.
     gauge : {"centred", "free"}, default "centred"
         "centred" holds the Moebius freedom fixed: starts and drifting maps are centred on the source's area, boosts are
         taken out of the gradient, and the result is turned to the Gauss map. "free" leaves all maps as they come. If
-        the gauge is free and the map `may_fold`, no safeguards are left.
+        the gauge is free and the map `may_fold`, there are no safeguards.
 
     Raises
     ------
@@ -122,20 +122,20 @@ class Lai2014(Method):
         the tangential gradient A F of eqs. (9) and (13) is at most epsilon = 1e-10, as in the paper's tables, or 5,000
         iterations are done, the most that they show. Double precision hardly ever meets 1e-10, so most runs end as
         MAX_ITERATIONS. Others end as COLLAPSED, at a map to one point, which has the energy 0: coarse meshes do, even
-        where the Gauss map has no foldings. The result is not turned or centred: the certificate is of the very numbers
-        that the last iteration left.
+        if the Gauss map has no foldings. The result is not turned or centred: the certificate is of the last
+        iteration's very numbers.
 
         Choices that the paper leaves open are these. The source has unit area, which sets the scale of gradients and
         steps. The first step is 1, and the two quotients of eq. (12) take turns. Rounds end when no folding is left, or
         three are done. Eigenfunctions, given up to an orthogonal matrix, are turned to agree with the map that weights
         them, never inside out. Theorem 2's centre is the mean over dM, as printed; orthogonality to the constants in
-        eq. (20) would give the mean over e^{2u} dM, which is 0. Where a formula has no value, `docs/equations.md` says
-        what stands in, and the notes of a result say how often.
+        eq. (20) would give the mean over e^{2u} dM, which is 0. If a formula has no value, `docs/equations.md` names
+        its substitute, and the notes of a result say how often.
 
         Parameters
         ----------
         **options
-            Options that are to differ from these.
+            Options that differ from these.
 
         Returns
         -------

@@ -33,7 +33,7 @@ _SIGMA = -0.5
 _NEAR = 0.5
 #: Added to the image's mass matrix, whose sum is 4 pi, for vertices without any.
 _RIDGE = 1e-13
-#: Projections at most; where limbs are too deep for float64 they do not settle.
+#: Most projections: with limbs too deep for float64 they do not settle.
 _PROJECTIONS = 20
 
 
@@ -49,8 +49,8 @@ def gauss_map(v: ArrayLike, f: ArrayLike) -> FloatArray:
     Returns
     -------
     (n, 3) float64 array
-        Unit rows: libigl's area-weighted vertex normals. Where all faces around a vertex have no area, the mean of
-        its neighbours' normals stands in.
+        Unit rows: libigl's area-weighted vertex normals. If all faces around a vertex have no area, the mean of its
+        neighbours' normals stands in.
 
     Raises
     ------
