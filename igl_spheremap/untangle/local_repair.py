@@ -169,10 +169,11 @@ def _projected(
         outward, column_crosses(side[:, 1], side[:, 2])
     )
     length = size * lack / np.maximum(square.sum(axis=0), TINY)
-    corners, moves = folded.ravel(), length * column_crosses(outward[:, None], side)
-    moved, local = np.unique(corners, return_inverse=True)
-    move = np.stack([np.bincount(local, part.ravel()) for part in moves]) / np.bincount(local)
-    move[:, ~movable[moved]] = 0
+    corners, n = folded.ravel(), len(movable)
+    faces = np.bincount(corners, minlength=n)
+    moved = np.flatnonzero(movable & (faces > 0))
+    moves = length * column_crosses(outward[:, None], side)
+    move = np.stack([np.bincount(corners, part.ravel(), n)[moved] for part in moves]) / faces[moved]
     y = x.copy()
     y[:, moved] = unit_rows((x[:, moved] + over_relaxation * move).T.copy()).T
     return y

@@ -153,29 +153,19 @@ def _step(
     )
     share = np.minimum(1, reach * np.sqrt(nearest / np.maximum(squared, TINY)))
     move = size * share * (steps[0] * axes[0] + steps[1] * axes[1])
-    new, rows, part = old.copy(), np.arange(len(old)), stars
-    for length in lengths:
-        y = unit_rows((p + length * move).T.copy()).T
-        x[:, part.vertices] = y
-        at, unit = y.take(part.owner, axis=1), size.take(part.owner)
-        value = np.add.reduceat(loss.values((a - at) / unit, (b - at) / unit), part.start)
-        positive = np.minimum.reduceat(column_signs(np.stack((at, a, b), axis=1)), part.start) > 0
-        better = (value < old.take(rows)) & positive
-        new[rows[better]] = value[better]
-        if better.all():
-            break
-        left, faces = np.flatnonzero(~better), np.flatnonzero(~better[part.owner])
-        p, move, size, rows = (
-            p.take(left, axis=1),
-            move.take(left, axis=1),
-            size.take(left),
-            rows.take(left),
-        )
-        loss, a, b, part = (
-            loss.take(faces),
-            a.take(faces, axis=1),
-            b.take(faces, axis=1),
-            part.take(left),
-        )
-        x[:, part.vertices] = p
+    # all lengths at once: calls cost more than the work on few faces
+    trials = (p[:, None] + np.array(lengths)[:, None] * move[:, None]).reshape(3, -1)
+    y = unit_rows(trials.T.copy()).T.reshape(3, len(lengths), -1)  # coordinate, length, vertex
+    at, every = y.take(owner, axis=2).reshape(3, -1), np.tile(np.arange(len(owner)), len(lengths))
+    a, b, unit = a.take(every, axis=1), b.take(every, axis=1), unit.take(every)
+    values = loss.take(every).values((a - at) / unit, (b - at) / unit)
+    signs = column_signs(np.stack((at, a, b), axis=1))
+    values, signs = values.reshape(len(lengths), -1), signs.reshape(len(lengths), -1)
+    values = np.add.reduceat(values, stars.start, axis=1)
+    better = (values < old) & (np.minimum.reduceat(signs, stars.start, axis=1) > 0)
+    moved = np.flatnonzero(better.any(axis=0))
+    first = better.argmax(axis=0)[moved]
+    x[:, stars.vertices[moved]] = y[:, first, moved]
+    new = old.copy()
+    new[moved] = values[first, moved]
     return float(old.sum()), float(new.sum())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import igl.predicates
@@ -32,35 +31,29 @@ def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
     """
     with np.errstate(over="ignore", invalid="ignore"):
         det, largest = by_blocks(signed_volumes, x, f), np.abs(x).max(initial=0.0)
-    return _signs(det, largest, lambda unsure: x[f[unsure].ravel()])
+        signs = _signs(det)
+        unsure = np.flatnonzero(~(np.abs(det) > _ERROR * largest**3 + TINY))  # NaN included
+        if len(unsure):
+            signs[unsure] = column_signs(x[f[unsure]].T)
+    return signs
 
 
 def column_signs(corners: FloatArray) -> IntArray:
-    """Orientation of faces by their corners (coordinate, corner, face), finite numbers whose cubes do not overflow."""
-    return _signs(
-        signed_volumes(corners),
-        np.abs(corners).max(initial=0.0),
-        lambda unsure: corners[:, :, unsure].T.reshape(-1, 3),
-    )
-
-
-def _signs(det: FloatArray, largest: float, rows: Callable[[IntArray], FloatArray]) -> IntArray:
-    """Signs of determinants of numbers up to `largest`; if rounding leaves doubt, exact signs from their rows."""
-    signs = (det > 0).astype(np.int64) - (det < 0)
-    with np.errstate(over="ignore", invalid="ignore"):
-        unsure = np.flatnonzero(~(np.abs(det) > _ERROR * largest**3 + TINY))  # NaN included
-        if len(unsure):
-            x = rows(unsure).reshape(-1, 3, 3)
-            sides = x.T.copy()
-            sides[:, 1:] -= sides[:, :1]
-            det = signed_volumes(sides)
-            (a0, b0, c0), (a1, b1, c1), (a2, b2, c2) = np.abs(sides)
-            size = a0 * (b1 * c2 + b2 * c1) + a1 * (b2 * c0 + b0 * c2) + a2 * (b0 * c1 + b1 * c0)
-            still = ~(np.abs(det) > _ERROR * size + TINY * max(1.0, largest))
-            signs[unsure] = np.sign(det)  # those that are still unsure follow
-            if still.any():
-                signs[unsure[still]] = _exact_signs(x[still].reshape(-1, 3))
+    """Orientation of faces by their corners (coordinate, corner, face), numbers whose cubes do not overflow."""
+    sides = corners.copy()
+    sides[:, 1:] -= corners[:, :1]
+    det, largest = signed_volumes(sides), np.abs(corners).max(initial=1.0)
+    (a0, b0, c0), (a1, b1, c1), (a2, b2, c2) = np.abs(sides)
+    size = a0 * (b1 * c2 + b2 * c1) + a1 * (b2 * c0 + b0 * c2) + a2 * (b0 * c1 + b1 * c0)
+    signs, unsure = _signs(det), ~(np.abs(det) > _ERROR * size + TINY * largest)
+    if unsure.any():
+        signs[unsure] = _exact_signs(corners[:, :, unsure].T.reshape(-1, 3))
     return signs
+
+
+def _signs(det: NDArray[Any]) -> IntArray:
+    """1, -1, or 0, as for NaN."""
+    return (det > 0).astype(np.int64) - (det < 0)
 
 
 def folded_faces(x: FloatArray, f: IntArray) -> BoolArray:
@@ -118,5 +111,4 @@ def _integer_signs(corners: FloatArray) -> IntArray:
     mantissa, exponent = np.frexp(corners)
     whole = (mantissa * 2.0**53).astype(np.int64).astype(object)
     shift = (exponent - exponent.min(axis=2, keepdims=True)).astype(object)
-    det = signed_volumes((whole << shift).transpose(2, 1, 0))
-    return (det > 0).astype(np.int64) - (det < 0)
+    return _signs(signed_volumes((whole << shift).transpose(2, 1, 0)))
