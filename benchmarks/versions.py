@@ -8,7 +8,8 @@ K-th. Each version has a process of its own with one thread, after a warm-up; th
 CPU seconds is that of one turn: the table has the median and the quartiles of all, and the ratio of the sums of the
 fastest turns, which FILE gets, a row a mesh. Disks are halves of the meshes, and a mesh is matched with itself,
 stretched by a fifth. The mean of a match is the median symmetric Dirichlet energy. A result is worse, or better, if its
-mean is off by more than 5 percent and .02. ``--set`` gives constants of CHECKOUT, which may be this one, other values.
+mean is off by more than 5 percent and .02. ``--set`` gives constants of CHECKOUT, which may be this one, other values;
+NAME is that of a module's or class's constant, or of a function's argument: ``angles.candidates.layouts.deepest=18``.
 """
 
 from __future__ import annotations
@@ -20,8 +21,9 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from importlib import import_module
+from inspect import Parameter, isfunction, ismodule, signature, unwrap
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 import numpy as np
@@ -95,17 +97,34 @@ def meshes(source: str) -> list[str | Path]:
 
 
 def give(constant: str, value: str) -> None:
-    """Give a constant another value, in its module and, if it is public, in those that have imported it."""
+    """Give another value to a constant of a module or a class, or to the default of a function's argument.
+
+    A public constant of a module gets it in those that have imported it, too.
+    """
     path, _, name = constant.rpartition(".")
-    home = import_module(f"{ism.__name__}.{path}")
-    number = type(vars(home)[name])(value)
-    others = [
-        each
-        for each in sys.modules.values()
-        if each.__name__.startswith(ism.__name__) and name in vars(each)
-    ]
-    for module in [home] if name.startswith("_") else others:
-        setattr(module, name, number)
+    home = resolve_name(f"{ism.__name__}.{path}")
+    if isfunction(home):
+        function = unwrap(home)
+        defaults = {
+            key: parameter.default
+            for key, parameter in signature(function).parameters.items()
+            if parameter.default is not Parameter.empty
+        }
+        defaults[name] = type(defaults[name])(value)
+        alone = function.__kwdefaults__ or {}
+        function.__defaults__ = tuple(defaults[key] for key in defaults if key not in alone)
+        function.__kwdefaults__ = {key: defaults[key] for key in alone}
+        return
+    number = type(getattr(home, name))(value)
+    homes = [home]
+    if ismodule(home) and not name.startswith("_"):
+        homes = [
+            each
+            for each in sys.modules.values()
+            if each.__name__.startswith(ism.__name__) and name in vars(each)
+        ]
+    for each in homes:
+        setattr(each, name, number)
 
 
 def worker(version: Path, options: Namespace, constants: list[str]) -> subprocess.Popen[str]:

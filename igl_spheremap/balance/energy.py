@@ -11,16 +11,6 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..newton.system import PAIRS
 from .flat_faces import FaceImages, FlatFaces, log_areas
 
-#: Faces at a time: what they need stays in the processor's cache, which halves the time of a large mesh.
-_CHUNK = 8192
-#: Eigenvalues of a face's Hessian, in logarithms of stretches, are raised to this share of phi''.
-_FLOOR = 1e-3
-#: A twist's curvature is raised to this share: a rotation costs no energy, but as vertices move along straight lines
-#: it strains faces by the square of its angle.
-_TWIST_FLOOR = 0.05
-#: Where tanh(q / 2) is below this, rounding decides the quotient in (8), and the limit for round faces is taken.
-_ROUND = 1e-6
-
 
 @dataclass(frozen=True, eq=False)
 class BalancedEnergy:
@@ -111,8 +101,11 @@ class BalancedEnergy:
         """
         m, corners, images = len(self.f), self.source.corners, self.images(x)
         gradient, blocks = np.empty((len(axes), 3, m)), np.empty((6, len(axes), len(axes), m))
-        for first in range(0, m, _CHUNK):
-            chunk = slice(first, first + _CHUNK)
+        block = (
+            8192  # faces at a time stay in the processor's cache: half of the time of a large mesh
+        )
+        for first in range(0, m, block):
+            chunk = slice(first, first + block)
             moves = axes.take(corners[:, chunk], axis=2)
             modes, slopes, curvatures, mix = self._modes(images.some(chunk), moves, chunk, convex)
             np.einsum("km,kaim->aim", slopes, modes[:2], out=gradient[:, :, chunk])
@@ -129,11 +122,19 @@ class BalancedEnergy:
         ), blocks
 
     def _modes(
-        self, images: FaceImages, axes: FloatArray, chunk: slice, convex: bool
+        self,
+        images: FaceImages,
+        axes: FloatArray,
+        chunk: slice,
+        convex: bool,
+        floor: float = 1e-3,
+        twist_floor: float = 0.05,
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Modes of some faces, slopes along the two stretches, and the Hessian's curvatures (4, m) along the modes.
 
-        The first curvature is that of mode 0 with `mix` times mode 1 added to it.
+        The first curvature is that of mode 0 with `mix` times mode 1 added to it. Curvatures of a `convex` model are
+        raised to a share of phi'', the `floor`. That of a twist is larger: a rotation costs no energy, but as vertices
+        move along straight lines it strains faces by the square of its angle.
         """
         area = self.area[chunk]
         s1, s2, w = images.s1, images.s2, self.weight
@@ -144,14 +145,14 @@ class BalancedEnergy:
         if self.power or not convex:
             h11, h22 = h11 - r1, h22 - r2
         half = (s1 - s2) / (s1 + s2)  # tanh(q / 2)
-        round_face = half < _ROUND
+        round_face = half < 1e-6  # rounding decides the quotient in (8): the limit is taken
         twist = p1 - q1 * half  # balance (7)
         # balance (8)
         shear = np.where(round_face, 2 * q2, q1 / np.where(round_face, 1.0, half)) - p1
         if convex:
-            h11, h22, h12 = _raised(h11, h22, h12, _FLOOR * (p2 + q2))
-            twist = np.maximum(twist, _TWIST_FLOOR * (p2 + q2))
-            shear = np.maximum(shear, _FLOOR * (p2 + q2))
+            h11, h22, h12 = _raised(h11, h22, h12, floor * (p2 + q2))
+            twist = np.maximum(twist, twist_floor * (p2 + q2))
+            shear = np.maximum(shear, floor * (p2 + q2))
         mix = h12 / h11
         return (
             images.modes(axes),

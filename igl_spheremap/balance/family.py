@@ -33,8 +33,7 @@ from .kept_factor import KeptFactor
 MOST_WEIGHT = 0.97
 #: k of the final energy: 1 is polyconvex, .9 up to s1 = 5 s2, and ends lower.
 POWER = 0.9
-#: Share of the energy that the last step may gain at the end.
-TOLERANCE = 0.005
+
 #: No image edge of a stretched start is shorter than exp(-this): half of float64's digits are left to move it.
 _STRETCHED = floor_of(np.float32)
 
@@ -93,17 +92,18 @@ def minimize_balanced(
     x: FloatArray,
     listener: Listener | None = None,
     *,
+    tolerance: float = 0.005,
     far: float = 1.05,
     rough: float = 0.1,
     steps: int = 80,
 ) -> tuple[Iterate, Status]:
     """Minimise from a map free of foldings; where its areas are far off, by squares of logarithms first.
 
-    `problem` says on what surface maps of an energy lie, and what else they may not do. Areas are far off where the
-    energy is `far` times that of squares. In this opening areas count no more than angles, and a rough minimum is
-    enough.
+    `problem` says on what surface maps of an energy lie, and what else they may not do. The last step gains the share
+    `tolerance` of the energy. Areas are far off where the energy is `far` times that of squares. In this opening areas
+    count no more than angles, and a rough minimum is enough.
     """
-    search, squares, left = KeptFactor(system, TOLERANCE), replace(energy, power=0), steps
+    search, squares, left = KeptFactor(system, tolerance), replace(energy, power=0), steps
 
     def minimum(
         energy: BalancedEnergy, stage: Stage, tolerance: float, most: int
@@ -123,7 +123,7 @@ def minimize_balanced(
         if status is Status.STOPPED:
             return opened, status
         x, left = opened.x, steps - opened.iteration
-    return minimum(energy, Stage.BALANCE, TOLERANCE, left)
+    return minimum(energy, Stage.BALANCE, tolerance, left)
 
 
 def balanced_iterates(problem: FaceProblem, search: KeptFactor, x: FloatArray) -> Iterator[State]:

@@ -27,9 +27,6 @@ from ..verify.signs import folded_faces
 from .methods import check_start
 from .sphere_map import SphereMap
 
-#: Share of the radius by which a sphere of rounded numbers may differ from a round one.
-_ROUND = 1e-3
-
 
 @takes_mesh
 @timed()
@@ -91,9 +88,9 @@ def _not_mirrored(
 
 
 def _is_itself(mesh: Mesh, x: ArrayLike) -> list[str]:
-    """A note if the images are the surface's own vertices, and these do not lie on a sphere."""
+    """A note where the images are the surface's own vertices, and these do not lie on a sphere, even a rounded one."""
     radii = row_lengths(mesh.v)
-    if np.array_equal(x, mesh.v) and np.ptp(radii) > _ROUND * radii.max():
+    if np.array_equal(x, mesh.v) and np.ptp(radii) > 1e-3 * radii.max():
         return [
             "the images are the surface itself and not a sphere: its vertices were projected from the origin; "
             f"{Remedy('spherical_conformal_map')} maps it"

@@ -36,10 +36,6 @@ from .repair_last import repair_last
 from .safeguards import Safeguards
 from .sphere_map import SphereMap
 
-#: Degrees: if the mean angle difference exceeds the mesh's own share (`_angles_off`) by more than _FAR, and some face
-#: has an angle below _THIN, a note follows.
-_FAR, _THIN = 10.0, 1.0
-
 
 def auto(
     mesh: Mesh,
@@ -105,21 +101,21 @@ def _remarks(mesh: Mesh, x: FloatArray, run: Run) -> Iterator[str]:
 
 
 def _far_from_conformal(mesh: Mesh, x: FloatArray) -> Iterator[str]:
-    """A note on a map that is far from conformal on a mesh with thin faces."""
+    """A note on a map that is far from conformal on a mesh with thin faces, some of an angle below a degree."""
     difference = np.degrees(corner_angles(x, mesh.f) - mesh.angles)
     off = _angles_off(mesh, difference)
-    thin = np.degrees(mesh.angles.min(axis=1)) < _THIN
+    thin = np.degrees(mesh.angles.min(axis=1)) < 1
     if off is not None and thin.any():
         size = np.where(thin, np.abs(difference).sum(axis=1), -1.0)
         x0, y0, z0 = mesh.v[mesh.f[size.argmax()]].mean(axis=0)
         yield (
-            f"{off}: {thin.sum():,} of {len(mesh.f):,} faces have an angle below {_THIN:g} degree, the worst around "
+            f"{off}: {thin.sum():,} of {len(mesh.f):,} faces have an angle below 1 degree, the worst around "
             f"({x0:.3g}, {y0:.3g}, {z0:.3g}); remesh the surface to even faces, and it maps nearer"
         )
 
 
-def _angles_off(mesh: Mesh, difference: FloatArray) -> str | None:
-    """A map's distance from conformal ones, by its differences in degrees; None if it is not far.
+def _angles_off(mesh: Mesh, difference: FloatArray, far: float = 10.0) -> str | None:
+    """How far a map is from conformal, by its differences in degrees; None if the mesh explains all but `far`.
 
     The sum of the differences at a vertex is its curvature less that of its image: if faces are small on the sphere,
     no map can lower it, so it is the mesh's own share.
@@ -127,7 +123,7 @@ def _angles_off(mesh: Mesh, difference: FloatArray) -> str | None:
     at_vertices = np.bincount(mesh.f.ravel(), difference.ravel(), len(mesh.v))
     mean = np.abs(difference).mean()
     explained = np.abs(at_vertices).sum() / difference.size
-    if mean - explained <= _FAR:
+    if mean - explained <= far:
         return None
     return f"angles are {mean:.3g} degrees off in the mean, of which the mesh's corners explain {explained:.2g}"
 

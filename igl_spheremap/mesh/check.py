@@ -32,7 +32,7 @@ from .edges import HalfEdges, half_edges
 from .measure import corner_angles, face_areas, vertex_normals, vertex_shares
 
 #: If area over squared extent is at most this, the area is rounding: the mesh is scaled to unit extent.
-_FLAT = 512 * EPS
+_NO_AREA = 512 * EPS
 #: Least vertex area, in units of the mean: the L2 metric divides by areas, which slivers may lack. Raising them changes
 #: the sum in the ninth digit at most.
 LEAST_AREA = 1e-9
@@ -340,7 +340,7 @@ def normalised(vertices: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArra
     v /= extent
     areas = face_areas(v.T, f)
     area = float(areas.sum())
-    if area > _FLAT:
+    if area > _NO_AREA:
         v /= np.sqrt(area)
     return np.ascontiguousarray(v.T), areas
 
@@ -352,7 +352,7 @@ def area_weights(areas: FloatArray, f: IntArray, n: int) -> FloatArray:
 
 def normalised_weights(shares: FloatArray, area: float) -> FloatArray:
     """Shares of an area with sum 1, none below a billionth of their mean; without area all equal."""
-    if not area > _FLAT:
+    if not area > _NO_AREA:
         return np.full(len(shares), 1 / len(shares))
     A = np.maximum(shares, LEAST_AREA * area / len(shares))
     return np.asarray(A / A.sum())

@@ -12,11 +12,6 @@ from numpy.typing import NDArray
 
 from .arrays import EPS, HALF_DIGITS, TINY, FloatArray, IntArray, own_unit
 
-#: Faces that are measured at once: temporaries fit the cache, and calls cost little.
-_BLOCK = 1 << 14
-#: Faces that libigl measures at once. From 1,000 on it starts threads, which take longer than they save; for a million
-#: faces every call gets its temporaries from the system, page by page.
-_LIBIGL_BLOCK = 999
 #: Sides below this are multiplied in units of the face: libigl's product of four lengths underflows.
 _SHORT = 1e-70
 #: Next to coordinates of size 1, edges below this length have less than three digits in float64.
@@ -25,24 +20,27 @@ FLOAT64_LIMIT = float(512 * EPS)
 _SHORTEST = np.sqrt(TINY)
 #: A sum of up to 4,096 unit vectors is rounding if it is shorter than this.
 _CANCELLED = 4096 * EPS
-#: Volumes below this share of the cube of the extent are rounding: a flat surface encloses none.
-_FLAT = 1e-9
 
 
 def by_blocks(
-    compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: IntArray
+    compute: Callable[[FloatArray], NDArray[Any]], x: FloatArray, f: IntArray, block: int = 1 << 14
 ) -> NDArray[Any]:
-    """Apply `compute` to the corners (coordinate, corner, face) of faces, block by block: small temporaries."""
+    """Apply `compute` to the corners (coordinate, corner, face) of faces, block by block: temporaries fit the cache."""
     columns = np.ascontiguousarray(x.T)
     found = []
-    for k in range(0, max(1, len(f)), _BLOCK):
-        found.append(compute(columns.take(f[k : k + _BLOCK].T, axis=1)))
+    for k in range(0, max(1, len(f)), block):
+        found.append(compute(columns.take(f[k : k + block].T, axis=1)))
     return np.concatenate(found)
 
 
-def by_libigl(measure: Callable[..., NDArray[Any]], v: FloatArray, f: IntArray) -> FloatArray:
-    """Apply a function of libigl, which measures each face independently, block by block."""
-    blocks = np.split(f, range(_LIBIGL_BLOCK, len(f), _LIBIGL_BLOCK))
+def by_libigl(
+    measure: Callable[..., NDArray[Any]], v: FloatArray, f: IntArray, block: int = 999
+) -> FloatArray:
+    """Apply a function of libigl, which measures each face independently, block by block.
+
+    From 1,000 faces on libigl starts threads, which take longer than they save.
+    """
+    blocks = np.split(f, range(block, len(f), block))
     return np.concatenate(list(map(partial(measure, v), blocks)))
 
 
@@ -190,9 +188,12 @@ def enclosed_volume(v: FloatArray, f: IntArray) -> float:
 
 
 def inside_out(v: FloatArray, f: IntArray) -> bool:
-    """Say whether the faces of a closed surface point inwards: its volume is below 0 by more than rounding."""
+    """Say whether the faces of a closed surface point inwards: its volume is below 0 by more than rounding.
+
+    A volume below a billionth of the cube of the extent is rounding: a flat surface encloses none.
+    """
     own = own_unit(v)[0]
-    return bool(enclosed_volume(own, f) < -_FLAT * np.ptp(own, axis=0).max() ** 3)
+    return bool(enclosed_volume(own, f) < -1e-9 * np.ptp(own, axis=0).max() ** 3)
 
 
 def vertex_normals(v: FloatArray, f: IntArray) -> FloatArray:

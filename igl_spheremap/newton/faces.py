@@ -13,13 +13,6 @@ from ..sphere.rows import column_axes, row_crosses, unit_rows, weighted_moment
 from ..verify.signs import folded_faces
 from .loop import Model, Trial
 
-#: If its energy exceeds _GROWTH times its old one plus _OF_MEAN times the mean energy for its area, a face is refused:
-#: a nearly folded face must not fold for the gain of all others.
-_GROWTH, _OF_MEAN = 3.0, 10.0
-#: The moves of refused faces' vertices are halved at most _HALVINGS times; if faces are still refused, the step is too
-#: long. If k faces were refused at first and later more than _SPREAD k + _FEW, refusals spread: it is given up earlier.
-_HALVINGS, _SPREAD, _FEW = 8, 2, 10
-
 
 class FaceEnergy(Protocol):
     """An energy of maps of a mesh to the sphere that is a sum over its faces, infinite where one is folded."""
@@ -123,17 +116,17 @@ class FaceProblem:
     def accept(self, x: FloatArray, move: FloatArray) -> Trial:
         """The map x + move, with shorter moves of the vertices whose faces fold or gain too much energy.
 
-        So single faces do not shorten the step of all others.
+        So single faces do not shorten the step of all others. If faces are refused after eight halvings of the moves,
+        or refusals spread, the step is too long.
         """
-        f, area, before = self.energy.f, self.energy.area, self._by_face(x)
-        bound = before + self._slack
-        limit = _GROWTH * bound + _OF_MEAN * area * (bound.sum() / area.sum())
+        f, before = self.energy.f, self._by_face(x)
+        limit = self._limit(before)
         y = self.onto(x + move, slice(None))
         after = self.energy.by_face(y)
         folded = self.folded(y, slice(None))
         refused = folded | ~(after < limit)
-        share, most = np.ones(len(x)), _SPREAD * refused.sum() + _FEW
-        for _ in range(_HALVINGS):
+        share, most = np.ones(len(x)), 2 * refused.sum() + 10  # with more, refusals spread
+        for _ in range(8):
             if not 0 < refused.sum() <= most:
                 break
             moved = marked(f[refused], len(x))
@@ -147,6 +140,16 @@ class FaceProblem:
             return Trial(x, np.inf, folded)
         self._known = [(x, before), (y, after)]
         return Trial(y, self.value(y), folded)
+
+    def _limit(
+        self, energies: FloatArray, growth: float = 3.0, of_mean: float = 10.0
+    ) -> FloatArray:
+        """The energy from which on each face is refused, `growth` times its own plus `of_mean` times the mean.
+
+        A face that is nearly folded must not fold for the gain of all others.
+        """
+        area, bound = self.energy.area, energies + self._slack
+        return growth * bound + of_mean * area * (bound.sum() / area.sum())
 
     def _by_face(self, x: FloatArray) -> FloatArray:
         """Energies of a map's faces; those of the last two maps are kept."""

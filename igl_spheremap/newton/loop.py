@@ -9,27 +9,15 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ..errors import FactorisationFailed
-from ..mesh.arrays import BoolArray, FloatArray
+from ..mesh.arrays import ROUNDING, BoolArray, FloatArray
 from ..mesh.edges import marked, touching
 from ..operators.factor.factor import Factor
 from .system import VertexSystem
 
-#: Share of the predicted decrease that a step of a line search must bring (Armijo), as rho in Algorithm 1.
-_DECREASE = 1e-4
-#: Below this share of Newton's step a line search gives up: such steps gain next to nothing.
-_SHORTEST = 1e-3
 #: Damping with which most of Levenberg's steps succeed; on maps of deep limbs less of it folds hundreds of faces.
 DAMPED = 3e-4
-#: Damping is multiplied by the first three: around faces that a step folds, everywhere after a step that failed, and
-#: after one that succeeds at once. The last is the largest damping, with which a vertex moves by less than a tenth of
-#: its undamped step: there the search gives up.
-_AROUND, _EVERYWHERE, _FALLS, _LARGEST = 10.0, 4.0, 0.1, 10.0
 #: Largest number of conditions on a step: each costs a solve, and these solves cost as much as a factorisation.
 CONDITIONS = 16
-#: Parts that come nearer by less than this share of the largest move keep their distance, but for rounding.
-_STILL = 1e-9
-#: Added to a diagonal: without it a vertex whose faces have no weight is singular.
-_RIDGE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +103,10 @@ class LineSearch:
 
     #: Share of the diagonal that is added to it: rotations of the sphere cost nothing.
     damping = 1e-8
+    #: Share of the predicted decrease that a step must bring (Armijo), as rho in Algorithm 1.
+    rho = 1e-4
+    #: Share of Newton's step below which the search gives up: shorter steps gain next to nothing.
+    shortest = 1e-3
 
     def __init__(self, system: VertexSystem) -> None:
         self.system, self.length, self.predicted = system, 1.0, np.inf
@@ -134,13 +126,13 @@ class LineSearch:
         """The first of ever shorter steps that lowers the value enough, given a factor of the model's Hessian."""
         self.length = min(1.0, 2 * self.length)
         held: Model | None = model  # each model is solved once, for all lengths of its step
-        while self.length >= _SHORTEST:
+        while self.length >= self.shortest:
             if held is not None:
                 model, step = held, bordered_step(self.system, factor, held)
                 slope, move = float((model.gradient * step).sum()), problem.move(x, model, step)
                 self.predicted = -slope / 2
             trial = problem.accept(x, self.length * move)
-            if model.value - trial.value > -self.length * _DECREASE * slope:
+            if model.value - trial.value > -self.length * self.rho * slope:
                 return trial
             held = _held_apart(model, trial, step)
             if held is None:
@@ -161,6 +153,15 @@ class Levenberg:
         Whether the last step kept its first damping, so that its gain predicts the next.
     """
 
+    #: The damping is multiplied by this around faces that a step folds.
+    around = 10.0
+    #: The same, everywhere after a step that failed.
+    everywhere = 4.0
+    #: The same, after a step that succeeds at once.
+    falls = 0.1
+    #: A vertex of larger damping moves by less than a tenth of its undamped step: there the search gives up.
+    largest = 10.0
+
     def __init__(self, system: VertexSystem, damping: FloatArray, systems: int) -> None:
         self.system, self.damping, self.systems, self.at_once = system, damping, systems, True
 
@@ -171,9 +172,9 @@ class Levenberg:
         while self.systems > 0:
             self.systems -= 1
             try:
-                factor = self.system.factorize(
-                    self.system.damped(values, self.damping, _RIDGE), within_memory=True
-                )
+                # without the last number a vertex whose faces have no weight is singular
+                damped = self.system.damped(values, self.damping, ROUNDING)
+                factor = self.system.factorize(damped, within_memory=True)
             except FactorisationFailed:
                 return None
             trial = problem.accept(
@@ -182,15 +183,15 @@ class Levenberg:
             self._grow(trial.folded)
             if trial.value < model.value:
                 if self.at_once:
-                    self.damping *= _FALLS
+                    self.damping *= self.falls
                 return trial
             many = int(trial.folded.sum())
-            if self.damping.min() >= _LARGEST or (
+            if self.damping.min() >= self.largest or (
                 many >= failed[0] > 0 and failed[1] <= trial.value < np.inf
             ):
                 return None  # more damping helps no more
             failed = many, trial.value
-            self.damping, self.at_once = np.maximum(_EVERYWHERE * self.damping, DAMPED), False
+            self.damping, self.at_once = np.maximum(self.everywhere * self.damping, DAMPED), False
         return None
 
     def _grow(self, folded: BoolArray) -> None:
@@ -198,14 +199,17 @@ class Levenberg:
         f = self.system.f
         around = marked(f[folded], self.system.n)
         around[f[touching(f, around)]] = True
-        self.damping = np.minimum(_LARGEST, np.where(around, _AROUND, 1) * self.damping)
+        self.damping = np.minimum(self.largest, np.where(around, self.around, 1) * self.damping)
 
 
-def _held_apart(model: Model, trial: Trial, step: FloatArray) -> Model | None:
-    """The model under the condition that parts which a step brings together keep their distance; None if none come."""
+def _held_apart(model: Model, trial: Trial, step: FloatArray, still: float = 1e-9) -> Model | None:
+    """The model under the condition that parts which a step brings together keep their distance; None if none come.
+
+    Parts keep it, but for rounding, if they come nearer by less than the share `still` of the largest move.
+    """
     if trial.apart is None:
         return None
-    nearing = np.einsum("kan,an->k", trial.apart, step) < -_STILL * np.abs(step).max()
+    nearing = np.einsum("kan,an->k", trial.apart, step) < -still * np.abs(step).max()
     C = trial.apart[nearing]
     if model.border is not None:
         C = np.concatenate((model.border[0], C))

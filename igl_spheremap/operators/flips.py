@@ -4,30 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import ROUNDING, FloatArray, IntArray
 from ..mesh.edges import HalfEdges, next_corners
 
-#: Bounds on flips, since rounding can flip edges back and forth for ever: on their rounds, in each of which flipped
-#: edges share no face; and on their number, in proportion to the faces, with some beside for small meshes.
-_ROUNDS = 400
-_FLIPS_PER_FACE, _FLIPS_BESIDE = 6, 100_000
-#: An edge is flipped if the sine of the sum of its opposite angles is below minus this: rounding must not flip it back.
-_TOLERANCE = 1e-12
 
-
-def delaunay_triangulation(lengths: FloatArray, edges: HalfEdges) -> tuple[FloatArray, IntArray]:
+def delaunay_triangulation(
+    lengths: FloatArray, edges: HalfEdges, rounds: int = 400, flips_per_face: int = 6
+) -> tuple[FloatArray, IntArray]:
     """Flip edges of a closed mesh until opposite angles sum to pi at most: lengths and faces of the same surface.
 
     `lengths` belong to the edges opposite the corners. Edges may become loops, or join the same vertices as others do.
-    If the bounds on flips end it, the other edges stay as they are.
+    Rounding can flip edges back and forth for ever. So rounds, in each of which flipped edges share no face, and flips
+    are bounded; if the bounds end it, the other edges stay as they are.
 
     Fisher, Springborn, Schroeder, Bobenko 2007, *An Algorithm for the Construction of Intrinsic Delaunay
     Triangulations*. (libigl's function for it does not end where edge lengths span many orders of magnitude.)
     """
     lengths, f, twin = lengths.copy(), edges.faces.astype(np.int64), edges.twins().astype(np.int64)
     changed = np.arange(len(f))
-    flips_left = _FLIPS_PER_FACE * len(f) + _FLIPS_BESIDE
-    for _ in range(_ROUNDS):
+    flips_left = flips_per_face * len(f) + 100_000  # small meshes may take more, it costs little
+    for _ in range(rounds):
         h = _flippable(lengths, twin, changed)
         flips_left -= len(h)
         if not len(h) or flips_left < 0:
@@ -43,7 +39,8 @@ def _flippable(lengths: FloatArray, twin: IntArray, faces: IntArray) -> IntArray
     h = np.unique(np.minimum(h, twin[h]))
     g = twin[h]
     (sine, cosine), (other_sine, other_cosine) = _angle(lengths, h), _angle(lengths, g)
-    h = h[(sine * other_cosine + cosine * other_sine < -_TOLERANCE) & (h // 3 != g // 3)]
+    sine_of_sum = sine * other_cosine + cosine * other_sine
+    h = h[(sine_of_sum < -ROUNDING) & (h // 3 != g // 3)]  # else rounding may flip an edge back
     pair = np.stack((h, twin[h])) // 3
     first = np.full(len(lengths), len(h))
     np.minimum.at(first, pair, np.broadcast_to(np.arange(len(h)), pair.shape))

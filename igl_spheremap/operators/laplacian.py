@@ -23,14 +23,8 @@ from .flips import delaunay_triangulation
 #: no weight is negative; the pattern differs from the mesh's. "uniform" gives each edge the weight 1.
 Weights = Literal["cotangent", "mollified", "delaunay", "uniform"]
 
-#: Slack in the triangle inequality that mollification enforces, relative to the mean edge length: that of Sharp and
-#: Crane.
-_SLACK = 1e-5
 #: A half cotangent above this stems from an angle under 5e-9, where rounding decides its size.
 LARGEST_USABLE_WEIGHT = 1e8
-#: P = L + this times M. L is singular: constants are in its kernel. Relative to M, of sum 1, the other eigenvalues
-#: begin at 8 pi on a round sphere, so that they change in the tenth digit only.
-_REGULARISATION = 1e-9
 #: Cause of unusable weights, for notes.
 _SPOILT = "slivers or faces of zero area"
 
@@ -112,7 +106,7 @@ def mollified_edge_lengths(v: FloatArray, f: IntArray) -> FloatArray:
     """
     lengths = by_libigl(igl.edge_lengths, v, f)
     slack = (lengths.sum(axis=1) - 2.0 * lengths.max(axis=1)).min()
-    return lengths + max(0.0, _SLACK * lengths.mean() - slack)
+    return lengths + max(0.0, 1e-5 * lengths.mean() - slack)
 
 
 def usable_laplacian(mesh: Mesh, weights: Weights = "cotangent") -> sp.csr_matrix:
@@ -175,7 +169,11 @@ def summed_laplacian(weight: FloatArray, f: IntArray, n: int) -> sp.csr_matrix:
 
 @dataclass(frozen=True, eq=False)
 class Operators:
-    """L, and P^-1 for P = L + 1e-9 M."""
+    """L, and P^-1 for P = L + 1e-9 M.
+
+    L is singular: constants are in its kernel. Relative to M, of sum 1, its other eigenvalues begin at 8 pi on a round
+    sphere, so that they change in the tenth digit only.
+    """
 
     L: sp.csr_matrix
     factor: Factor
@@ -204,7 +202,7 @@ def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None =
         diagonal = _diagonal(L, mesh, choice)
         kept = L.data[diagonal]
         # algorithm (2), in the memory of L: factors keep the pattern only
-        L.data[diagonal] += _REGULARISATION * mesh.A
+        L.data[diagonal] += 1e-9 * mesh.A
         try:
             factor = factorize(L, backend, before)
         except FactorisationFailed:

@@ -12,9 +12,6 @@ from ..mesh.arrays import TINY, FloatArray, IntArray
 from ..mesh.edges import components, marked, sides
 from ..sphere.rows import row_lengths
 
-#: A path longer than this many times the distance of its ends is rare: it is looked for in a second search.
-_DETOUR = 3.0
-
 
 def carry_cuts(
     f: IntArray, x: FloatArray, template_f: IntArray, template_x: FloatArray, kept: IntArray
@@ -43,7 +40,8 @@ def carry_cuts(
     start, stop = sides(f)
     length = np.maximum(row_lengths(x[start] - x[stop]), TINY)
     graph = csr_matrix((length, (start, stop)), shape=(len(x), len(x)))
-    paths = [_path(graph, a, b, _DETOUR * float(np.linalg.norm(x[a] - x[b]))) for a, b in ends]
+    # a path of more than three times the distance of its ends is rare: it is looked for in a second search
+    paths = [_path(graph, a, b, 3.0 * float(np.linalg.norm(x[a] - x[b]))) for a, b in ends]
     return np.unique(np.sort(np.concatenate(paths)), axis=0)
 
 

@@ -16,10 +16,6 @@ from ..result.run import Listener
 from ..sphere.moebius import conformal_barycentre, moebius
 from ..sphere.rows import unit_rows, weighted_moment
 
-#: The option of `igl_spheremap.Auto`. With its default of 1e-3 the reflection is found too roughly: errors fall by less
-#: than 4 when edges are halved (`python -m benchmarks disks exact`).
-_TOLERANCE = 1e-5
-
 
 def double_map(
     disk: Disk, listener: Listener | None, symmetric: bool = True
@@ -43,7 +39,9 @@ def double_map(
         large = "embedded"
     elif 2 * len(disk.rim) > len(disk.v):
         large = "left"
-    result = auto(mesh, Auto(tolerance=_TOLERANCE), listener, large=large)
+    # By the default tolerance the reflection is found too roughly: errors fall by less than 4 when edges are halved
+    # (`python -m benchmarks disks exact`).
+    result = auto(mesh, Auto(tolerance=1e-5), listener, large=large)
     x, other = result.sphere, np.concatenate((copy, inside))
     y = _symmetric(x, x[other], mesh.A, along_axis=result.gauge == "poles")
     if y[inside, 2].mean() < 0:

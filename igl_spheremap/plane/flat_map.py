@@ -33,8 +33,6 @@ from .unrolling import FLAT, stretch, unrolled
 
 #: How an isometry came about: its energy is the least that any layout has.
 _UNROLLED = Run(Status.CONVERGED, 0.0, gauge="turned")
-#: Lengths that are off by this factor or more make a status and a note: a map that is to keep lengths has failed then.
-_FAR = 10.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -218,9 +216,9 @@ def _placed(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
 
 
 def _judged(found: PlaneMap) -> Run:
-    """The record of a layout's run, which says so where lengths are far off."""
+    """The record of a layout's run, which says so where lengths are far off: by a factor of ten the map has failed."""
     worst = float(np.abs(found.log_length_ratios()).max())
-    if worst < np.log(_FAR):
+    if worst < np.log(10):
         return found.run
     note = f"lengths are off by a factor of up to {as_factor(worst)}; {found.status.value}"
     return replace(found.run, status=Status.SHORT, notes=(*found.notes, note))

@@ -20,9 +20,6 @@ from ..sphere.rows import weighted_sum
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_differences, log_area_ratios, log_length_ratios
 
-#: Share of the best agreement above which views agree equally well, up to rounding: the first of them is taken.
-_NEARLY = 1 - 1e-6
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlaneMap(Shown, Result):
@@ -184,7 +181,8 @@ def upright(p: FloatArray, disk: Disk) -> FloatArray:
         for side in (-1j, 1j)
     ]
     largest = max(map(abs, slopes))
-    slope = next(slope for slope in slopes if abs(slope) >= _NEARLY * largest)
+    # the first of the views that agree equally well, up to rounding
+    slope = next(slope for slope in slopes if abs(slope) >= (1 - 1e-6) * largest)
     if slope:
         z = z * (abs(slope) / slope)
     return np.column_stack((z.real, z.imag))

@@ -24,14 +24,8 @@ from .plane_map import in_space, upright
 from .problem import RADIUS, CircleProblem
 from .tutte import by_harmonic_measure, by_lengths, evenly, tutte_map
 
-#: Weights of the areas at balance 1, after steps with .97. Those leave areas 7 percent off (median of 24 disks), these
-#: two 4 and 3 percent. Spheres and flat maps do not need them, as no circle bends their boundary.
-_EVEN_WEIGHTS = (0.99, 0.997)
 #: Radians that an edge of the boundary may span: one of 30 degrees is 1.7 percent of the diameter inside the circle.
 _STRAIGHT = np.radians(30)
-#: Exponent k of the conformal energy: slivers may spoil the angles of single faces. With .9, as balanced maps have it,
-#: the means of angle differences of 53 disks whose doubles fold are 4 percent larger (benchmarks/tried.md has others).
-_POWER = 0.5
 
 
 def balanced_disk(
@@ -41,7 +35,9 @@ def balanced_disk(
     source, system = FlatFaces.of(disk.unit, disk.f), VertexSystem(disk.f, len(disk.v))
     energy = balanced_energy(source, RADIUS * conformal, balance)
     p, run = slide(disk, energy, p, listener, system)
-    for weight in _EVEN_WEIGHTS:
+    # At balance 1 steps with the weight .97 leave areas 7 percent off (median of 24 disks), these two 4 and 3 percent.
+    # Spheres and flat maps do not need them, as no circle bends their boundary.
+    for weight in (0.99, 0.997):
         if balance > energy.weight and run.status is not Status.STOPPED:
             p, run = min(
                 ((p, run), slide(disk, replace(energy, weight=weight), p, listener, system)),
@@ -105,10 +101,14 @@ def doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArray
     return None
 
 
-def slid_map(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
-    """A conformal map by sliding alone: without foldings, unless rounding folds every start."""
+def slid_map(disk: Disk, listener: Listener, power: float = 0.5) -> tuple[FloatArray, Run]:
+    """A conformal map by sliding alone: without foldings, unless rounding folds every start.
+
+    Of a `power` below that of balanced maps slivers may spoil the angles of single faces: with .9 the means of angle
+    differences of 53 disks whose doubles fold are 4 percent larger (benchmarks/tried.md has others).
+    """
     source, system = FlatFaces.of(disk.unit, disk.f), VertexSystem(disk.f, len(disk.v))
-    energy = BalancedEnergy(source, 0.0, _POWER, np.zeros(len(disk.f)))
+    energy = BalancedEnergy(source, 0.0, power, np.zeros(len(disk.f)))
     found: list[tuple[FloatArray, Run]] = []
     for p in _starts(disk, found):
         if _is_free(disk, p):

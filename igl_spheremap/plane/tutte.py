@@ -15,14 +15,6 @@ from ..operators.laplacian import mollified_edge_lengths, summed_laplacian
 from ..verify.rim import plane_signs
 from .doubling import without_chords
 
-#: Boundary edges count as no shorter than this share of their mean, so that the images of their ends stay apart.
-_SHORTEST = 1e-3
-#: Weights that are made positive lie between this and its inverse: a solve with factors up to 1e6 between them keeps
-#: ten of sixteen digits.
-_LEAST_WEIGHT = 1e-3
-#: A boundary vertex has at least this share of the mean flux: in deep dents less than rounding is left of it.
-_LEAST_FLUX = 1e-6
-
 
 def tutte_map(disk: Disk, circle: FloatArray) -> FloatArray:
     """Images (n, 2) in the unit disk, given those (k, 2) of the boundary; without foldings but for rounding.
@@ -34,7 +26,7 @@ def tutte_map(disk: Disk, circle: FloatArray) -> FloatArray:
     p, inner = np.zeros((n, 2)), ~marked(disk.rim, n)
     p[disk.rim] = circle
     weight = igl.cotmatrix_entries(mollified_edge_lengths(disk.unit, f))
-    positive = np.clip(weight, _LEAST_WEIGHT, 1 / _LEAST_WEIGHT)
+    positive = np.clip(weight, 1e-3, 1e3)  # a solve then keeps ten of sixteen digits
     if not inner.any():
         return p
     for attempt in range(4):
@@ -82,15 +74,16 @@ def by_harmonic_measure(disk: Disk) -> FloatArray:
     flux = -L[disk.rim][:, inner] @ factor.solve(
         (np.arange(len(time)) == time.argmax()).astype(float)
     )
-    flux = np.maximum(flux, _LEAST_FLUX * flux.mean())
+    flux = np.maximum(flux, 1e-6 * flux.mean())  # in deep dents less than rounding is left of it
     density = flux / (length + np.roll(length, 1))
     return _on_circle(length * (density + np.roll(density, -1)))
 
 
 def _rim_lengths(disk: Disk) -> FloatArray:
+    """Lengths of the boundary edges, none so short that the images of its ends would coincide."""
     ring = disk.unit[disk.rim]
     lengths = np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1)
-    return np.maximum(lengths, _SHORTEST * lengths.mean())
+    return np.maximum(lengths, 1e-3 * lengths.mean())
 
 
 def _on_circle(parts: FloatArray) -> FloatArray:

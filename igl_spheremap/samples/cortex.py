@@ -10,14 +10,6 @@ from ..mesh.arrays import FloatArray, IntArray
 from .implicit import SmoothUnion, limb, mesh_implicit
 
 _AXES = np.array([1.3, 1.0, 0.95])  # half axes of the hull: front, side, top
-_WAVES = 24  # plane waves that make the folds wander, their directions spread evenly
-_WAVE_NUMBER = 7.5  # radians of each in a unit of length
-_FOLDS = 15.0  # radians of phase in a unit of length: a sulcus every 2 pi
-_MEANDER = 3.0  # radians of phase by which the folds wander
-_SHARPNESS = 1.0  # of the sulci, against the gyri
-_CROWDED = 26.0  # folds narrower than 2 pi over this become shallow
-_FISSURE = 0.12  # half width of the fissure between the hemispheres
-_STEEPEST = 3.0  # walls of the deepest folds, against the hull
 
 
 @gate
@@ -49,29 +41,40 @@ def brain(n_vertices: int = 20000, depth: float = 0.15) -> tuple[FloatArray, Int
 
 
 def _cerebrum(p: FloatArray, depth: FloatArray) -> FloatArray:
-    """An ellipsoid less the deeper of sulcus and fissure, scaled to be 1-Lipschitz."""
+    """An ellipsoid less the deeper of sulcus and fissure, scaled by its steepest walls to be 1-Lipschitz."""
     ratio = np.linalg.norm(p / _AXES, axis=1)
     surface = p / np.maximum(ratio, 0.1)[:, None]
     phase, crowding = _phase(surface)
-    shallow = 1.0 / (1.0 + (crowding / _CROWDED) ** 4)
-    sulcus = depth * shallow * np.exp(_SHARPNESS * (np.cos(phase) - 1.0))
+    shallow = 1.0 / (1.0 + (crowding / 26.0) ** 4)  # folds narrower than 2 pi / 26 are
+    sulcus = depth * shallow * np.exp(np.cos(phase) - 1.0)
+    half_width = 0.12
     fissure = (
         1.8
         * depth
-        * np.exp(-((p[:, 1] / _FISSURE) ** 2))
+        * np.exp(-((p[:, 1] / half_width) ** 2))
         / (1.0 + np.exp(-(surface[:, 2] + 0.1) / 0.1))
     )
-    return ((ratio - 1.0) * _AXES.min() + np.maximum(sulcus, fissure)) / _STEEPEST
+    return ((ratio - 1.0) * _AXES.min() + np.maximum(sulcus, fissure)) / 3.0
 
 
-def _phase(p: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Phase of the folds, rising along x with meanders from plane waves, and the size of its gradient."""
-    k = np.arange(_WAVES)
-    up, turn = 1.0 - (2.0 * k + 1.0) / _WAVES, np.pi * (3.0 - np.sqrt(5.0)) * k
+def _phase(
+    p: FloatArray,
+    folds: float = 15.0,
+    waves: int = 24,
+    wave_number: float = 7.5,
+    meander: float = 3.0,
+) -> tuple[FloatArray, FloatArray]:
+    """Phase of the folds, rising along x with meanders from plane waves, and the size of its gradient.
+
+    A sulcus comes every 2 pi, and `folds` radians in a unit of length. Plane waves of a `wave_number`, in directions
+    spread evenly, make it wander by `meander` radians.
+    """
+    k = np.arange(waves)
+    up, turn = 1.0 - (2.0 * k + 1.0) / waves, np.pi * (3.0 - np.sqrt(5.0)) * k
     flat = np.sqrt(1.0 - up**2)
-    wave = _WAVE_NUMBER * np.stack([flat * np.cos(turn), flat * np.sin(turn), up], axis=1)
+    wave = wave_number * np.stack([flat * np.cos(turn), flat * np.sin(turn), up], axis=1)
     # phases spread evenly, by the plastic number
     angle = p @ wave.T + 2.0 * np.pi * ((k * 0.7548776662) % 1.0)
-    height = _MEANDER * np.sqrt(2.0 / _WAVES)
-    gradient = [_FOLDS, 0.0, 0.0] - height * np.sin(angle) @ wave
-    return _FOLDS * p[:, 0] + height * np.cos(angle).sum(axis=1), np.linalg.norm(gradient, axis=1)
+    height = meander * np.sqrt(2.0 / waves)
+    gradient = [folds, 0.0, 0.0] - height * np.sin(angle) @ wave
+    return folds * p[:, 0] + height * np.cos(angle).sum(axis=1), np.linalg.norm(gradient, axis=1)

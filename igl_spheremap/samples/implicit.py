@@ -13,8 +13,6 @@ from ..mesh.arrays import TINY, FloatArray, IntArray
 from ..mesh.edges import components
 from .icosphere import MOST_VERTICES
 
-_NEGLIGIBLE = 20.0  # limbs this many blend lengths apart are not blended: exp(-20) = 2e-9
-
 
 @dataclass(frozen=True, eq=False)
 class Limb:
@@ -64,7 +62,7 @@ def limb(
 
 @dataclass(frozen=True, eq=False)
 class SmoothUnion:
-    """Union of limbs, blended where they are closer than `_NEGLIGIBLE` blend lengths."""
+    """Union of limbs, blended where they are closer than 20 blend lengths: farther off exp(-20) is 2e-9."""
 
     limbs: tuple[Limb, ...]
     blend: float
@@ -81,7 +79,7 @@ class SmoothUnion:
         """Distance to the limb; for points too far off to be blended, that to its box, which is smaller."""
         lower, upper = part.box()
         distance = np.linalg.norm(points - np.clip(points, lower, upper), axis=1)
-        near = distance < _NEGLIGIBLE * self.blend
+        near = distance < 20.0 * self.blend
         distance[near] = part(points[near])
         return distance
 
@@ -98,14 +96,6 @@ Field = Callable[[FloatArray], FloatArray]
 _CUBE = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
 )
-_COARSE_CUBE = 8  # edge of the cubes that the octree starts with, in grid spacings
-_BLOCK = 1 << 10  # points evaluated at once, so that temporaries stay in cache
-#: Chosen by looking at the meshes: rounds of relaxation after marching and after a subdivision; secant steps to the
-#: surface, and bounds of the slope in them, which is 1 for distances; grids tried for a count, and by which share it
-#: may be missed.
-_ROUNDS, _ROUNDS_AFTER = 10, 3
-_SECANTS, _SLOPES = 4, (0.25, 1.0)
-_GRIDS, _MISSED = 4, 0.03
 
 
 def mesh_implicit(
@@ -115,7 +105,7 @@ def mesh_implicit(
 
     Marching cubes makes a mesh with grid spacing at most ``detail`` where there are vertices enough, and its
     slivers vanish under relaxation. Finer meshes come from it by midpoint subdivision and projection, which
-    keep the triangles' shape.
+    keep the triangles' shape. Rounds of relaxation, here, and steps, below, were chosen by looking at the meshes.
     """
     v, f = _march(field, box, detail)
     check_number(n_vertices, "n_vertices", len(v) // 3, MOST_VERTICES)  # coarser grids lose limbs
@@ -128,10 +118,10 @@ def mesh_implicit(
             break
     else:
         raise ValueError(f"{n_vertices} vertices can't resolve this shape: ask for more")
-    v = _relax(field, v, f, rounds=_ROUNDS)
+    v = _relax(field, v, f, rounds=10)
     for _ in range(levels):
         v, f = igl.upsample(v, f)
-        v = _relax(field, v, f, rounds=_ROUNDS_AFTER)
+        v = _relax(field, v, f, rounds=3)
     return np.ascontiguousarray(v), np.ascontiguousarray(f, dtype=np.int64)
 
 
@@ -143,45 +133,52 @@ def _relax(field: Field, v: FloatArray, f: IntArray, rounds: int) -> FloatArray:
     return _settle(field, v, f)
 
 
-def _settle(field: Field, v: FloatArray, f: IntArray) -> FloatArray:
+def _settle(field: Field, v: FloatArray, f: IntArray, steps: int = 4) -> FloatArray:
     """Secant steps along vertex normals to the zero set; a vertex whose normal leads past the longest edge stays."""
     normal = igl.per_vertex_normals(v, f)
     value, move = evaluate(field, v), np.zeros(len(v))
     step = -value
-    for _ in range(_SECANTS):
+    for _ in range(steps):
         move += step
         before, value = value, evaluate(field, v + move[:, None] * normal)
-        change = value - before
-        slope = np.clip(
-            np.divide(change, step, out=np.ones_like(step), where=step != 0.0), *_SLOPES
-        )
-        step = -value / slope
+        slope = np.divide(value - before, step, out=np.ones_like(step), where=step != 0.0)
+        step = -value / np.clip(slope, 0.25, 1.0)  # that of a distance is 1
     move[np.abs(move) > np.linalg.norm(v[f] - v[f[:, [1, 2, 0]]], axis=2).max()] = 0.0
     return v + move[:, None] * normal
 
 
-def evaluate(field: Field, points: FloatArray) -> FloatArray:
-    """Apply the field block by block."""
-    return np.concatenate([field(points[i : i + _BLOCK]) for i in range(0, len(points), _BLOCK)])
+def evaluate(field: Field, points: FloatArray, block: int = 1 << 10) -> FloatArray:
+    """Apply the field block by block, so that temporaries stay in cache."""
+    return np.concatenate([field(points[i : i + block]) for i in range(0, len(points), block)])
 
 
 def _march_to_count(
-    field: Field, box: FloatArray, count: float, scale: float
+    field: Field,
+    box: FloatArray,
+    count: float,
+    scale: float,
+    tries: int = 4,
+    tolerance: float = 0.03,
 ) -> tuple[FloatArray, IntArray]:
     """Marching cubes on the grid that yields ``count`` vertices: spacing near ``scale / sqrt(count)``."""
-    for _ in range(_GRIDS):
+    for _ in range(tries):
         spacing = scale / np.sqrt(count)
         v, f = _march(field, box, spacing)
-        if abs(len(v) / count - 1.0) < _MISSED:
+        if abs(len(v) / count - 1.0) < tolerance:
             break
         scale = spacing * np.sqrt(len(v))
     return v, f
 
 
-def _march(field: Field, box: FloatArray, spacing: float) -> tuple[FloatArray, IntArray]:
-    """Marching cubes over those cubes of an octree that the surface can meet."""
-    n = np.ceil((box[1] - box[0]) / (_COARSE_CUBE * spacing)).astype(np.int64)
-    size = _COARSE_CUBE
+def _march(
+    field: Field, box: FloatArray, spacing: float, coarsest: int = 8
+) -> tuple[FloatArray, IntArray]:
+    """Marching cubes over those cubes of an octree that the surface can meet.
+
+    The octree starts with cubes of an edge of `coarsest` grid spacings.
+    """
+    n = np.ceil((box[1] - box[0]) / (coarsest * spacing)).astype(np.int64)
+    size = coarsest
     cubes = size * np.stack(np.meshgrid(*map(np.arange, n), indexing="ij"), axis=-1).reshape(-1, 3)
     while True:
         centre = box[0] + spacing * (cubes + 0.5 * size)
@@ -191,7 +188,7 @@ def _march(field: Field, box: FloatArray, spacing: float) -> tuple[FloatArray, I
         size //= 2
         cubes = (cubes[:, None, :] + size * _CUBE[None]).reshape(-1, 3)
     corners = (cubes[:, None, :] + _CUBE[None]).reshape(-1, 3)
-    stride = _COARSE_CUBE * n + 1
+    stride = coarsest * n + 1
     key = (corners[:, 0] * stride[1] + corners[:, 1]) * stride[2] + corners[:, 2]
     _, first, index = np.unique(key, return_index=True, return_inverse=True)
     grid = box[0] + spacing * corners[first]

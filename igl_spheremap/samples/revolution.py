@@ -15,10 +15,6 @@ from ..mesh.arrays import FloatArray, IntArray
 from .icosphere import MOST_VERTICES
 from .rings import loft
 
-#: Points of the profile from which arc lengths are interpolated, to 1e-8 of the length; and at which a radius is
-#: tested.
-_PROFILE, _TESTED = 20001, 1001
-
 
 @dataclass(frozen=True)
 class SurfaceOfRevolution:
@@ -57,7 +53,7 @@ class SurfaceOfRevolution:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.half_length) and self.half_length > 0.0):
             raise ValueError(f"half_length must be positive, not {self.half_length}")
-        if not np.all(self._rho(np.linspace(-1.0, 1.0, _TESTED)) > 0.0):
+        if not np.all(self._rho(np.linspace(-1.0, 1.0, 1001)) > 0.0):
             raise ValueError(
                 f"the radius polynomial {self.radius} is not positive on all of [-1, 1]"
             )
@@ -76,7 +72,7 @@ class SurfaceOfRevolution:
         v : (n, 3) float64 ndarray
         f : (m, 3) int64 ndarray
         """
-        colatitude = np.linspace(np.pi, 0.0, _PROFILE)
+        colatitude = np.linspace(np.pi, 0.0, 20001)  # arc lengths between are right to 1e-8
         profile = self.embed(
             np.stack([np.sin(colatitude), 0.0 * colatitude, np.cos(colatitude)], axis=1)
         )

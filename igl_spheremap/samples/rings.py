@@ -14,13 +14,10 @@ from ..gate import gate
 from ..mesh.arrays import FloatArray, IntArray
 from .icosphere import MOST_VERTICES
 
-_TUBE = 0.22  # radius of the tube, where that of the coil is 1
-_PITCH = 0.8  # rise in one turn
-
 
 @gate
 def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[FloatArray, IntArray]:
-    """Tube along a helix of radius 1 about the z axis, closed by round ends.
+    """Tube of radius .22 along a helix of radius 1 about the z axis, which rises by .8 in a turn, closed by round ends.
 
     `n_vertices` and the result are those of every sample, see `igl_spheremap.samples`.
 
@@ -32,28 +29,31 @@ def spring(n_vertices: int = 9000, turns: float = 5.0) -> tuple[FloatArray, IntA
     check_number(turns, "turns", 0.1, 100)
     # 18 rings of 3 vertices a turn
     check_number(n_vertices, "n_vertices", 100 + 60 * turns, MOST_VERTICES)
-    length = turns * np.hypot(2.0 * np.pi, _PITCH)
-    quarter = 0.5 * np.pi * _TUBE
+    tube, pitch = 0.22, 0.8
+    length = turns * np.hypot(2.0 * np.pi, pitch)
+    quarter = 0.5 * np.pi * tube
 
     def from_end(s: FloatArray) -> FloatArray:
         return np.minimum(np.minimum(s, length + 2.0 * quarter - s), quarter)
 
     s, angle, f = loft(
-        lambda s: _TUBE * np.sin(from_end(s) / _TUBE), length + 2.0 * quarter, n_vertices
+        lambda s: tube * np.sin(from_end(s) / tube), length + 2.0 * quarter, n_vertices
     )
-    across = _TUBE * np.sin(from_end(s) / _TUBE)
-    beyond = _TUBE * np.cos(from_end(s) / _TUBE) * np.sign(s - quarter - 0.5 * length)
-    return _bend(np.clip(s - quarter, 0.0, length), beyond, across, angle), f
+    across = tube * np.sin(from_end(s) / tube)
+    beyond = tube * np.cos(from_end(s) / tube) * np.sign(s - quarter - 0.5 * length)
+    return _bend(pitch, np.clip(s - quarter, 0.0, length), beyond, across, angle), f
 
 
-def _bend(s: FloatArray, beyond: FloatArray, across: FloatArray, angle: FloatArray) -> FloatArray:
+def _bend(
+    pitch: float, s: FloatArray, beyond: FloatArray, across: FloatArray, angle: FloatArray
+) -> FloatArray:
     """Points at a distance and angle across the helix at arc length s, moved ``beyond`` along its tangent.
 
     Angles are from a frame that does not turn about the tangent (the normal and binormal turn by the
     torsion), so that triangles are not sheared.
     """
-    unit = np.hypot(2.0 * np.pi, _PITCH)
-    turn, rise = 2.0 * np.pi / unit, _PITCH / unit
+    unit = np.hypot(2.0 * np.pi, pitch)
+    turn, rise = 2.0 * np.pi / unit, pitch / unit
     zero = np.zeros_like(s)
     cos, sin = np.cos(turn * s), np.sin(turn * s)
     centre = np.stack([cos, sin, rise * s], axis=1)

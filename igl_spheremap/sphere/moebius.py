@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError
-from ..mesh.arrays import EPS, FloatArray
+from ..mesh.arrays import EPS, ROUNDING, FloatArray
 from ..mesh.check import Mesh
 from ..timings import phase
 from .rows import row_dots, weighted_moment, weighted_sum
@@ -17,19 +17,6 @@ from .rows import row_dots, weighted_moment, weighted_sum
 #: A Moebius centre c of larger squared length counts as on the boundary of the ball: 1 - |c|^2, by which its map
 #: scales, has less than three digits left.
 _BOUNDARY = 1 - 512 * EPS
-#: If its weighted mean is shorter than this, a map is balanced: this can't be seen, and is far above 1e-17, the error
-#: of sums over a million vertices.
-_BALANCED = 1e-12
-#: A Newton step longer than _LONG gets the length tanh(min(length, _LONGEST)), which is .96 of the ball's radius at
-#: most.
-_LONG, _LONGEST = 0.5, 2.0
-#: Newton steps shorter than this are rounding: 45 ulps of the unit ball.
-_SHORTEST = 1e-14
-#: Added to the Hessian's diagonal, whose mean is 4/3, so that it is regular even with all weight at one point.
-_RIDGE = 1e-14
-#: Weight of the position relative to the barycentre, beside weight 1 of the normal. If normals leave the rotation open
-#: (a flat body has only two), it decides; elsewhere it is too small to be seen.
-_TIE_BREAK = 1e-3
 
 
 def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
@@ -71,36 +58,43 @@ def conformal_barycentre(x: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 def _balance(
-    x: FloatArray, weights: FloatArray, within: float = _BALANCED, most: int = 50
+    x: FloatArray,
+    weights: FloatArray,
+    within: float = ROUNDING,
+    steps: int = 50,
+    rounding: float = 1e-14,
 ) -> tuple[FloatArray, FloatArray]:
     """The conformal barycentre, and the rows moved by the Moebius map that takes it to the origin.
 
-    No map took more than 12 of the 50 Newton steps, at most, that are allowed.
+    Newton's steps end where the weighted mean is at most `within`, or a step is `rounding`: 45 ulps of the unit ball.
+    No map took more than 12.
     """
     w = weights / weights.sum()
     centre, y, mean = np.zeros(3), x, weighted_sum(w, x)
-    for _ in range(most):
+    for _ in range(steps):
         size = float(np.linalg.norm(mean))
         if size <= within:
             break
         # Newton on the convex energy of the hyperbolic ball, whose gradient is the mean of the moved points.
-        hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + _RIDGE * np.eye(3)  # algorithm (19)
+        # It is singular where all weight is at one point, but for the rounding on its diagonal.
+        hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + rounding * np.eye(
+            3
+        )  # algorithm (19)
         step: FloatArray = np.asarray(np.linalg.solve(hessian, mean), dtype=np.float64)
         length = float(np.linalg.norm(step))
-        if length > _LONG:
-            # tanh keeps it inside the unit ball
-            step = step * (np.tanh(min(length, _LONGEST)) / length)
+        if length > 0.5:  # tanh keeps long steps inside the unit ball, up to .96 of its radius
+            step = step * (np.tanh(min(length, 2.0)) / length)
         while True:
             trial = _compose(centre, step)
             if trial @ trial > _BOUNDARY:
                 return centre, y
             moved = moebius(x, trial)
             moved_mean = weighted_sum(w, moved)
-            if float(np.linalg.norm(moved_mean)) < size or length < _SHORTEST:
+            if float(np.linalg.norm(moved_mean)) < size or length < rounding:
                 break
             step, length = step / 2, length / 2
         centre, y, mean = trial, moved, moved_mean
-        if length < _SHORTEST:
+        if length < rounding:
             break
     return centre, y
 
@@ -113,7 +107,7 @@ def _compose(first: FloatArray, then: FloatArray) -> FloatArray:
     return ((1 + 2 * dot + tt) * first + (1 - ff) * then) / (1 + 2 * dot + ff * tt)
 
 
-def center(x: FloatArray, weights: FloatArray, within: float = _BALANCED) -> FloatArray:
+def center(x: FloatArray, weights: FloatArray, within: float = ROUNDING) -> FloatArray:
     """Moebius map of `x` for which the barycentre of `weights` is at most `within` from the origin.
 
     It is computed in one step from `x`, so that rounding does not add up; a centred `x` is returned itself.
@@ -146,10 +140,14 @@ def turn_to_gauss_map(mesh: Mesh, x: FloatArray) -> FloatArray:
 
 
 def orientation_target(mesh: Mesh) -> FloatArray:
-    """The vectors that a map in the gauge is turned to: normals plus 1/1000 of the position from the barycentre."""
+    """The vectors that a map in the gauge is turned to: normals plus 1/1000 of the position from the barycentre.
+
+    Positions decide the rotation where normals leave it open (a flat body has only two of them), and can't be seen
+    elsewhere.
+    """
     outward = mesh.unit - weighted_sum(mesh.A, mesh.unit)
     inside_out = np.vdot(mesh.A, row_dots(mesh.normals, outward)) < 0
-    outward *= _TIE_BREAK
+    outward *= 1e-3
     if inside_out:
         outward *= -1
     outward += mesh.normals  # algorithm (21)

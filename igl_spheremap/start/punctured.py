@@ -18,27 +18,8 @@ from ..verify.distortion import mean_angle_difference
 
 #: At most this many faces are sampled for the affine correction, and vertices for a first scale: medians need no more.
 _SAMPLE = 1000
-#: At most this many faces are compared as places for the puncture: fewer would miss the good ones.
-_CANDIDATES = 4000
-#: A larger mean Beltrami coefficient nu comes from a badly shaped punctured face: the next face is tried.
-_LARGEST_NU = 0.5
-#: A nu above this comes from slivers; correcting it would flatten the plane to a line.
-_LARGEST_CORRECTION = 0.95
-#: A start with more energy than this is rejected: 4 pi is that of a conformal map.
-_LARGEST_ENERGY = 6 * np.pi
-#: A map is coarse if its flat faces cover less than this share of the sphere's area: then chords cut deep through it.
-_COARSE = 0.95
-#: Faces whose sides in the plane are below this share of its extent, deep in limbs, do not count for nu.
-_RELIABLE = 1e-10
 #: Starts, and maps after a step, are centred if their weighted mean is farther than this from the origin.
 OFF_CENTRE = 1e-4
-#: The quadratic term of `_corrected` is fitted on the ring _INNER < |z| < _OUTER, in units of the corners' distance:
-#: farther out higher terms matter, farther in the mesh's noise. If the geometric mean of that distance and the body's
-#: size is less than _INNER, the ring begins there.
-_INNER, _OUTER = 1 / 8, 1 / 3
-#: At most _TRIES faces are punctured in turn, every _STRIDE-th in the order of quality: the last is still among the
-#: best 160 of 4000. If none gives a good start, the best of the poor ones is taken.
-_TRIES, _STRIDE = 4, 40
 
 
 class Evaluated(NamedTuple):
@@ -57,13 +38,20 @@ class Evaluated(NamedTuple):
 
 @phase("start")
 def punctured_start(
-    mesh: Mesh, operators: Operators, faces: Iterable[int] | None = None
+    mesh: Mesh,
+    operators: Operators,
+    faces: Iterable[int] | None = None,
+    largest_nu: float = 0.5,
+    largest_energy: float = 6 * np.pi,
 ) -> Evaluated:
     """Map that is nearly conformal outside one face, by two solves; centred to `OFF_CENTRE` on the vertex areas.
 
-    The faces to puncture, well-shaped ones by default, are tried in turn until a start is good. If no puncture gives
-    finite numbers, the Gauss map stands in. The plane map is that of Angenent, Haker, Tannenbaum, Kikinis 1999
-    (reference [11] of Lai et al.); the correction of the puncture's discretisation error is ours.
+    The faces to puncture, well-shaped ones by default, are tried in turn until a start is good. If none is, the best is
+    taken; if no puncture gives finite numbers, the Gauss map. A larger mean Beltrami coefficient nu comes from a badly
+    shaped face; the energy of a conformal map is 4 pi.
+
+    The plane map is that of Angenent, Haker, Tannenbaum, Kikinis 1999 (reference [11] of Lai et al.); the correction of
+    the puncture's discretisation error is ours.
     """
     tried: list[Evaluated] = []
     if faces is None:
@@ -78,7 +66,7 @@ def punctured_start(
             continue
         tried.append(Evaluated.of(x, operators))
         coarse = is_coarse(surface_area(x, mesh.f))
-        if abs(nu) < _LARGEST_NU and tried[-1].energy < _LARGEST_ENERGY and not coarse:
+        if abs(nu) < largest_nu and tried[-1].energy < largest_energy and not coarse:
             break
     if not tried:
         return Evaluated.of(center(vertex_normals(mesh.unit, mesh.f), mesh.A), operators)
@@ -88,20 +76,25 @@ def punctured_start(
 
 
 def is_coarse(area: float) -> bool:
-    """True if the flat faces cover less than 95 percent of the sphere's area: too coarse for chord energies."""
-    return area < _COARSE * 4 * np.pi
+    """True if the flat faces cover less than 95 percent of the sphere's area: chords cut deep through it then."""
+    return area < 0.95 * 4 * np.pi
 
 
-def candidate_faces(mesh: Mesh) -> Iterator[int]:
-    """Four well-shaped faces of middling size, spread over the mesh: good ones to puncture."""
-    sample = spread(len(mesh.f), _CANDIDATES)
+def candidate_faces(
+    mesh: Mesh, compared: int = 4000, tries: int = 4, stride: int = 40
+) -> Iterator[int]:
+    """Well-shaped faces of middling size, spread over the mesh: good ones to puncture.
+
+    They are every `stride`-th in the order of quality of the faces `compared`, of which fewer would miss the good ones.
+    """
+    sample = spread(len(mesh.f), compared)
     side, w = _in_their_planes(mesh, mesh.f[sample])
     area = side * w.imag / 2
     quality = area / np.maximum(side**2 + np.abs(w) ** 2 + np.abs(w - side) ** 2, TINY)
     middling = np.sort(area)[len(area) // 2]
     ratio = np.minimum(area, middling) / np.maximum(np.maximum(area, middling), TINY)
     order = np.arange(len(mesh.f))[sample][np.argsort(-quality * np.sqrt(ratio), kind="stable")]
-    yield from order[:: min(len(order) // _TRIES, _STRIDE)][:_TRIES].tolist()
+    yield from order[:: min(len(order) // tries, stride)][:tries].tolist()
 
 
 def dipole_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
@@ -144,20 +137,26 @@ def _placed_map(mesh: Mesh, operators: Operators, face: int) -> ComplexArray:
         return np.einsum("ij,j->i", green, coefficients)
 
 
-def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, complex]:
+def _corrected(
+    mesh: Mesh, z: ComplexArray, face: int, inner: float = 1 / 8, outer: float = 1 / 3
+) -> tuple[ComplexArray, complex]:
     """Take out the discretisation error of a puncture, and return its part nu.
 
     With z about the middle of the body the map is made conformal by z + nu conj(z) + kappa conj(z)^2 / 2, up to terms
     that matter only at the puncture. The first part removes a stretch of the whole plane, which a badly placed face
     causes. The second has the threefold symmetry of a triangle, and is larger for a good face: its Beltrami coefficient
     is about conj(z) over the distance of the corners.
+
+    The second is fitted on the ring inner < |z| < outer, in units of the corners' distance: farther out higher terms
+    matter, farther in the mesh's noise. If the geometric mean of that distance and the body's size is nearer, the ring
+    begins there.
     """
     z = _about_middle(z, mesh.A)
     body = mesh.f[spread(len(mesh.f), _SAMPLE)]
     nu = _median(_beltrami(mesh, body, z))
     if nu is None:
         return z, 1.0
-    if abs(nu) < _LARGEST_CORRECTION:
+    if abs(nu) < 0.95:  # more comes from slivers, and would flatten the plane to a line
         z = z + nu * z.conj()  # algorithm (6)
     distance, sample = np.abs(z), spread(len(z), _SAMPLE)
     corner, middle = (
@@ -165,9 +164,8 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
         weighted_quantile(distance[sample], mesh.A[sample]),
     )
     # algorithm (7)
-    within = (distance > min(_INNER * corner, np.sqrt(middle * corner))) & (
-        distance < _OUTER * corner
-    )
+    begin, end = min(inner * corner, np.sqrt(middle * corner)), outer * corner
+    within = (distance > begin) & (distance < end)
     ring = mesh.f[within.take(mesh.f[:, 0])]
     ring = ring[within[ring].all(axis=1)]
     ring = ring[spread(len(ring), _SAMPLE)]
@@ -177,15 +175,18 @@ def _corrected(mesh: Mesh, z: ComplexArray, face: int) -> tuple[ComplexArray, co
     return z, nu
 
 
-def _beltrami(mesh: Mesh, f: IntArray, z: ComplexArray) -> ComplexArray:
-    """For each face the nu that makes z + nu conj(z) conformal there; NaN if it is rounding, or 1 or more."""
+def _beltrami(mesh: Mesh, f: IntArray, z: ComplexArray, reliable: float = 1e-10) -> ComplexArray:
+    """For each face the nu that makes z + nu conj(z) conformal there; NaN if it is rounding, or 1 or more.
+
+    Sides in the plane below the share `reliable` of its extent, deep in limbs, are rounding.
+    """
     side, w = _in_their_planes(mesh, f)
     with np.errstate(all="ignore"):
         first, second, third = z[f.T]
         dp, dq = second - first, third - first
         # dp = side (z_w + z_wbar) and dq = w z_w + conj(w) z_wbar, whose common factor is imaginary.
         nu = (dq * side - dp * w) / (dp * w.conj() - dq * side).conj()  # algorithm (5)
-        known = np.abs(dp) + np.abs(dq) > _RELIABLE * np.abs(z).max()
+        known = np.abs(dp) + np.abs(dq) > reliable * np.abs(z).max()
         return np.where(known & (w.imag > 0) & (np.abs(nu) < 1), nu, np.nan)
 
 

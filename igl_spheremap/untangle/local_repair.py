@@ -35,9 +35,6 @@ FEW = 0.01
 _MOVED_RINGS = 2
 #: Rings that are relaxed with the vertices moved by a repair.
 RELAXED_RINGS = 2
-#: Distance of the centroid from the origin, the sphere's radius being 1, beyond which a map is centred even if that
-#: folds faces.
-_OFF_CENTRE = 1e-3
 
 
 def most_of_few(f: IntArray) -> float:
@@ -204,5 +201,5 @@ def restore_gauge(mesh: Mesh, x: FloatArray) -> tuple[FloatArray, Certificate]:
 
 
 def is_off_centre(mesh: Mesh, x: FloatArray) -> bool:
-    """True if the centroid of the source's area is more than 1e-3 from the origin."""
-    return float(np.linalg.norm(weighted_sum(mesh.A, x))) > _OFF_CENTRE
+    """True if the centroid of the source's area is so far from the origin that a map is centred even if faces fold."""
+    return float(np.linalg.norm(weighted_sum(mesh.A, x))) > 1e-3

@@ -15,12 +15,6 @@ from ..mesh.measure import by_blocks
 #: determinant of a corner and the two sides from there is off by less than this times the summed sizes of its six
 #: products. Both bounds grow by the smallest normal number, the second by s times it if s > 1 (docs/guarantee.md).
 _ERROR = 64 * EPS
-#: Shewchuk's predicates are exact for numbers that are 0 or of a size between these. Such a number is a multiple of
-#: 2^-352, and a product of three a multiple of 2^-1056: nothing underflows, or overflows, on the way to the sign.
-_SMALLEST, _LARGEST = 2.0**-300, 2.0**300
-_ORIGIN = np.zeros((1, 3))
-_HUGE = 1 << 14  # more than any exponent
-_BLOCK = 1 << 12  # faces whose integers, of up to 300 bytes each, are in memory at once
 
 
 def orientation_signs(x: FloatArray, f: IntArray) -> IntArray:
@@ -69,24 +63,25 @@ def signed_volumes(corners: NDArray[Any]) -> NDArray[Any]:
     )
 
 
-def _exact_signs(x: FloatArray) -> IntArray:
+def _exact_signs(x: FloatArray, block: int = 1 << 12) -> IntArray:
     """Signs of each three rows: if Shewchuk's predicates are exact, by these, else by integers.
 
     Coordinates and rows are multiplied by powers of two first: close to an end of an axis two coordinates are tiny.
+    Integers, of up to 300 bytes each, are in memory for a `block` of faces at once.
     """
-    # face, corner, coordinate
-    exponent = np.where(x == 0, -_HUGE, np.frexp(x)[1]).reshape(-1, 3, 3)
+    # face, corner, coordinate; that of 0 is below all others
+    exponent = np.where(x == 0, -(1 << 14), np.frexp(x)[1]).reshape(-1, 3, 3)
     column = exponent.max(axis=1, keepdims=True)
     row = (exponent - column).max(axis=2, keepdims=True)
     y = np.ldexp(x, -(column + row).reshape(-1, 3))
     plain = _in_range(y) & ((y == 0) == (x == 0))
     signs = np.asarray(
-        igl.predicates.orient3d(*(y[k::3] for k in range(3)), _ORIGIN), dtype=np.int64
+        igl.predicates.orient3d(*(y[k::3] for k in range(3)), np.zeros((1, 3))), dtype=np.int64
     )
     rest = np.flatnonzero(~plain.reshape(-1, 9).all(axis=1))
-    for first in range(0, len(rest), _BLOCK):
-        block = rest[first : first + _BLOCK]
-        signs[block] = _integer_signs(x.reshape(-1, 3, 3)[block])
+    for first in range(0, len(rest), block):
+        faces = rest[first : first + block]
+        signs[faces] = _integer_signs(x.reshape(-1, 3, 3)[faces])
     return signs
 
 
@@ -100,9 +95,13 @@ def determinant_signs(a: FloatArray, b: FloatArray, c: FloatArray) -> IntArray:
 
 
 def _in_range(x: FloatArray) -> BoolArray:
-    """Numbers for which the predicates are exact."""
+    """Numbers for which Shewchuk's predicates are exact.
+
+    Those between are multiples of 2^-352, and products of three multiples of 2^-1056: nothing underflows, or overflows,
+    on the way to the sign.
+    """
     size = np.abs(x)
-    return ((size > _SMALLEST) & (size < _LARGEST)) | (size == 0)
+    return ((size > 2.0**-300) & (size < 2.0**300)) | (size == 0)
 
 
 def _integer_signs(corners: FloatArray) -> IntArray:

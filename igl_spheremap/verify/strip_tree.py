@@ -17,33 +17,30 @@ import numpy as np
 
 from ..mesh.arrays import EPS, ComplexArray, FloatArray, IntArray, own_unit
 
-#: The comparison begins with the longest runs that number at most this: all their 8,256 pairs, in one call.
-_RUNS = 128
-#: Parts of a run: with halves the rectangles of small polygons take longer than all comparisons.
-_PARTS = 4
-#: Pairs of runs that are compared at once: temporaries take some megabytes.
-_BLOCK = 1 << 17
-#: If more pairs than this for each run have bounding boxes that meet, rectangles are made: a run meets itself and the
-#: next one on any polygon, and one or two more on most.
-_MANY = 3
 #: Distances between rectangles are off by less than this share of the coordinates: some twenty roundings, and room.
 _ERROR = 64 * EPS
 
 
-def close_pairs(p: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
+def close_pairs(
+    p: FloatArray, longest: int = 128, parts: int = 4, block: int = 1 << 17
+) -> Iterator[tuple[IntArray, IntArray]]:
     """Pairs i < j of edges of a closed polygon that may meet, neighbours left out, in blocks; edge i begins at p[i].
+
+    The comparison begins with the runs of which there are at most `longest`: all their 8,256 pairs, in one call. Each
+    has four `parts`: with halves the rectangles of small polygons take longer than all comparisons. A `block` of pairs
+    is compared at once, so that temporaries take some megabytes.
 
     >>> zigzag = np.array([[0.0, 0], [9, 1], [0, 2], [9, 3], [0, 4], [9, 5], [-1, 6], [-1, -1]])
     >>> sum(len(i) for i, j in close_pairs(zigzag))
     0
     """
     k = len(p)
-    height = max(0, int(np.ceil(np.log(k / _RUNS) / np.log(_PARTS))))
+    height = max(0, int(np.ceil(np.log(k / longest) / np.log(parts))))
     x, y = own_unit(p)[0].T
     z = x + 1j * y
-    levels = [_Runs(p, z, _PARTS**h) for h in range(height + 1)]
+    levels = [_Runs(p, z, parts**h) for h in range(height + 1)]
     waiting = [(height, *np.triu_indices(levels[height].count))]
-    one, other = np.indices((_PARTS, _PARTS)).reshape(2, -1)
+    one, other = np.indices((parts, parts)).reshape(2, -1)
     while waiting:
         h, i, j = waiting.pop()
         if h == 0:
@@ -53,10 +50,10 @@ def close_pairs(p: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
                 yield i, j
             continue
         i, j = levels[h].near(i, j)
-        i, j = (_PARTS * i[:, None] + one).ravel(), (_PARTS * j[:, None] + other).ravel()
+        i, j = (parts * i[:, None] + one).ravel(), (parts * j[:, None] + other).ravel()
         kept = (i <= j) & (j < levels[h - 1].count)
         i, j = i[kept], j[kept]
-        waiting += [(h - 1, i[n : n + _BLOCK], j[n : n + _BLOCK]) for n in range(0, len(i), _BLOCK)]
+        waiting += [(h - 1, i[n : n + block], j[n : n + block]) for n in range(0, len(i), block)]
 
 
 class _Runs:
@@ -84,12 +81,15 @@ class _Runs:
         )
 
     def near(self, i: IntArray, j: IntArray) -> tuple[IntArray, IntArray]:
-        """The pairs whose bounding boxes meet; if they are many, only those whose rectangles no side separates."""
+        """The pairs whose bounding boxes meet; if they are many, only those whose rectangles no side separates.
+
+        A run meets itself and the next one on any polygon, and one or two more on most.
+        """
         meet = (self._low.take(i, axis=1) <= self._high.take(j, axis=1)).all(axis=0)
         meet &= (self._low.take(j, axis=1) <= self._high.take(i, axis=1)).all(axis=0)
         i, j = i[meet], j[meet]
         self._met += len(i)
-        if self._met <= _MANY * self.count:
+        if self._met <= 3 * self.count:
             return i, j
         centre, along, sides, error = self._rectangles
         between, turn, error = (

@@ -19,17 +19,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from ...errors import FactorisationFailed
+from ...mesh.arrays import HALF_DIGITS
 from ...timings import phase
 from .ordering import bandwidth_order, inverse_permutation, nested_dissection
 
 Solver = Callable[[np.ndarray], np.ndarray]
 
-#: Unknowns from which on CHOLMOD takes nested dissection: no slower than minimum degree, and less fill.
-_CHOLMOD_DISSECTS_FROM = 100_000
-#: Unknowns from which on SuperLU takes nested dissection: below, minimum degree costs less.
-_SUPERLU_DISSECTS_FROM = 40_000
-#: From this relative residual on SuperLU has failed: half of the digits.
-_LARGEST_BACKWARD_ERROR = 1e-8
 #: cvxopt has one set of options for all threads.
 _OPTIONS = threading.Lock()
 
@@ -178,6 +173,8 @@ class Cholmod(Analysis):
     """CHOLMOD through cvxopt, with wheels for every system, under the GPL."""
 
     backend: ClassVar[str] = "cvxopt"
+    #: Unknowns from which on it takes nested dissection: no slower than minimum degree, and less fill.
+    dissects_from: ClassVar[int] = 100_000
 
     def __init__(self, entries: Entries) -> None:
         import cvxopt
@@ -189,7 +186,7 @@ class Cholmod(Analysis):
         self._cvxopt: Any = cvxopt
         self._cholmod: Any = cholmod
         graph, given = entries.graph, {"p": cvxopt.matrix(np.arange(entries.n))}
-        if entries.n >= _CHOLMOD_DISSECTS_FROM:
+        if entries.n >= self.dissects_from:
             vertices, tried = nested_dissection(graph).order, 1
             if entries.repeated:
                 tried = 2
@@ -310,13 +307,15 @@ class SuperLU(Analysis):
     """
 
     backend: ClassVar[str] = "scipy"
+    #: Unknowns from which on it takes nested dissection: below, minimum degree costs less.
+    dissects_from: ClassVar[int] = 40_000
 
     def __init__(self, entries: Entries) -> None:
         from scipy.sparse.linalg import splu
 
         super().__init__(entries)
         self._splu = splu
-        small = entries.n < _SUPERLU_DISSECTS_FROM
+        small = entries.n < self.dissects_from
         if small and (entries.limbs or not entries.repeated):
             vertices, self._rule = bandwidth_order(entries.graph), "MMD_AT_PLUS_A"
         else:
@@ -350,5 +349,5 @@ def check_definite(P: sp.csr_matrix, factor: Factor) -> None:
     b = np.stack([np.ones_like(i), np.cos(i), np.cos(i**2 % 1009.0)], axis=1)
     x = factor.solve(b)
     backward_error = np.abs(P @ x - b).max() / (np.abs(P.data).max() * np.abs(x).max() + 1.0)
-    if not ((b * x).sum(axis=0) > 0.0).all() or not backward_error < _LARGEST_BACKWARD_ERROR:
+    if not ((b * x).sum(axis=0) > 0.0).all() or not backward_error < HALF_DIGITS:
         raise FactorisationFailed("SuperLU: the matrix is not numerically positive definite")

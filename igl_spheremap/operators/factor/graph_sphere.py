@@ -10,60 +10,53 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import breadth_first_order
 
-from ...mesh.arrays import TINY
+from ...mesh.arrays import ROUNDING, TINY
 from ...sphere.rows import row_dots, unit_rows
 
-#: Graphs of up to this size are placed by a dense eigenvalue decomposition.
-_COARSEST = 300
-#: Averaging sweeps on each level, fewer on the finest, where they cost most.
-_SWEEPS, _FINEST_SWEEPS = 10, 3
-#: Weight of the vertex itself in a sweep: it damps oscillating modes.
-_SELF_WEIGHT = 0.1
-#: Fixed-point steps on the coarsest graph; the map need not be converged.
-_PROJECTIONS = 30
-#: Share of the largest eigenvalue, or area, below which others are rounding.
-_ZERO = 1e-12
 
-
-def graph_sphere(graph: sp.csr_matrix, sweeps: int = _FINEST_SWEEPS) -> np.ndarray:
+def graph_sphere(
+    graph: sp.csr_matrix, sweeps: int = 3, coarser_sweeps: int = 10, coarsest: int = 300
+) -> np.ndarray:
     """Place the vertices of a planar graph on the sphere, near the centroids of their neighbours.
 
-    Aggregates are placed first, then each vertex moves to the centroid of its neighbours, sweep by sweep. `graph` holds
-    symmetric, non-negative edge weights and a full diagonal, whose values don't matter.
+    Aggregates are placed first, by more sweeps, as these cost less there. Then each vertex moves to the centroid of its
+    neighbours, sweep by sweep. Graphs of up to `coarsest` vertices are placed by a dense eigenvalue decomposition.
+    `graph` holds symmetric, non-negative edge weights and a full diagonal, whose values don't matter.
 
     >>> cycle = sp.csr_matrix(np.eye(6) + np.roll(np.eye(6), 1, axis=1) + np.roll(np.eye(6), -1, axis=1))
     >>> np.linalg.norm(graph_sphere(cycle), axis=1).round(6).tolist()
     [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
     """
     n = graph.shape[0]
-    if n <= _COARSEST:
+    if n <= coarsest:
         return _coarsest(graph.toarray())
     labels, count = aggregate(graph)
     if count == n:  # no edges
         return _anywhere(n)
     members = sp.csc_matrix((np.ones(n), labels, np.arange(n + 1)), shape=(count, n)).tocsr()
     joined = sp.csr_matrix((graph.data, labels.take(graph.indices), graph.indptr), shape=(n, count))
-    x = graph_sphere(members @ joined, _SWEEPS)[labels]
+    x = graph_sphere(members @ joined, coarser_sweeps)[labels]
     diagonal = graph.diagonal()
     degree = np.maximum(graph @ np.ones(n) - diagonal, TINY)
-    own, total = _SELF_WEIGHT * degree - diagonal, (1.0 + _SELF_WEIGHT) * degree
+    self_weight = 0.1  # it damps modes that oscillate from vertex to vertex
+    own, total = self_weight * degree - diagonal, (1.0 + self_weight) * degree
     for _ in range(sweeps):
         x = (graph @ x + own[:, None] * x) / total[:, None]
     return unit_rows(x)
 
 
-def _coarsest(weights: np.ndarray) -> np.ndarray:
-    """Harmonic map of a small graph, by the self-consistent projection x <- unit_rows(L^+ Lambda x)."""
+def _coarsest(weights: np.ndarray, steps: int = 30) -> np.ndarray:
+    """Harmonic map of a small graph, by steps x <- unit_rows(L^+ Lambda x), which need not have converged."""
     np.fill_diagonal(weights, 0.0)
     L = np.diag(weights.sum(axis=1)) - weights
     eigenvalues, modes = np.linalg.eigh(L)
-    if len(L) < 5 or eigenvalues[1] <= _ZERO * eigenvalues[-1]:
+    if len(L) < 5 or eigenvalues[1] <= ROUNDING * eigenvalues[-1]:
         return _anywhere(len(L))  # too small, or not connected
     inverse = (modes[:, 1:] / eigenvalues[1:]) @ modes[:, 1:].T
     x = unit_rows(modes[:, 1:4] / np.sqrt(eigenvalues[1:4]))
-    for _ in range(_PROJECTIONS):
+    for _ in range(steps):
         area = np.maximum(row_dots(x, L @ x), 0.0)
-        area += _ZERO * area.max()
+        area += ROUNDING * area.max()
         y = inverse @ (area[:, None] * (x - area @ x / area.sum()))
         y -= area @ y / area.sum()
         spread, axes = np.linalg.eigh(y.T @ (area[:, None] * y))

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import os
 
-#: Memory of a factor and of its making, the largest measured: SuperLU with 240,000 vertices (`python -m benchmarks
-#: factors`).
-_BYTES_PER_UNKNOWN = 3_000
 #: Bytes of address space that libraries take when they are loaded and first used: those of any map with one thread of
 #: BLAS, and the addition of each solver. With 20 MB less OpenBLAS waits for memory without end, or ends the process
 #: (measured with `ulimit -v`, of numpy 2.4, scipy 1.17, cvxopt 1.3 and rslab 1.7).
@@ -17,13 +14,14 @@ OF_SOLVER = {"cvxopt.cholmod": 260e6, "rslab": 300e6, "scipy.sparse.linalg": 80e
 def fits_memory(n: int) -> bool:
     """Whether an exact factor for this number of unknowns takes at most half of the machine's memory.
 
-    Free memory does not count: the choice must not change from run to run.
+    Free memory does not count: the choice must not change from run to run. A factor and its making take up to 3,000
+    bytes an unknown, of SuperLU with 240,000 vertices (`python -m benchmarks factors`).
     """
     try:
         machine = float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (AttributeError, ValueError, OSError):
         return True
-    return n * _BYTES_PER_UNKNOWN <= machine / 2
+    return n * 3_000 <= machine / 2
 
 
 def bytes_left() -> float:

@@ -10,12 +10,6 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from .graph_sphere import graph_sphere
 
-#: The cutting planes are medians over a sample of this many vertices a leaf.
-_SAMPLE = 2
-#: A vertex with more than this many times sqrt(n) neighbours is a hub, which the best separator would hold: that many
-#: vertices would fill more than it does. (Amestoy, Davis and Duff 2004, *Algorithm 837: AMD*, put such rows last, too.)
-_HUB = 10
-
 
 @dataclass(frozen=True)
 class Dissection:
@@ -56,7 +50,7 @@ def renumbered(P: sp.csr_matrix, order: np.ndarray) -> sp.csr_matrix:
     return A
 
 
-def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
+def nested_dissection(P: sp.csr_matrix, leaf: int = 12, sample: int = 2) -> Dissection:
     """Dissect the graph of a matrix by planes through its rough map to the sphere.
 
     Planes cut a mesh of genus 0 well on a conformal sphere: each half of a part has half of its vertices, and a
@@ -64,8 +58,8 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
     Mesh*; Miller, Teng, Thurston, Vavasis 1997, *Separators for Sphere-Packings and Nearest Neighbor Graphs*). Only
     the graph is used, so that the order depends neither on how the surface is folded nor, apart from ties, on how its
     vertices are numbered. Parts of about `leaf` vertices are dissected no further; leaves of
-    12 to 96 cost the same (benchmarks/tried.md). `P` has a symmetric pattern and a
-    full diagonal; graphs that are not planar are ordered correctly, but not well.
+    12 to 96 cost the same (benchmarks/tried.md). Planes are medians over `sample` vertices a leaf. `P` has a symmetric
+    pattern and a full diagonal; graphs that are not planar are ordered correctly, but not well.
 
     >>> line = sp.diags_array([np.ones(19)] * 2, offsets=[-1, 1])
     >>> grid = sp.kronsum(line, line) + sp.eye_array(400)
@@ -79,14 +73,16 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12) -> Dissection:
     graph = renumbered(P, local)
     graph.data = np.ones(graph.nnz)
     depth = max(1, int(np.ceil(np.log2(max(n, 2) / leaf))))
-    hub = np.diff(graph.indptr) > _HUB * np.sqrt(n)
+    # The best separator would hold a vertex with so many neighbours: that many vertices would fill more than it does.
+    # (Amestoy, Davis and Duff 2004, Algorithm 837: AMD, put such rows last, too.)
+    hub = np.diff(graph.indptr) > 10 * np.sqrt(n)
     body, x = np.flatnonzero(~hub), np.zeros((3, n))
     without_hubs = graph
     if hub.any():  # they would draw all to one place
         without_hubs = graph[body][:, body]
     x[:, body] = graph_sphere(without_hubs).T
-    sample = (np.arange(_SAMPLE << depth) * n) // (_SAMPLE << depth)
-    path = _follow(x, _cutting_planes(x.take(sample, axis=1), depth))
+    sampled = (np.arange(sample << depth) * n) // (sample << depth)
+    path = _follow(x, _cutting_planes(x.take(sampled, axis=1), depth))
     height = _separator_heights(graph, path, depth, hub)
     # Last leaf of the vertex's part, then height: children before their separator.
     key = (path | ((np.int64(1) << height) - 1)) * 64 + height

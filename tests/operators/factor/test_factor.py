@@ -15,7 +15,7 @@ from igl_spheremap.errors import FactorisationFailed
 from igl_spheremap.mesh.measure import vertex_areas
 from igl_spheremap.operators.factor import factor as factor_module
 from igl_spheremap.operators.factor import factorize as factorize_module
-from igl_spheremap.operators.factor.factor import Entries
+from igl_spheremap.operators.factor.factor import Cholmod, Entries, SuperLU
 from igl_spheremap.operators.factor.factorize import analyse, available_backends, factorize
 from igl_spheremap.operators.laplacian import laplacian
 
@@ -75,8 +75,8 @@ def lower_triangle(P, **options):
 def test_all_orders_of_a_backend_solve_a_matrix_and_others_of_its_pattern(
     backend, dissect_from, limbs, monkeypatch
 ):
-    for name in ("_CHOLMOD_DISSECTS_FROM", "_SUPERLU_DISSECTS_FROM"):
-        monkeypatch.setattr(factor_module, name, dissect_from)
+    for library in (Cholmod, SuperLU):
+        monkeypatch.setattr(library, "dissects_from", dissect_from)
     P = problem(4, 1e-3)
     b = right_hand_sides(P.shape[0])
     entries, values = lower_triangle(P, repeated=True, limbs=limbs)
