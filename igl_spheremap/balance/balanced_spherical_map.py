@@ -36,7 +36,7 @@ def balanced_spherical_map(
         0 is conformal, the map of `spherical_conformal_map` bit for bit; 1 preserves areas; at .85, the
         default, lengths are off least.
     method : str or Method
-        How the conformal map is made that it starts from, "auto" by default, or a record of options; see
+        The method of the conformal map that it starts from, "auto" by default, or a record of options; see
         `spherical_conformal_map`.
     caps : (m,) array_like of bool, optional
         As of `check_mesh`.
@@ -47,9 +47,9 @@ def balanced_spherical_map(
     Returns
     -------
     SphereMap
-        Turned to the Gauss map. Its ``conformal`` is the map that it started from. Where its ``log_area_ratios()`` miss
-        their target by more than a factor of 1.35 on average, its ``status`` is ``SHORT``, and a note says by how much,
-        and how the steps ended.
+        Turned to the Gauss map. Its ``conformal`` is the map that it started from. If its ``log_area_ratios()`` miss
+        their target by more than a factor of 1.35 on average, its ``status`` is ``SHORT``; a note gives the factor and
+        the end of the steps.
 
     Raises
     ------

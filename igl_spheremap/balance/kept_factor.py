@@ -1,4 +1,4 @@
-"""Newton steps; where little is left to gain, one may use the factor of the step before."""
+"""Newton steps; if little is left to gain, one may use the factor of the step before."""
 
 from __future__ import annotations
 
@@ -13,18 +13,17 @@ from ..operators.factor.factor import Factor
 class KeptFactor(LineSearch):
     """A line search that uses the last factor again for a step that is predicted to gain less than a share.
 
-    The gain of the last step must have been predicted well by that factor.
+    That factor must have predicted the gain of the last step well.
 
     Attributes
     ----------
     tolerance : float
         That share.
     ahead : float
-        Where the last step was taken with an old factor, the share of the value that it was predicted to gain; else
-        infinite.
+        If the last step used an old factor, its predicted gain, as a share of the value; else infinite.
     """
 
-    #: The gain of a step that was predicted well is off by less than this share.
+    #: A good prediction of a step's gain is off by less than this share.
     faithful = 0.15
     #: Gains fall quadratically: the next one is below t only if the square of the last is below this times t.
     squares = 10.0
@@ -36,7 +35,7 @@ class KeptFactor(LineSearch):
         self._kept: tuple[Factor, FloatArray, FloatArray, float] | None = None
 
     def step(self, problem: NewtonProblem, x: FloatArray, model: Model) -> Trial | None:
-        """A step with the old factor, if that is enough, or else with a new one."""
+        """A step with the old factor; if that is not enough, with a new one."""
         if (trial := self._last_step(problem, x, model)) is not None:
             return trial
         return super().step(problem, x, model)

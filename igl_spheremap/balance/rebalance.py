@@ -11,7 +11,7 @@ from .family import balanced_map
 
 
 def rebalanced(result: SphereMap, balance: float, listener: Listener | None) -> SphereMap:
-    """A map without foldings at another balance, from where it is."""
+    """A map without foldings, moved to another balance."""
     conformal = result
     if result.conformal is not None:
         conformal = result.conformal

@@ -1,4 +1,4 @@
-"""Cards of many results, which a page draws when they are looked at: sorted, filtered, rated; and distributions."""
+"""Cards of many results, which a page draws on view: sorted, filtered, rated; and distributions."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class Card:
     key : str
         Its address on the page.
     row : mapping
-        Its figures by name, `source`, by which it is rated, and `status` among them. What is not finite is null on the
+        Its figures by name, `source`, by which it is rated, and `status` among them. Non-finite ones are null on the
         page.
     name, text : str
-        What stands on the card.
+        The texts on the card.
     caption : str
-        What the picture shows.
+        Caption of the picture.
     words : sequence of str
         The command by which a person looks closer, without the program's name.
     picture : str
@@ -40,7 +40,7 @@ class Card:
     reasons : sequence of str
         Why it stands out.
     good : bool
-        Whether it is what was wanted.
+        Whether it is a success.
     """
 
     key: str
@@ -62,7 +62,7 @@ def card_section(
     figures: Mapping[str, str],
     legends: Iterable[Ramp | tuple[str, Colour]],
 ) -> str:
-    """A section of cards: what they are, histograms of their figures, what is said of them, and the cards.
+    """A section of cards: a heading, histograms of their figures, remarks, and the cards.
 
     Of fewer than ten, histograms would only push the cards down.
     """
@@ -81,9 +81,9 @@ def card_sheet(
     legends: Iterable[Ramp | tuple[str, Colour]],
     badges: int = 3,
 ) -> str:
-    """Cards in their order, with what sorts, filters and exports them; figures are what to sort by, with labels.
+    """Cards in their order, with controls that sort by the labelled figures, filter and export.
 
-    A card has so many badges, each a reason; its page has all.
+    A card has at most `badges` badges, each a reason; its page has all.
     """
     entries = []
     for rank, card in enumerate(cards):
@@ -135,9 +135,9 @@ def histogram(
     axis: str = "",
     bins: int = 30,
 ) -> str:
-    """Bars of cards by a figure, those above the limit in one of their own; a sentence where all are equal.
+    """Bars of cards by a figure, those above the limit in a bar of their own; if all are equal, a sentence.
 
-    Each is a button that filters the cards. Empty where no value is finite.
+    Each is a button that filters the cards. Without finite values it is empty.
     """
     values = values[np.isfinite(values)]
     if not len(values):

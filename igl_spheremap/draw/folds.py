@@ -1,4 +1,4 @@
-"""Where folded faces are: clusters that are connected, and which of them a picture of some size does not show."""
+"""Folded faces in connected clusters, and the clusters that a picture of some size does not show."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..mesh.arrays import BoolArray, FloatArray, IntArray
 from ..mesh.measure import face_areas
 from ..sphere.rows import row_crosses, row_lengths
 
-#: A cluster of folded faces that colours fewer pixels than a square with this side gets a mark, to be seen at all.
+#: A cluster of folded faces that colours fewer pixels than a square with this side gets a mark.
 SEEN = 3
 #: Folded faces that cover this share of a surface are seen as they are: marks, or they in front, would hide the rest.
 MANY = 0.1
@@ -28,7 +28,7 @@ ABOVE = 0.004
 class Clusters:
     """Folded faces by clusters, that with the most faces first.
 
-    ``faces`` (k,) are their indices, those of a cluster side by side; ``starts`` (c,) are the places where one begins.
+    ``faces`` (k,) are their indices, those of a cluster side by side; ``starts`` (c,) are the places of the first ones.
     """
 
     faces: IntArray
@@ -86,8 +86,8 @@ class Marks:
     """Clusters of folded faces as pictures mark them: their middles (c, 3), and vector areas (k, 3) and longest sides
     (k,) of their faces.
 
-    There are none where folded faces cover much of the surface. The vectors point out of the surface, whichever way the
-    faces turn.
+    If folded faces cover much of the surface, there are none. The vectors point out of the surface, whatever the
+    orientation of the faces.
     """
 
     clusters: Clusters
@@ -116,7 +116,8 @@ class Marks:
         return cls(clusters, clusters.sums(middles) / clusters.sizes[:, None], outward, longest)
 
     def unseen(self, towards: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:
-        """Middles of the clusters that are too small or thin to be seen or turn away, and which face the viewer.
+        """Middles of the clusters that are too small or thin to be seen or turn away, and whether each faces the
+        viewer.
 
         `towards` is the unit vector to the viewer; a unit of length takes `pixels` pixels.
 

@@ -1,4 +1,4 @@
-"""Moebius maps that magnify a place of the sphere, for pictures of what is tiny there."""
+"""Moebius maps that magnify a place of the sphere, for pictures of tiny images."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STRONGEST = 1e9
 class Lens:
     """Moebius map that magnifies angles at a unit vector `place` by `power`, with the place towards +z.
 
-    With a rotation `facing` it is +z after that. At the power `limit` what the lens is on fills the view.
+    A rotation `facing` then takes it to +z. At the power `limit` the lens' target fills the view.
     """
 
     place: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
@@ -50,7 +50,7 @@ def follow(
     maps: Sequence[FloatArray], f: IntArray, faces: IntArray, aim: int = 0, power: float | None = None,
     facing: FloatArray | None = None,
 ) -> list[Lens]:  # fmt: skip
-    """Lenses on the same faces of several maps, of one power: the one that fits the map `aim` unless it is given.
+    """Lenses on the same faces of several maps, of one power: unless it is given, that which fits the map `aim`.
 
     No power is above the limit of that map. Without faces they are the plain view. The faces are in front after a
     rotation `facing`.
@@ -86,8 +86,8 @@ def look_at(
     """Lens on faces of a map, given as rows of vertex indices.
 
     One face takes the angle `face` to each side of the place, k faces sqrt(k) as much, so that faces of all clusters
-    look equally large, and no more than `most`: the rest of the view shows what is around them. So many percent of the
-    corners lie within; others may be the ends of long faces.
+    look equally large, and no more than `most`: the rest of the view shows their surroundings. That percentage of the
+    corners lies within; others may be the ends of long faces.
     """
     corners = x[np.unique(faces)]
     place = corners[int(np.argmax(corners @ corners.mean(axis=0)))]

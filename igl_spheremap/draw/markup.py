@@ -91,7 +91,7 @@ BEGIN = "<!DOCTYPE html>\n<!-- igl_spheremap -->\n"
 
 
 def page(title: str, *parts: str) -> str:
-    """A whole page of parts, of which empty ones are left out; it needs no network."""
+    """A whole page of parts without the empty ones; it needs no network."""
     style = files(__package__).joinpath("page.css").read_text(encoding="utf-8")
     body = "\n".join(filter(None, parts))
     return (
@@ -102,7 +102,7 @@ def page(title: str, *parts: str) -> str:
 
 
 def top(heading: str, command: str) -> str:
-    """The heading of a page, and what made it."""
+    """The heading of a page, and its maker."""
     return f"<h1>{escape(heading)}</h1>\n{made_by(command)}"
 
 
@@ -165,7 +165,7 @@ def scene(f: IntArray, views: Sequence[View]) -> str:
 
 
 def _content(f: IntArray, view: View) -> dict[str, object]:
-    """What scene.js draws: the surface, and the marks of folded faces unless these cover much of it."""
+    """The input of scene.js: the surface, and, unless folded faces cover much of it, their marks."""
     painted = view.colours.copy()
     painted[view.folded] = FOLDED
     marks = Marks.of(view.x, f, view.folded, view.sphere)

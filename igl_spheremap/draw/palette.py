@@ -45,7 +45,7 @@ _PURPLE_GREEN = "762a83 9970ab c2a5cf e7d4e8 f7f7f7 d9f0d3 a6dba0 5aae61 1b7837"
 class Ramp:
     """A colour scale from `low` to `high`: evenly spaced colours (k, 3) between 0 and 1, and a label with the unit.
 
-    `names` says what the ends are called where that is not their value.
+    `names` are names of the ends in place of their values.
     """
 
     label: str
@@ -56,7 +56,7 @@ class Ramp:
 
     @property
     def ends(self) -> tuple[str, str]:
-        """What stands at the ends of the scale."""
+        """The texts at the ends of the scale."""
         if self.names:
             return self.names
         return f"{self.low:.3g}", f"{self.high:.3g}"
@@ -82,7 +82,7 @@ def sizes(label: str, high: float) -> Ramp:
 
 
 def pale(label: str, low: float, high: float) -> Ramp:
-    """Viridis mixed with white, for surfaces on which other things are to be seen."""
+    """Viridis mixed with white, for surfaces below other things."""
     return Ramp(label, low, high, 0.35 + 0.65 * _stops(_VIRIDIS))
 
 
@@ -96,7 +96,7 @@ def diverging(label: str, reach: float) -> Ramp:
 
 
 def areas(factor: float) -> Ramp:
-    """The scale of logarithms of area ratios up to a factor, by which its ends are named: purple where a map shrinks.
+    """The scale of logarithms of area ratios up to a factor, which names its ends; shrunk areas are purple.
 
     >>> areas(10000).ends
     ('1/10000', '10000')
@@ -131,7 +131,7 @@ def _stops(colours: str) -> FloatArray:
 
 
 #: Scales of a measure, from fine to coarse: of angle differences, and of logarithms of area ratios and of conformal
-#: factors. All are pale where a map is good. Few steps, so that pictures can be compared.
+#: factors. Good maps are pale in all. Few steps, so that pictures can be compared.
 ANGLES = tuple(sizes("angle difference in degrees", high) for high in (5, 20, 90))
 AREAS = tuple(areas(factor) for factor in (2, 10, 100, 10_000))
 FACTORS = tuple(diverging("log factor u (purple: shrunk)", reach) for reach in (0.5, 1, 2, 5))
@@ -155,7 +155,7 @@ def colours(values: FloatArray) -> dict[str, NDArray[np.uint8]]:
     Parameters
     ----------
     values : (n,) float64 array
-        The map; what is not finite is shown as an end of the scale.
+        The map; non-finite values are shown as an end of the scale.
 
     Returns
     -------

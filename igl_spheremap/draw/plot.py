@@ -17,7 +17,7 @@ from ..mesh.measure import face_areas
 from .folds import MANY, SEEN
 from .palette import AREAS, FOLDED, LINES, Ramp, fitting
 
-#: What a figure can be saved as.
+#: Formats of saved figures.
 FORMATS = (".png", ".svg", ".pdf")
 SMALL = 8  # points, of small text
 
@@ -67,7 +67,7 @@ def _histogram(
     bins: int = 81,
     beyond: float = 0.5,
 ) -> None:
-    """Shares of values on an axis beyond which so many percent lie; the bars at its ends hold these.
+    """Shares of values on an axis without that percentage of them; the bars at its ends hold these.
 
     The number of bins is odd: the middle one is about 0.
     """
@@ -84,7 +84,7 @@ def _histogram(
 
 
 def extremes(values: FloatArray, bins: int = 1000) -> IntArray:
-    """Places of the least and of the largest of each of so many bins of values in a row: a curve that drops no peak.
+    """Places of the least and the largest value in each bin of a row of values: a curve that drops no peak.
 
     >>> peaks = np.zeros(1000)
     >>> peaks[[333, 335]] = 1.0, -1.0
@@ -123,8 +123,8 @@ def plot_plane(
 ) -> Any:
     """A figure of a map: its image, coloured by area ratios, folded faces in their own colour, and two histograms.
 
-    It takes images (n, 2), faces, angle differences in degrees, and logarithms of area ratios. The image has so many
-    pixels a side.
+    It takes images (n, 2), faces, angle differences in degrees, and logarithms of area ratios. `pixels` are those of a
+    side of the image.
     """
     figure, ((left, middle, right),) = new_figure(1, 3, title, size=(3.6, 3.4))
     ramp, corners = fitting(AREAS, ratios), p[f]
@@ -140,7 +140,7 @@ def plot_plane(
     return figure
 
 
-#: Where the light comes from, in the frame of the view.
+#: Direction of the light, in the frame of the view.
 LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
 #: Factors of the axes of a view that turn it half around the vertical.
 BEHIND = np.array([-1.0, 1.0, -1.0])
@@ -160,7 +160,7 @@ SIDES = {"left": ((0, -1, 0), (0, 0, 1), (-1, 0, 0)), "right": ((0, 1, 0), (0, 0
 
 
 def upright(v: FloatArray) -> str:
-    """The direction, "y" or "z", along which a surface stands more safely on its lowest part; "z" if in neither.
+    """The direction, "y" or "z", along which a surface stands more safely on its lowest part; if in neither, "z".
 
     >>> upright(np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 1], [1, 0, 1], [0.6, 9, 0.5]]))
     'y'
@@ -189,7 +189,7 @@ def _stability(v: FloatArray, axis: int, part: float = 0.04) -> float:
 
 
 def vertical(v: FloatArray, up: str = "auto") -> FloatArray:
-    """The direction that is up: one of `UPS`, by "auto" what `upright` finds, of `SIDES` z.
+    """The direction that is up: one of `UPS`, by "auto" that of `upright`, of `SIDES` z.
 
     >>> vertical(np.eye(3), "left").tolist(), vertical(np.eye(3), "-x").tolist()
     ([0.0, 0.0, 1.0], [-1.0, 0.0, 0.0])
@@ -254,10 +254,10 @@ def raster(
 ) -> NDArray[np.uint8]:
     """A picture (size, size, 3) of a surface in face colours (m, 3), seen along -z and fitted into the square.
 
-    Pictures of several surfaces have one scale if they share what is `shown`, the `frame` of all of them.
+    If pictures of several surfaces share what is `shown`, the `frame` of all of them, they have one scale.
 
-    Folded faces, given by their indices, have their own colour; unless they cover much of the surface, they hide what
-    lies before them in the nearer half, and have at least `least` pixels along a side.
+    Folded faces, given by their indices, have their own colour; unless they cover much of the surface, they hide all
+    before them in the nearer half, and have at least `least` pixels along a side.
 
     >>> triangle = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]])
     >>> raster(triangle, np.array([[0, 1, 2]]), np.array([[1.0, 0, 0]]), 9)[4, 4].tolist()
@@ -331,7 +331,7 @@ def _samples(
 ) -> Iterator[tuple[IntArray, FloatArray, IntArray]]:
     """Places in the picture, depths and faces of points that lie less than a pixel apart on every face, in parts.
 
-    A part has about so many points, some 20 MB.
+    A part has about `at_once` points, some 20 MB.
     """
     corners = pixels[f]
     longest = np.abs(corners - corners[:, [1, 2, 0]])[:, :, :2].max(axis=(1, 2))

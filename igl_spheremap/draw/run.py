@@ -1,4 +1,4 @@
-"""Plots of a run: its energy and its foldings by iterate, and what the result does to angles and areas."""
+"""Plots of a run: its energy and its foldings by iterate, and the result's changes of angles and areas."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def plot_run(
     *,
     title: str = "",
 ) -> Any:
-    """Plot energy and folded faces of every iterate, and what the result does to angles and areas.
+    """Plot energy and folded faces of every iterate, and the result's changes of angles and areas.
 
     It takes angle differences (m, 3) in degrees and logarithms of area ratios (m,). A sentence stands in place of a
-    curve of two points, or of zeros; without foldings there is none of them. Lai et al., Figs. 4 and 10.
+    curve of two points, or of zeros; without foldings their curve is missing. Lai et al., Figs. 4 and 10.
     """
     at, values, name = objective(history)
     counts = None
@@ -75,7 +75,7 @@ def plot_run(
 
 
 def objective(history: Sequence[Step], near: float = 1.0) -> tuple[IntArray, FloatArray, str]:
-    """Places in the history, values and name of what was minimised last.
+    """Places in the history, values and name of the last objective.
 
     It is an energy that ends near 4 pi minus this, its value for a smooth conformal map, as the harmonic energy with or
     without landmarks does; or another energy minus its minimum.
@@ -106,7 +106,7 @@ def objective(history: Sequence[Step], near: float = 1.0) -> tuple[IntArray, Flo
 
 
 def _minimised(step: Step) -> str:
-    """The stage of a step that minimises an energy of its own; empty where it is the harmonic energy."""
+    """The stage of a step that minimises an energy of its own; empty for the harmonic energy."""
     if step.stage.has_own_energy:
         return step.stage
     return ""
@@ -115,7 +115,7 @@ def _minimised(step: Step) -> str:
 def linear_below(values: FloatArray, wide: float = 30.0) -> float:
     """Size of values below which an axis that shows all of them is linear, and logarithmic beyond.
 
-    0 where a logarithmic axis serves; infinity where a linear one does: where values are in no wider ratio.
+    If a logarithmic axis serves, 0; if values have no wider ratio, so that a linear one does, infinity.
 
     >>> [linear_below(np.array(values)) for values in ([200.0, 1e-3], [2e-3, -1e-3], [9.0, -0.01])]
     [0.0, inf, 0.01]
@@ -136,7 +136,7 @@ def _marker(values: NDArray[Any]) -> str | None:
 
 
 def round_starts(history: Sequence[Step]) -> list[tuple[int, str]]:
-    """Places in the history where a round of Algorithm 2 begins, and the stage that begins it."""
+    """Places in the history of first iterates of rounds of Algorithm 2, and the stages of these."""
     return [
         (k, step.stage) for k, step in enumerate(history) if k and step.round > history[k - 1].round
     ]

@@ -1,4 +1,4 @@
-"""What notebooks show of a result: a picture by numpy alone, its caption, and a table of figures."""
+"""Results in notebooks: a picture by numpy alone, its caption, and a table of figures."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Drawing:
         if len(self.folded):
             folded = self.folded
         for body, turn in zip(self.bodies, self.turns, strict=True):
-            # maps that are given hold anything
+            # given maps hold anything
             y = own_unit(np.nan_to_num(body, posinf=0.0, neginf=0.0))[0] @ turn.T
             shaded = self.colours * shading(y, self.f, np.eye(3))[:, None]
             drawn.append(raster(y, self.f, shaded, 2 * _SIZE, folded, least=mark))
@@ -57,7 +57,7 @@ class Drawing:
 
 
 class Shown:
-    """What shows itself in notebooks: by a drawing, and a table as HTML."""
+    """Objects that show themselves in notebooks: by a drawing, and a table as HTML."""
 
     def _drawing(self) -> Drawing:
         raise NotImplementedError
@@ -67,7 +67,7 @@ class Shown:
 
     @gate
     def _repr_html_(self) -> str:
-        """What notebooks show."""
+        """HTML for notebooks."""
         return notebook_html(self._drawing(), self._figures())
 
 

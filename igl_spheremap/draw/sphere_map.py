@@ -24,7 +24,7 @@ def sphere_drawing(result: SphereMap) -> Drawing:
 
 
 def sphere_figures(result: SphereMap) -> str:
-    """What is known of the map as a table."""
+    """The map's figures as a table."""
     return table(result_rows(result, map_findings(result)))
 
 

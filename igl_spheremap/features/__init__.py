@@ -1,1 +1,1 @@
-"""How deep the folds of a surface are, and data smoothed on it."""
+"""The depth of a surface's folds, and data smoothed on it."""

@@ -69,7 +69,7 @@ class FeatureSurface:
         return self.standardize(np.column_stack((smooth, self.depth(0.6))))
 
     def depth(self, sigma: float) -> FloatArray:
-        """How far the surface lies outside of itself smoothed by that width."""
+        """Distance of the surface outside of itself smoothed by that width."""
         smooth = self.diffuse(self.v, sigma, steps=1)
         return np.einsum(
             "ij,ij->i", self.v - smooth, np.asarray(igl.per_vertex_normals(smooth, self.f))

@@ -14,7 +14,7 @@ from .reading import Bytes
 from .records import Label, Metadata
 
 SUFFIX = ".annot"
-# where each entry of the table has its place before it; older tables begin with their length
+# of tables whose entries have their places before them; older ones begin with their length
 _VERSION = -2
 
 
@@ -24,7 +24,7 @@ def _text_of(file: Bytes) -> str:
 
 
 def read_scalars(path: Path) -> dict[str, IntArray]:
-    """The key of the label at each vertex, -1 where the colour is that of none, by the annotation's name."""
+    """The key of the label at each vertex, -1 for colours without a label, by the annotation's name."""
     colours, table = _read(path)
     codes = np.array([_code(label) for label in table], dtype=np.int64)
     keys = np.array([label.key for label in table] + [-1], dtype=np.int64)

@@ -59,7 +59,7 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
 
 
 def _read_table(path: Path) -> dict[str, NDArray[Any]]:
-    """The columns of a table by its header, or else by their places; columns that begin with a text are left out."""
+    """The columns of a table by its header, or else by their places, without columns that begin with a text."""
     lines = [
         (number, line)
         for number, line in enumerate(path.read_bytes().decode("utf-8-sig").splitlines(), 1)

@@ -20,7 +20,7 @@ from .hemispheres import structure_of
 from .reading import opening, reading
 from .records import LoadedMesh, RawMesh
 
-#: What names of samples begin with.
+#: Beginning of names of samples.
 SAMPLE = "sample:"
 
 
@@ -91,7 +91,7 @@ def read_sphere(path: PathLike) -> LoadedMesh:
 
 
 def _read(path: PathLike, sphere: bool = False, triangulate: bool = False) -> LoadedMesh:
-    """Read a file or make a sample; the sphere, if it is asked for, of a file that holds a map."""
+    """Read a file or make a sample; if the sphere is asked for, that of a file that holds a map."""
     if str(path).startswith(SAMPLE):
         return LoadedMesh(*samples.from_spec(str(path).removeprefix(SAMPLE)))
     path, part = part_of(path)
@@ -114,7 +114,7 @@ def _read(path: PathLike, sphere: bool = False, triangulate: bool = False) -> Lo
 
 
 def part_of(name: PathLike) -> tuple[Path, int | None]:
-    """The file of FILE:K, and which of its closed parts is meant; of the name of a file no part.
+    """The file of FILE:K, and the number of its closed part; of a file's name no part.
 
     >>> part_of("cells.obj:12")[1], part_of("cells.obj")[1]
     (12, None)

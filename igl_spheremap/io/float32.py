@@ -42,7 +42,7 @@ class Float32Map:
 
 
 def certified_float32(x: FloatArray, f: IntArray, radius: float = 1.0) -> Float32Map:
-    """Round a map without foldings to float32 on a sphere of some radius, and repair what rounding folds, on that grid.
+    """Round a map without foldings to float32 on a sphere of some radius, and repair folds from rounding, on that grid.
 
     If that fails the rounded map is returned, with a certificate that names its foldings.
 

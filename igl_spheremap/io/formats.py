@@ -119,7 +119,7 @@ DATA_FORMATS = (
     Format("NumPy", "arrays", (".npy",), magic=rb"\x93NUMPY", data=True),
     Format("table", "arrays", (".csv", ".tsv", ".txt", ".1d"), data=True),
 )
-#: Ends of names of files that are read only, and what is written in their place.
+#: Ends of names of files that are read only, and the formats written in their place.
 READ_ONLY = {
     ".ver": ".tab",
     ".icq": ".tab",
@@ -235,7 +235,7 @@ def format_of(path: PathLike, *, data: bool = False) -> Format:
 
 
 def _known(data: bool) -> tuple[str, tuple[Format, ...]]:
-    """What formats are called, and all of them."""
+    """Names of formats, and all formats."""
     if data:
         return "format of data", DATA_FORMATS
     return "format", FORMATS
@@ -253,7 +253,7 @@ def head_of(path: Path, size: int = 4096) -> tuple[bytes, bool]:
 
 
 def format_in(path: PathLike, *, data: bool = False) -> Format:
-    """The format of a file that is there, by its first bytes, or else by its name."""
+    """The format of an existing file, by its first bytes, or else by its name."""
     path = Path(path)
     head, packed = head_of(path)
     for mark, end in FOREIGN_MARKS.items():

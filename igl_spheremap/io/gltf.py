@@ -57,7 +57,7 @@ class Scene:
         return beside(self.path, unquote(entry["uri"]))
 
     def _content(self, entry: dict[str, Any], otherwise: bytes) -> bytes:
-        """What an entry's URI stands for; of one without a URI, the content that is given."""
+        """The content of an entry's URI; of one without a URI, the given content."""
         if "uri" not in entry:
             return otherwise
         if _is_named(entry):
@@ -247,7 +247,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
 def write_body(path: Path, body: Any, metadata: Metadata) -> None:
     """Write a mesh of trimesh, with the metadata's mark as the generator and its ``extras`` as the mesh's extras.
 
-    A node of its ``name`` turns the mesh so that what is ``up``, as of `vertical`, is y, as in all glTF files.
+    A node of its ``name`` turns the mesh so that the direction ``up``, as of `vertical`, is y, as in all glTF files.
     """
     trimesh = import_optional("trimesh", "glTF", "io")
     up, turn = vertical(body.vertices, metadata.get("up", "y")), np.eye(4)

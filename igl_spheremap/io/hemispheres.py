@@ -1,4 +1,4 @@
-"""File names of a hemisphere by the conventions of BIDS, FreeSurfer and HCP: what they tell, and what is written."""
+"""File names of a hemisphere by the conventions of BIDS, FreeSurfer and HCP: their words, and names of new files."""
 
 from __future__ import annotations
 
@@ -35,18 +35,18 @@ _ENDS = re.compile(r"(\.(annot|gii|gz|label|npz|native|dlabel|32k_fs_LR|164k_fs_
 
 @dataclass(frozen=True)
 class Hemisphere:
-    """What the name of a surface's file tells.
+    """Facts in the name of a surface's file.
 
     Attributes
     ----------
     subject : str
         sub-01 of sub-01_hemi-L_white.surf.gii, bert of bert/surf/lh.white, 100307 of 100307.L.white.native.surf.gii.
     entities : str
-        How names of BIDS begin: sub-01, and what comes before the hemisphere.
+        Beginning of names of BIDS: sub-01, and all before the hemisphere.
     structure : str
         "CortexLeft" or "CortexRight".
     kind : str
-        "white", "pial" or "midthickness"; "surface" if the name says none of them.
+        "white", "pial" or "midthickness"; if the name says none of them, "surface".
     """
 
     subject: str
@@ -114,7 +114,7 @@ def _entity(name: str) -> str:
 
 
 def hemisphere_of(path: PathLike, structure: str | None = None) -> Hemisphere:
-    """What the name of a surface tells; the side may be known from elsewhere, as from the file.
+    """Facts in the name of a surface; the side may be known from elsewhere, as from the file.
 
     >>> hemisphere_of("sub-01_ses-2_hemi-L_white.surf.gii")
     Hemisphere(subject='sub-01', entities='sub-01_ses-2', structure='CortexLeft', kind='white')
@@ -142,7 +142,7 @@ def hemisphere_of(path: PathLike, structure: str | None = None) -> Hemisphere:
 
 
 def _rest(name: str) -> str:
-    """What a name holds besides side, kind and suffixes, as T1Prep's lh.central.NAME.gii.
+    """Rest of a name without side, kind and suffixes, as T1Prep's lh.central.NAME.gii.
 
     >>> _rest("lh.central.bert.gii"), _rest("white.surf.gii")
     ('bert', 'x')
@@ -185,7 +185,7 @@ def atlas_of(path: PathLike) -> str:
     return "labels"
 
 
-#: How names of files end by what they hold, by BIDS, FreeSurfer and HCP; words in braces are those of `Names.of`. The
+#: Ends of names of files by their contents, for BIDS, FreeSurfer and HCP; words in braces are those of `Names.of`. The
 #: last rows are of fMRIPrep's set alone, whose names are those of BIDS derivatives.
 _ENDINGS = {
     "sulc": ("sulc.shape.gii", "sulc", "sulc.native.shape.gii"),
@@ -228,7 +228,7 @@ _ENDINGS = {
 
 @dataclass(frozen=True)
 class Names:
-    """The names of all files of a hemisphere, by one convention; `mirrored` if its mirror image was registered."""
+    """The names of all files of a hemisphere, by one convention; if its mirror image was registered, `mirrored`."""
 
     convention: Convention
     hemisphere: Hemisphere
@@ -237,9 +237,9 @@ class Names:
     def of(self, what: str, name: str = "", *, kind: str = "", vertices: int = 0) -> str:
         """The name of the file of ``sulc``, ``curv``, ``area``, ``sphere`` or ``midthickness``, or of the others below.
 
-        fMRIPrep's set has ``white``, ``pial``, ``thickness``, ``cortex`` and, of a frame, ``msmsulc``, too.
-        Of a frame `name` ``registered`` is the sphere, ``distortion`` how areas changed, ``resampled`` the surface of a
-        kind with the vertices of the template; of an atlas `name` ``labels``, and ``margin``, how sure they are.
+        fMRIPrep's set has ``white``, ``pial``, ``thickness``, ``cortex`` and, of a frame, ``msmsulc``, too. Of a frame
+        `name` ``registered`` is the sphere, ``distortion`` the change of areas, ``resampled`` the surface of a kind
+        with the vertices of the template; of an atlas `name` ``labels``, and ``margin`` their confidence.
         """
         h, mirrored, dotted, desc = self.hemisphere, "", "", ""
         side, density = h.side, str(vertices)

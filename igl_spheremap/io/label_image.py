@@ -28,16 +28,15 @@ def label_surface(
 ) -> tuple[FloatArray, IntArray]:
     """The surface around the voxels of a label, by libigl's marching cubes.
 
-    It is closed, where the label touches the image's border, too, and halves the way between the centres of voxels that
-    have the label and of those that don't. It may have parts, handles and cavities: `info` counts them, `repair_mesh`
-    makes a sphere of it.
+    It is closed, even at the image's border, and lies midway between the centres of voxels with and without the label.
+    It may have parts, handles and cavities: `info` counts them, `repair_mesh` makes a sphere of it.
 
     Parameters
     ----------
     labels : (a, b, c) array_like
         A label at each voxel.
     label : int
-        Whose surface; 1 of a mask.
+        The label of the surface; of a mask 1.
     affine : (4, 4) array_like, optional
         Takes the indices of voxels to coordinates, as ``image.affine`` of nibabel does; by default they are the
         coordinates.

@@ -10,7 +10,7 @@ from .records import RawMesh, of_triangles
 
 
 def read(path: Path, surface: int = 0b11) -> RawMesh:
-    """Triangles and positions, behind a header and what it says is to be skipped; colours and data are left out.
+    """Triangles and positions, behind a header and the bytes that it skips; colours and data are left out.
 
     The bits of `surface` say that a file holds both.
     """

@@ -86,7 +86,7 @@ def map_of(arrays: dict[str, NDArray[Any]]) -> SphereMap:
 
 
 def write_map(path: Path, result: SphereMap, metadata: Metadata) -> None:
-    """Write a map with all that is known of it, its conformal factor, and the versions of what made it."""
+    """Write a map with all its data, its conformal factor, and the versions of programs that made it."""
     versions = {
         "libigl": getattr(igl, "__version__", ""),
         "numpy": np.__version__,
@@ -97,7 +97,7 @@ def write_map(path: Path, result: SphereMap, metadata: Metadata) -> None:
 
 
 def arrays_of(result: SphereMap) -> dict[str, Any]:
-    """All that is known of a map; `map_of` makes it again."""
+    """All data of a map; `map_of` makes it again."""
     maps = {"sphere": result}
     if result.conformal is not None:
         maps["conformal"] = result.conformal
@@ -184,13 +184,13 @@ def write_arrays(path: Path, arrays: dict[str, Any], metadata: Metadata | None =
 
 
 def save_arrays(path: PathLike, arrays: dict[str, Any], force: bool = True) -> None:
-    """Write an archive whole or not at all; it replaces a file that is there only with `force`."""
+    """Write an archive whole or not at all; only with `force` it replaces an existing file."""
     with replacing(path, force) as partial:
         write_arrays(partial, arrays)
 
 
 def _plain(value: Any) -> Any:
-    """Convert what JSON does not know: statuses and NumPy's numbers."""
+    """Convert values that JSON does not know: statuses and NumPy's numbers."""
     match value:
         case Status():
             return value.name
@@ -230,7 +230,7 @@ def _unpack(known: dict[str, Any]) -> Run:
 
 
 def _is_of(kind: Any, value: Any) -> bool:
-    """Whether a value of JSON is what an annotation says."""
+    """Whether a value of JSON fits an annotation."""
     if kind is Any:
         return True
     outer, inner = get_origin(kind), get_args(kind)

@@ -1,4 +1,4 @@
-"""OBJ files: positions and faces; what else they hold is left out. MNI's files of that name (CIVET, MINC), too.
+"""OBJ files: positions and faces; other contents are left out. MNI's files of that name (CIVET, MINC), too.
 
 libigl's reader gives up on a ``nan``, cuts polygons into triangles unasked and takes any index; its writer reports
 success on a full disk.
@@ -42,7 +42,7 @@ def _mni(data: bytes) -> RawMesh:
     """The polygons of an MNI object as text.
 
     Behind a P: 5 numbers of its look, points and as many normals; the number of polygons, whether there is one colour
-    (0), one a polygon (1) or one a point (2), and the colours; where the corners of each polygon end, and the corners.
+    (0), one a polygon (1) or one a point (2), and the colours; the ends of polygons among the corners, and the corners.
     """
     file = Bytes(np.array(data[1:].split(), dtype=np.float64).tobytes())
     file.array(float, 5)

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from ..errors import MeshError
 from .files import read_mesh, read_sphere
 
-#: Where meshes keep their vertices and faces: trimesh and libraries like it; what checks, readers and repairs return;
-#: nilearn; LaPy.
+#: Attributes of meshes for vertices and faces: of trimesh and libraries like it; of results of checks, readers and
+#: repairs; of nilearn; of LaPy.
 _NAMES = (("vertices", "faces"), ("v", "f"), ("coordinates", "faces"), ("v", "t"))
 #: Attributes of other objects that hold a mesh: of meshio and PyVista, nibabel, nilearn's PolyMesh, trimesh's scenes.
 _HOLDERS = ("points", "agg_data", "parts", "to_mesh")
@@ -40,7 +40,7 @@ def arrays_of_mesh(
 
 
 def sphere_and_faces(given: Any) -> tuple[ArrayLike, ArrayLike | None]:
-    """The positions and the faces of a mesh object or of a sphere's file; what is no mesh comes back, without faces."""
+    """The positions and the faces of a mesh object or of a sphere's file; anything else comes back, without faces."""
     if isinstance(given, str | os.PathLike):
         given = read_sphere(given)
     if not is_mesh(given):
@@ -49,14 +49,14 @@ def sphere_and_faces(given: Any) -> tuple[ArrayLike, ArrayLike | None]:
 
 
 def faces_of(given: Any) -> Any:
-    """The faces of a mesh object or a file; what is no mesh comes back."""
+    """The faces of a mesh object or a file; anything else comes back."""
     if not is_mesh(given):
         return given
     return vertices_and_faces(given)[1]
 
 
 def _of_reader(args: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Vertices and faces among what a reader returned: six arrays by libigl's readOBJ, values as well by napari."""
+    """Vertices and faces in a reader's result: six arrays by libigl's readOBJ, values as well by napari."""
     if len(args) == 6 and np.ndim(args[3]) == 2:
         return args[0], args[3]
     if len(args) == 3 and np.ndim(args[1]) == 2 and np.ndim(args[2]) == 1:
@@ -97,7 +97,7 @@ def _opened(given: Any) -> Any:
 
 
 def vertices_and_faces(mesh: Any) -> tuple[ArrayLike, ArrayLike]:
-    """The arrays of a mesh object or of a file; a MeshError where it holds no triangles alone."""
+    """The arrays of a mesh object or of a file; a MeshError unless it holds triangles alone."""
     if isinstance(mesh, tuple | list):
         v, f = _of_reader(tuple(mesh))
         return v, f

@@ -14,7 +14,7 @@ from .records import Metadata, RawMesh
 from .text import counted_indices, numbers, read_rows, write_text
 
 _GAP = rb"(?:\s|#.*\n)"
-#: How OFF files begin: name, which may be missing, numbers of vertices and faces, and what follows in the line.
+#: Beginning of OFF files: name, which may be missing, numbers of vertices and faces, and the rest of the line.
 _HEADER = re.compile(
     rb"GAP*(?:(?:ST)?C?N?OFFGAP+)?(\d+)GAP+(\d+)(?=[\s#]|\Z).*\n?".replace(b"GAP", _GAP)
 )

@@ -1,4 +1,4 @@
-"""HTML pages in files: where they lie, what they may replace, and their text, whole or not at all."""
+"""HTML pages in files: their paths, files that they may replace, and texts, whole or not at all."""
 
 from __future__ import annotations
 

@@ -21,14 +21,14 @@ _VERTEX = np.dtype([("number", ">i4"), ("position", ">f4", 3)])
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """Vertices of a surface and where they lie, cut out or laid flat.
+    """Vertices of a surface and their positions, cut out or laid flat.
 
     Attributes
     ----------
     rows : (k,) int64 array
         Rows of the whole surface.
     positions : (k, 3) float64 array
-        Where they lie; the third coordinate of a flat patch is 0.
+        Their positions; the third coordinate of a flat patch is 0.
     border : (k,) bool array
         Whether each lies on the boundary.
     """
@@ -134,7 +134,7 @@ def write_patch(path: PathLike, patch: Patch, *, force: bool = False) -> None:
     path : str or path-like
         The new file.
     patch : Patch
-        Rows of the whole surface, positions, and which lie on the boundary.
+        Rows of the whole surface, positions, and marks of the boundary.
     force : bool
         Replace an existing file.
 

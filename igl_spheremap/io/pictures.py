@@ -27,7 +27,7 @@ def read_picture(path: PathLike) -> NDArray[np.uint8]:
 
 
 def picture(content: bytes, name: str) -> NDArray[np.uint8]:
-    """The image that a file holds; `name` is said where it can't be read."""
+    """The image that a file holds; an error says `name`."""
     pillow = import_optional("PIL.Image", "a picture", "io")
     try:
         with pillow.open(BytesIO(content), formats=_FORMATS) as image:

@@ -46,7 +46,7 @@ def write_plane_map(
     rows: IntArray | None = None,
     up: str = "y",
 ) -> Certificate:
-    """Write a map to the plane, read it back, and certify what is in the file.
+    """Write a map to the plane, read it back, and certify the file.
 
     Parameters
     ----------
@@ -160,10 +160,10 @@ def read_plane_map(path: PathLike, *, surface: MeshLike | None = None) -> PlaneM
     ----------
     path : str or path-like
         An OBJ or GLB file with texture coordinates, an NPZ file with arrays ``vertices``, ``faces`` and ``plane``, a
-        patch, or any mesh file whose third coordinate is the same everywhere. Where texture coordinates have a seam,
-        the map is that of the surface cut along it, with a row for each of them.
+        patch, or any mesh file whose third coordinate is the same everywhere. If texture coordinates have a seam, the
+        map is that of the surface cut along it, with a row for each of them.
     surface : mesh object or (v, f), optional
-        What was mapped; of a patch the whole surface that it was cut from. By default the surface in the file: only
+        The mapped surface; of a patch the whole surface that it was cut from. By default the surface in the file: only
         OBJ, GLB and NPZ hold one.
 
     Returns
@@ -222,7 +222,7 @@ class PlaneImages:
     patch: Patch | None = None
 
     def cut(self, v: ArrayLike, f: ArrayLike, path: PathLike) -> tuple[FloatArray, IntArray]:
-        """Cut the surface where coordinates have a seam, or to its part; refuse another number of vertices."""
+        """Cut the surface at a seam of the coordinates, or to its part; refuse another number of vertices."""
         if self.patch is not None:
             return self.patch.part(v, f)
         rows = check_rows(v, name="vertices")
@@ -237,9 +237,9 @@ class PlaneImages:
 
 
 def read_images(path: PathLike) -> PlaneImages:
-    """What a file holds of a map to the plane.
+    """The map to the plane in a file.
 
-    A flat mesh with vertices in no face, as FreeSurfer's and HCP's, is of the part of the surface that its faces are.
+    A flat mesh with vertices in no face, as FreeSurfer's and HCP's, maps the part of the surface with faces.
     """
     path = Path(path)
     if is_patch(path):

@@ -1,4 +1,4 @@
-"""What all readers share: a regular file, memory bounded by the file's size, and one line for any failure."""
+"""Common parts of readers: a regular file, memory bounded by the file's size, and one line for any failure."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .formats import GZIP, PathLike
 
 #: Folders of files that the system makes up when they are read: some have no end, or hold secrets of the process.
 _OF_THE_SYSTEM = ("/proc/", "/sys/")
-#: What parsers raise on damaged files, OSErrors of their own among it. All else, such as a caller's time limit, ends
+#: Errors of parsers on damaged files, OSErrors of their own among them. All others, such as a caller's time limit, end
 #: the call. Errors of a library's own classes are named where it is called.
 PARSER_ERRORS = (
     OSError,
@@ -50,7 +50,7 @@ PARSER_ERRORS = (
 
 @contextlib.contextmanager
 def reading(path: Path) -> Iterator[None]:
-    """Turn whatever a parser raises into a MeshError or FileError of one line that names the file."""
+    """Turn a parser's exceptions into a MeshError or FileError of one line that names the file."""
     try:
         with opening(path), np.errstate(all="ignore"):
             if path.stat().st_size == 0:
@@ -70,7 +70,7 @@ def reading(path: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def opening(path: PathLike, pipes: bool = False) -> Iterator[None]:
-    """Turn what the system refuses into a FileError of one line; parsers' own OSErrors have no `strerror`."""
+    """Turn the system's refusals into a FileError of one line; parsers' own OSErrors have no `strerror`."""
     try:
         if not pipes:
             check_regular(Path(path))
@@ -82,7 +82,7 @@ def opening(path: PathLike, pipes: bool = False) -> Iterator[None]:
 
 
 def check_regular(path: Path) -> None:
-    """Refuse folders, and what has no size to bound memory by: devices, pipes, sockets, and what the system shows."""
+    """Refuse folders, and files without a size to bound memory by: devices, pipes, sockets, and files of the system."""
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
         raise FileError(f"can't read {path}: it is a directory; give a file in it")
@@ -138,7 +138,7 @@ def unpacked(path: Path, times: int = 64) -> bytes:
 
 
 def check_expansion(expanded: int, stored: int, times: int = 64) -> None:
-    """Refuse what would take far more memory than a mesh in a file of that size."""
+    """Refuse content that would take far more memory than a mesh in a file of that size."""
     if expanded > expansion_limit(stored, times):
         raise MeshError(
             f"its {stored} bytes expand to {expanded} or more, which no mesh does; write it anew"
@@ -155,7 +155,7 @@ def check_complete(complete: bool, found: str, announced: str) -> None:
 
 
 class Bytes:
-    """Bytes of a file, taken from a place on; a MeshError where fewer follow than are announced."""
+    """Bytes of a file, taken from a place on; a MeshError if fewer follow than are announced."""
 
     def __init__(self, data: bytes, at: int = 0) -> None:
         self.data, self.at = data, at

@@ -1,4 +1,4 @@
-"""What a file holds."""
+"""Contents of files."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Polygons:
         return np.ascontiguousarray(self.corners.reshape(-1, 3))
 
     def cut(self, v: FloatArray) -> tuple[IntArray, int, int]:
-        """The faces as triangles, polygons cut, and how many of these there were, and concave ones among them."""
+        """The faces as triangles, polygons cut, and the numbers of polygons, and of concave ones."""
         self._refuse(np.flatnonzero(self.sizes < 3), "remove them")
         polygons = int(np.count_nonzero(self.sizes > 3))
         if not polygons:
@@ -65,7 +65,7 @@ def of_triangles(f: ArrayLike) -> Polygons:
 
 
 def ending(corners: IntArray, ends: IntArray) -> Polygons:
-    """Polygons by where the corners of each end, behind those of the one before it.
+    """Polygons by the ends of their corners, one behind another.
 
     >>> ending(np.arange(7), np.array([3, 7])).sizes.tolist()
     [3, 4]
@@ -80,7 +80,7 @@ def ending(corners: IntArray, ends: IntArray) -> Polygons:
 
 @dataclass(frozen=True, eq=False)
 class RawMesh:
-    """What the reader of a format finds: positions of any dtype, polygons, and metadata that the writer can keep.
+    """A reader's findings: positions of any dtype, polygons, and metadata that the writer can keep.
 
     ``sphere`` are the positions on the sphere of a file that holds a map.
     """
@@ -100,7 +100,7 @@ class Label:
     key : int
         The number that vertices with this label have.
     name : str
-        What it is called.
+        Its name.
     rgba : (4,) tuple of float
         Red, green, blue and alpha from 0 to 1.
     """
@@ -121,7 +121,7 @@ class LoadedMesh:
     f : (m, 3) int64 array
         0-based faces; whether they form a closed surface is not checked.
     metadata : dict
-        What the writers of the format can keep: ``structure`` and ``coordinate_system`` (GIFTI), ``volume``
+        Data that the format's writers can keep: ``structure`` and ``coordinate_system`` (GIFTI), ``volume``
         (FreeSurfer), ``point_data``, arrays by name with a row a vertex (VTK); and ``caps``, faces that only close
         holes and cuts (NPZ files of maps).
     triangulated : int

@@ -14,7 +14,7 @@ from pathlib import Path
 from ..errors import FileError, Remedy
 from .formats import READ_ONLY, PathLike, suffix_of
 
-#: What a file that exists needs.
+#: The need of an existing file.
 REPLACE = Remedy(options={"force": True})
 
 
@@ -22,15 +22,15 @@ REPLACE = Remedy(options={"force": True})
 def replacing(path: PathLike, force: bool = False) -> Iterator[Path]:
     """A temporary path in the same folder, with the same suffixes, renamed to `path` when the block ends.
 
-    It is removed where the block fails. A symbolic link at `path` is replaced, not followed: somebody may have planted
-    it at a name that they knew.
+    If the block fails, it is removed. A symbolic link at `path` is replaced, not followed: somebody may have planted it
+    at a known name.
     """
     check_writable(path, force)
     final = _place(path)
     # 32 characters hold the suffixes, and with the rest they fit into the 255 bytes of a name
     partial = final.with_name(f"{_partial(os.getpid())}{secrets.token_hex(8)}-{final.name[-32:]}")
     try:
-        # neither a file nor a link is followed, and what replaces a private file is private from the first byte
+        # neither a file nor a link is followed, and the replacement of a private file is private from the first byte
         mode = 0o600 if final.exists() else 0o666
         os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, mode))
         try:
@@ -69,7 +69,7 @@ def make_folder(path: PathLike, follow: bool = True) -> Path:
 
 
 def remove_partial_files(path: PathLike, process: int) -> None:
-    """Remove what a process of this machine, which was ended, left in the folder of a file."""
+    """Remove the partial files of an ended process of this machine from the folder of a file."""
     for left in _place(path).parent.glob(f"{glob.escape(_partial(process))}*"):
         with contextlib.suppress(OSError):
             left.unlink()

@@ -27,12 +27,12 @@ def read_scalars(path: PathLike, *, structure: str | None = None) -> dict[str, F
     ----------
     path : str or path-like
         A .gii or .annot file; an .npz file with arrays of one dimension; an .npy file; a table (.csv, .tsv, .txt, .1D),
-        whose columns without a header are called 0, 1, ...; a .ply file with properties of vertices; a .vtk file
-        with point data; a CIFTI file (.dscalar.nii, .dlabel.nii, .dtseries.nii); or a curvature file of FreeSurfer,
-        known by how it begins.
+        whose columns without a header are called 0, 1, ...; a .ply file with properties of vertices; a .vtk file with
+        point data; a CIFTI file (.dscalar.nii, .dlabel.nii, .dtseries.nii); or a curvature file of FreeSurfer, known by
+        its first bytes.
     structure : str, optional
-        Whose data of a CIFTI file are read, such as "CortexLeft"; by default those of the only structure. Vertices
-        without data, those of the medial wall, are NaN.
+        The structure of a CIFTI file to read, such as "CortexLeft"; by default the only one. Vertices without data,
+        those of the medial wall, are NaN.
 
     Returns
     -------
@@ -212,7 +212,7 @@ def write_scalars(
 
 
 def read_landmarks(path: PathLike) -> IntArray:
-    """Read a list of landmarks: vertices, of which each corresponds to the one in the same line of another list.
+    """Read a list of landmarks: vertices, each of which corresponds to the vertex in the same line of another list.
 
     Parameters
     ----------

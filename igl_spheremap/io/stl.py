@@ -1,4 +1,4 @@
-"""STL, text and binary: triangles without shared vertices, welded where corners have equal coordinates."""
+"""STL, text and binary: triangles without shared vertices; corners with equal coordinates are welded."""
 
 from __future__ import annotations
 

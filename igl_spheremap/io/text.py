@@ -1,4 +1,4 @@
-"""Text files of numbers: read strictly, written so that they read back as they were.
+"""Text files of numbers: read strictly, written so that they read back unchanged.
 
 A file of a million lines is read without an object for each line: lines are offsets, their tokens are counted
 by numpy, and only the tokens that are wanted become numbers.
@@ -59,7 +59,7 @@ class TextRows:
 
 
 def read_rows(data: bytes) -> TextRows:
-    """Split text into the lines that are not empty; what follows a ``#`` in a line is a comment.
+    """Split text into the lines that are not empty; a ``#`` begins a comment.
 
     Examples
     --------
@@ -92,7 +92,8 @@ def numbers(rows: TextRows, width: int, what: str) -> FloatArray:
 
 
 def indices(rows: TextRows) -> Polygons:
-    """Lines of vertex indices as polygons, indices as in the file; what follows a ``/`` in a token is left out."""
+    """Lines of vertex indices as polygons, indices as in the file; a ``/`` in a token and all behind it are left
+    out."""
     message = "face {} reads {!r} where whole numbers are expected"
     return Polygons(_convert(rows, np.arange(rows.counts.sum()), int, message), rows.counts)
 
@@ -120,7 +121,7 @@ def write_text(
     *parts: tuple[str, NDArray[Any]],
     at_once: int = 1 << 16,
 ) -> None:
-    """Write a head, the mark as a comment, and for each template and array one line a row, so many at once.
+    """Write a head, the mark as a comment, and for each template and array one line a row, in blocks of lines.
 
     A template has a ``%r`` for each column: the shortest digits that read back.
     """
@@ -164,7 +165,7 @@ def _is(kind: type[int | float], token: bytes) -> bool:
 
 
 def _refuse(wrong: BoolArray, message: str, rows: TextRows) -> None:
-    """A MeshError on the first line that is wrong, if there is one."""
+    """A MeshError on the first wrong line, if any."""
     if wrong.any():
         i = int(wrong.argmax())
         raise MeshError(

@@ -166,9 +166,9 @@ def write_textured(
     force : bool
         Replace existing files.
     metadata : dict, optional
-        Of a .glb file: ``up``, the direction that is up, "x", "-x", "y" (the default) and so on, or "auto" for the one
-        on which the surface stands best (a node turns the surface so that y is); ``name`` of the node, by default the
-        file's; ``mark``; and ``extras`` of the mesh, which in .obj files are a comment.
+        Of a .glb file: ``up``, the direction that is up, "x", "-x", "y" (the default) and so on, or "auto" for the
+        direction in which the surface stands best (a node turns the surface so that y is); ``name`` of the node, by
+        default the file's; ``mark``; and ``extras`` of the mesh, which in .obj files are a comment.
 
     Raises
     ------

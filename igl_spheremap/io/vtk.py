@@ -1,8 +1,8 @@
 """VTK's legacy files (.vtk), versions 3.0 to 5.1, as text and in binary; written in binary doubles, which are exact.
 
-Polygons and point data are kept, of unstructured grids, too, unless they have volumes; points without faces, lines,
-cell data, field data and texts are passed over. VTK's own reader crashes on damaged files, or returns memory that it
-has not filled (benchmarks/tried.md).
+Polygons and point data are kept, of unstructured grids without volumes, too; points without faces, lines, cell data,
+field data and texts are skipped. VTK's own reader crashes on damaged files, or returns memory that it has not filled
+(benchmarks/tried.md).
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class LegacyFile(Bytes):
         self.at = end.end()
 
     def numbers(self, count: int, name: str) -> NDArray[Any]:
-        """The next `count` numbers of a type; none of texts, which are passed over."""
+        """The next `count` numbers of a type; none of texts, which are skipped."""
         kind = name.lower()
         if kind in _TEXTS:
             self._skip_texts(count)
@@ -181,7 +181,7 @@ def _numbers(words: list[bytes], kind: str) -> NDArray[Any]:
 def surface(
     v: NDArray[Any] | None, faces: Polygons | None, point_data: dict[str, NDArray[Any]]
 ) -> RawMesh:
-    """A mesh with those arrays that have a row a vertex; what has no polygons is refused."""
+    """A mesh with those arrays that have a row a vertex; without polygons it is refused."""
     if v is None or faces is None or len(faces.sizes) == 0:
         raise MeshError(
             "it holds no polygons: a point cloud, lines or another kind of data; give a closed triangle "

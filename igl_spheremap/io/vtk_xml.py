@@ -25,7 +25,7 @@ from .vtk import EXTRACT, SAVE, surface, surface_cells
 _TYPES = {f"{name}{8 * size}": f"{kind}{size}" for name, kind, sizes in (
     ("Int", "i", (1, 2, 4, 8)), ("UInt", "u", (1, 2, 4, 8)), ("Float", "f", (4, 8)),
 ) for size in sizes}  # fmt: skip
-#: By VTK's names of what packed the blocks: what makes an object that unpacks one.
+#: Makers of objects that unpack a block, by VTK's names of the compressors.
 _UNPACKERS: dict[str, Callable[[], Any]] = {
     "vtkZLibDataCompressor": zlib.decompressobj,
     "vtkLZMADataCompressor": lambda: lzma.LZMADecompressor(memlimit=1 << 28),
@@ -33,7 +33,7 @@ _UNPACKERS: dict[str, Callable[[], Any]] = {
 
 
 class _Source(Bytes):
-    """Where arrays are stored: bytes, or text of base64, which is decoded."""
+    """Storage of arrays: bytes, or text of base64, which is decoded."""
 
     def __init__(self, data: bytes, at: int, encoded: bool) -> None:
         super().__init__(data, at)
@@ -48,11 +48,11 @@ class _Source(Bytes):
 
 @dataclass
 class _Arrays:
-    """What all arrays of a file share."""
+    """Common facts of all arrays of a file."""
 
     order: Literal["<", ">"]
     header: np.dtype[Any]  # of the counts of bytes before blocks
-    packer: str  # the name of what packed them, if they are packed
+    packer: str  # the name of their compressor, if they are packed
     appended: bytes  # arrays behind the tree
     encoded: bool  # whether these are in base64
     stored: int  # bytes of the file
@@ -118,7 +118,7 @@ def read(path: Path) -> RawMesh:
 
 
 def _opened(data: bytes) -> tuple[ElementTree.Element, _Arrays]:
-    """The tree of a file, without what is appended to it, and how its arrays are stored."""
+    """The tree of a file, without the appended data, and the storage of its arrays."""
     if b"<!ENTITY" in data:
         raise MeshError("its XML defines entities, which VTK's files don't; write it anew")
     begin = data.find(b"<AppendedData")

@@ -72,7 +72,7 @@ def write_mesh(
 
 
 def kept_of(path: PathLike, metadata: Metadata | None, **more: str) -> dict[str, Any]:
-    """What a writer can keep: the metadata, and what the name of the file says unless they do."""
+    """Data that a writer can keep: the metadata, or else the facts in the file's name."""
     return {"name": Path(path).stem} | more | structure_of(path) | dict(metadata or {})
 
 

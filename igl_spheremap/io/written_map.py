@@ -1,4 +1,4 @@
-"""A map written to a file, with a mark of what made it, and certified as it is written.
+"""A map written to a file, with a mark of its origin, and certified as written.
 
 The mark is one line of ASCII with the source, the method and the options, which is the same for every run.
 """
@@ -175,9 +175,9 @@ def write_map(
     surface: bool = False,
     metadata: Metadata | None = None,
 ) -> SphereCheck:
-    """Write the sphere of a map (NPZ: the whole map), read it back, and certify what is in the file.
+    """Write the sphere of a map (NPZ: the whole map), read it back, and certify the file.
 
-    The file carries a mark of what made it from what, see `read_mark`. STL files lose the order of the vertices.
+    The file carries a mark of its origin, see `read_mark`. STL files lose the order of the vertices.
 
     Parameters
     ----------
@@ -188,8 +188,8 @@ def write_map(
     force : bool
         Replace an existing file.
     radius : float, optional
-        Radius of the sphere in the file; by default what the format's users expect: 100 for GIFTI and
-        FreeSurfer, 1 elsewhere. NPZ files hold the unit sphere.
+        Radius of the sphere in the file; by default that of the format's users: 100 for GIFTI and FreeSurfer, 1
+        elsewhere. NPZ files hold the unit sphere.
     surface : bool
         Write the surface with the sphere beside it, ``x y z`` and ``px py pz`` of a PLY file, as programs for Moebius
         registration and dense correspondences read it. NPZ files hold both in any case.
@@ -199,8 +199,8 @@ def write_map(
     Returns
     -------
     SphereCheck
-        The certificate of the numbers in the file, and their radius. Where rounding to float32 folds the map, vertices
-        are moved to repair it; what can't be repaired is written all the same.
+        The certificate of the numbers in the file, and their radius. If rounding to float32 folds the map, vertices are
+        moved to repair it; a map that can't be repaired is written all the same.
 
     Raises
     ------
@@ -246,7 +246,7 @@ def write_sphere(
     surface: FloatArray | None = None,
     metadata: Metadata | None = None,
 ) -> SphereCheck:
-    """Write unit rows and faces as `write_map` does, beside the positions of a surface if they are given."""
+    """Write unit rows and faces as `write_map` does; positions of a surface, if given, go beside them."""
     kind = format_of(path)
     if surface is not None and not kind.both:
         raise FileError(
@@ -307,7 +307,7 @@ def _check_written(partial: Path, path: PathLike) -> SphereCheck:
     try:
         return certify_radius(*read_sphere(partial))
     except MeshError as error:
-        # STL holds no indices: where float32 makes vertices coincide, what is welded is not a sphere any more.
+        # STL holds no indices: if float32 makes vertices coincide, the welded mesh is no sphere any more.
         raise FileError(
             f"can't write {path}: its numbers are too coarse for this map ({error}); write .obj, .ply or .npz"
         ) from error

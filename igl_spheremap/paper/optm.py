@@ -16,7 +16,7 @@ from .hooks import Hooks
 
 #: Number of steps that a search tries; the last one is taken in any case.
 TRIALS = 5
-#: A run ends if its last step changes map and energy by less than these, or the last five on average by ten times
+#: A run ends if its last step changes map and energy by less than these, or its last five on average by ten times
 #: these.
 _CHANGES, _RECENT = np.array([1e-6, 1e-12]), 5
 #: Bounds of the quotients of eq. (12).

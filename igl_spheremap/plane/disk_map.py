@@ -69,8 +69,8 @@ def disk_conformal_map(
     """Map a surface with one boundary loop conformally to the unit disk, and certify the map.
 
     Two copies of the surface, joined along the boundary, are mapped to the sphere, and the map is made symmetric, so
-    that the boundary is a great circle. Where that folds faces, as it may on coarse meshes with slivers, the boundary
-    slides along the circle instead, in Newton steps from Tutte's map with the boundary of a conformal map.
+    that the boundary is a great circle. If that folds faces, as on coarse meshes with slivers, the boundary slides
+    along the circle instead, in Newton steps from Tutte's map with the boundary of a conformal map.
 
     Parameters
     ----------
@@ -88,8 +88,8 @@ def disk_conformal_map(
     Returns
     -------
     DiskMap
-        Its boundary runs counterclockwise along the unit circle. Of all conformal maps it is the one for which the
-        doubled surface is balanced on the sphere, turned to agree best with two of the surface's coordinates.
+        Its boundary runs counterclockwise along the unit circle. It balances the doubled surface on the sphere, and is
+        turned to agree best with two of the surface's coordinates.
 
     Raises
     ------
@@ -146,8 +146,8 @@ def balanced_disk_map(
     Returns
     -------
     DiskMap
-        Its boundary runs counterclockwise along the unit circle; where one edge is a long straight side, a note says
-        so. Its ``conformal`` is the map that it started from.
+        Its boundary runs counterclockwise along the unit circle; if one edge is a long straight side, a note says so.
+        Its ``conformal`` is the map that it started from.
 
     Raises
     ------
@@ -193,7 +193,7 @@ def map_conformally(disk: Disk, history: History) -> DiskMap:
 
 
 def map_doubled(disk: Disk, history: History) -> DiskMap | None:
-    """That map where doubling alone finds it, at a small part of the cost; None where the double folds."""
+    """That map if doubling alone finds it, at a small part of the cost; None if the double folds."""
     with phase("disk"):
         found = doubled(disk, history, symmetric=True)
         if found is None:

@@ -23,10 +23,9 @@ def double_map(
     """Images (n, 2) of a disk's vertices in the unit disk, the boundary on the circle, and the map of the double.
 
     On the map of the double the exchange of the copies is nearly a reflection of the sphere. The map is changed so that
-    it is exactly one; its plane cuts the sphere in the image of the boundary. Faces may fold where the map was far from
-    symmetric, or where only an embedding would unfold it, which is not done if it is to be `symmetric`. If most of the
-    vertices lie on the boundary, it is not repaired by layouts either: these distort angles at the boundary, and the
-    map is slid.
+    it is exactly one; its plane cuts the sphere in the image of the boundary. If the map was far from symmetric, faces
+    may fold; also if only an embedding, which a `symmetric` map excludes, would unfold it. If most of the vertices lie
+    on the boundary, layouts do not repair it either: these distort angles at the boundary, and the map is slid.
     """
     v, f = without_chords(disk.unit, disk.f, disk.rim)
     n, on_rim = len(v), marked(disk.rim, len(v))
@@ -56,8 +55,8 @@ def _symmetric(
     """The mean of a map and its reflected exchange, turned so that the reflection is that of the z axis.
 
     The reflection R = 1 - 2 n n^T comes closest to the exchange: n is the eigenvector of the least eigenvalue of the
-    symmetric part of sum_i w_i x_i other_i^T; or the axis next to it, where tips of limbs are at its ends: there, and
-    in the middle of the disk, coordinates are finer than float64 elsewhere.
+    symmetric part of sum_i w_i x_i other_i^T; or, if tips of limbs are at ends of an axis, the axis next to it: there,
+    and in the middle of the disk, coordinates are finer than float64 elsewhere.
     """
     M = weighted_moment(weights, x, other)
     n = np.linalg.eigh(M + M.T)[1][:, 0]

@@ -66,14 +66,14 @@ class FreeProblem(FaceProblem):
         return points
 
     def folded(self, x: FloatArray, faces: IntArray | slice) -> BoolArray:
-        """Faces that are not positive, and those at the edges at which the boundary crosses itself."""
+        """Faces that are not positive, and those at edges where the boundary crosses itself."""
         folded = np.zeros(len(self.energy.f), dtype=bool)
         folded[faces] = plane_signs(x, self.energy.f[faces]) <= 0
         folded[self._at_rim[rim_crossings(x, self._rim)]] = True
         return folded[faces]
 
     def accept(self, x: FloatArray, move: FloatArray) -> Trial:
-        """That of all faces; if it fails, with the speeds at which edges move apart that would meet."""
+        """That of all faces; if it fails, with the speeds of separation of edges that would meet."""
         trial = super().accept(x, move)
         if np.isfinite(trial.value):
             return trial
@@ -83,7 +83,7 @@ class FreeProblem(FaceProblem):
         return trial._replace(apart=np.array([self._apart(x, i, j) for i, j in meetings]))
 
     def _apart(self, x: FloatArray, i: int, j: int) -> FloatArray:
-        """The speed (2, n) at which two edges of the boundary move apart, where they are nearest to each other."""
+        """The speed (2, n) at which the nearest points of two edges of the boundary move apart."""
         rim, k = self._rim, len(self._rim)
         least, speed = np.inf, np.zeros((2, len(x)))
         for corner, edge in ((i, j), (i + 1, j), (j, i), (j + 1, i)):

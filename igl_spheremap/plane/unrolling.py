@@ -28,7 +28,7 @@ def unrolled(disk: Disk) -> FloatArray | None:
     A flat surface is projected to its plane, which rounds least. Any other is laid out along a tree of faces, each
     beside its parent across long common edges, if the angles around each inner vertex sum to 2 pi. Images may overlap.
     """
-    v = own_unit(disk.v)[0]  # as given: what is moved to the origin is rounded
+    v = own_unit(disk.v)[0]  # as given: a move to the origin rounds
     p = _projected(disk, v)
     change = stretch(disk, p)
     if change < ISOMETRIC and not Certificate.of_plane(p, disk.f, disk.rim).folding_free:
@@ -68,7 +68,7 @@ def _projected(disk: Disk, v: FloatArray) -> FloatArray:
 
 
 def _closes(disk: Disk) -> bool:
-    """Whether the angles around each inner vertex sum to 2 pi, up to what rounding makes of those of thin faces."""
+    """Whether the angles around each inner vertex sum to 2 pi, up to rounding of those of thin faces."""
     corners = disk.unit[disk.f]
     after, before = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     after, before = after.reshape(-1, 3), before.reshape(-1, 3)

@@ -1,8 +1,8 @@
 """A process that runs one call at a time for a thread, and can be ended when a call passes a limit.
 
-multiprocessing and pebble, which rests on it, are not used. Their processes import the script that started them, which
-would have to guard itself; a scheduler's SIGTERM ends their jobs. Two processes of pebble, which read from one pipe
-under a lock, took 1.6 times as long (100 meshes of 800 vertices, medians of 12 rounds in turn).
+multiprocessing and pebble, which rests on it, are not used. Their processes import the starting script, which would
+have to guard itself; a scheduler's SIGTERM ends their jobs. Two processes of pebble, which read from one pipe under a
+lock, took 1.6 times as long (100 meshes of 800 vertices, medians of 12 rounds in turn).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _OF_THREAD = threading.local()
 
 
 class WorkerDied(RuntimeError):
-    """The process of a call ended before the call did; `pid` was its number, `reason` is set if we ended it."""
+    """The process of a call ended before the call did; `pid` was its number; if we ended it, `reason` is set."""
 
     def __init__(self, pid: int, status: int, reason: str = "") -> None:
         super().__init__(pid, status, reason)  # by which it is pickled: Dask sends it to the client
@@ -56,7 +56,7 @@ class Child:
         self._process: subprocess.Popen[bytes] | None = None
 
     def call(self, function: Callable[..., T], *args: Any, timeout: float | None = None) -> T:
-        """What the function returns; raise WorkerDied if its process ends, or passes some seconds."""
+        """The function's result; if its process ends, or passes some seconds, raise WorkerDied."""
         process = self._running(function, *args)
         limit, reason = threading.Timer(threading.TIMEOUT_MAX, process.kill), ""
         began = time.monotonic()
@@ -92,13 +92,13 @@ class Child:
         return self._process
 
     def end(self) -> None:
-        """End the process, whatever it does."""
+        """End the process in any state."""
         if self._process is not None:
             self._process.kill()
             self._process.wait()
             for pipe in (self._process.stdin, self._process.stdout):
                 assert pipe is not None
-                with contextlib.suppress(OSError):  # what a call left unsent
+                with contextlib.suppress(OSError):  # the unsent rest of a call
                     pipe.close()
 
 
@@ -112,7 +112,7 @@ def _apart() -> dict[str, Any]:
 def _ask(
     process: subprocess.Popen[bytes], function: Callable[..., Any], *args: Any
 ) -> tuple[bool, Any]:
-    """Send a call, and wait for whether it failed, and what it returned or raised."""
+    """Send a call, and wait for its success or failure, and its result or error."""
     assert process.stdin is not None
     assert process.stdout is not None
     pickle.dump((function, args), process.stdin)
@@ -127,12 +127,12 @@ def _load(*call: object) -> None:
 
 
 def serve() -> None:
-    """Run the calls that come by stdin, and send what they return to stdout, until stdin is closed."""
+    """Run the calls that come by stdin, and send their results to stdout, until stdin is closed."""
     # a scheduler may send them to every process of a job
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     calls, results = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what libraries print does not get among the results
+    os.dup2(2, 1)  # prints of libraries do not get among the results
     while True:
         try:
             function, args = pickle.load(calls)
@@ -169,14 +169,14 @@ class ProcessPool(ThreadPoolExecutor):
         super().__init__(workers, initializer=lambda: self._children.append(own_child()))
 
     def end(self) -> None:
-        """End all processes at once, whatever they do, and take no more calls."""
+        """End all processes at once, in any state, and take no more calls."""
         self.shutdown(wait=False, cancel_futures=True)
         for child in self._children:
             child.end()
 
 
 def processors() -> int:
-    """How many there are; 1 where the system does not say."""
+    """Their number; 1 if the system does not say."""
     known = os.cpu_count()
     if known is None:
         return 1
@@ -184,7 +184,7 @@ def processors() -> int:
 
 
 def peak_memory() -> float:
-    """Most memory that this process held in its call so far, in MB; NaN where the system does not report it."""
+    """Most memory that this process held in its call so far, in MB; NaN if the system does not report it."""
     try:
         with open("/proc/self/status") as file:
             return next(int(line.split()[1]) / 1024 for line in file if line.startswith("VmHWM"))

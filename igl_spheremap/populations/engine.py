@@ -1,4 +1,4 @@
-"""Who runs jobs: our own processes, a Dask cluster, or any executor of the caller's; and when jobs end."""
+"""Executors of jobs: our own processes, a Dask cluster, or any executor of the caller's; and limits of jobs."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ from .manifest import JobResult
 
 @dataclass(frozen=True, kw_only=True)
 class Engine:
-    """Who runs the jobs of a call on many surfaces, which of them, and when they end.
+    """The executor of jobs on many surfaces, their choice, and their limits.
 
     Attributes
     ----------
     executor : concurrent.futures.Executor, optional
-        Who runs the jobs, such as that of a Dask client; by default processes of its own, with one thread each. It is
-        not shut down.
+        Executor of the jobs, such as that of a Dask client; by default processes of its own, with one thread each. It
+        is not shut down.
     processes : int, optional
-        How many processes of its own; by default one for each processor.
+        Number of processes of its own; by default one for each processor.
     resume : bool
-        Take a result from the manifest, as by default, if input, options and version are the same, and the target is
-        still what was written.
+        If input, options and version are the same, and the target is unchanged, take a result from the manifest; the
+        default.
     retry_failed : bool
         Run again the jobs that the manifest records without a result.
     timeout : float, optional
         Seconds after which a job is ended.
     retries : int
-        How often a job is run again whose worker died; once by default.
+        Repeats of a job whose worker died; one by default.
 
     Raises
     ------
@@ -99,7 +99,7 @@ USUAL = Engine()
 
 @contextmanager
 def started(engine: Engine) -> Iterator[Engine]:
-    """An engine with an executor: processes of its own, which end with the context, if it has none."""
+    """An engine with an executor; if it has none, processes of its own, which end with the context."""
     if engine.executor is not None:
         yield engine
         return
@@ -145,7 +145,7 @@ def results(
 
 
 def deaths_in(executor: Executor | None) -> tuple[type[BaseException], ...]:
-    """What an executor raises for a job whose worker died."""
+    """Exceptions of an executor for a job whose worker died."""
     if not _is_dask(executor):
         return BrokenExecutor, WorkerDied
     distributed = import_optional("distributed", "a Dask executor", "batch")
@@ -157,7 +157,7 @@ def _is_dask(executor: Executor | None) -> bool:
 
 
 def _count(executor: Executor | None) -> int:
-    """How many jobs run at a time: on a cluster, whose workers come and go, now."""
+    """Number of jobs at a time: on a cluster, whose workers come and go, the present one."""
     if _is_dask(executor):
         client: Any = vars(executor)["_client"]
         return sum(client.nthreads().values())
@@ -180,7 +180,7 @@ def _submit(engine: Engine, job: Job, task: Task[Any]) -> Future[JobResult]:
 def connect(scheduler: str, seconds: float = 6.0) -> Any:
     """An executor on the Dask scheduler at an address, or of a scheduler file.
 
-    Raise WorkersUnavailable if it does not answer within some seconds, or if a worker has another version.
+    If it does not answer within some seconds, or a worker has another version, raise WorkersUnavailable.
     """
     distributed = import_optional("distributed", "a Dask scheduler", "batch")
     try:
@@ -189,7 +189,7 @@ def connect(scheduler: str, seconds: float = 6.0) -> Any:
             address = json.loads(Path(scheduler).read_bytes())["address"]
         # a client without a scheduler hangs when it is dropped
         asyncio.run(asyncio.wait_for(_greet(address), seconds))
-    except Exception as error:  # what listens there may be anything
+    except Exception as error:  # anything may listen there
         reason = f"no valid answer within {seconds:g} s"
         if str(error) and isinstance(error, OSError | ValueError):
             reason = one_line(error)
@@ -210,7 +210,7 @@ def connect(scheduler: str, seconds: float = 6.0) -> Any:
 
 
 async def _greet(address: str) -> None:
-    """Ask who listens at an address; a ValueError unless it is a scheduler."""
+    """Ask the listener at an address; a ValueError unless it is a scheduler."""
     async with import_optional("distributed", "a Dask scheduler", "batch").rpc(address) as listener:
         kind = (await listener.identity())["type"]
     if kind != "Scheduler":

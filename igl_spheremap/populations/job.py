@@ -37,7 +37,7 @@ _STATUS: dict[type[Exception], str] = {
 
 @dataclass(frozen=True)
 class Job:
-    """An input, and the first file that is made of it; `ours` if an earlier run made what is at the targets now."""
+    """An input, and the first file made of it; if an earlier run made the files at the targets, `ours`."""
 
     source: str
     target: str
@@ -60,7 +60,7 @@ class Job:
 
     @property
     def chosen(self) -> tuple[object, ...]:
-        """What is taken of the files that are read, where that is not all of them: part of the result's key."""
+        """The part of the read files that is used, if not all: part of the result's key."""
         return tuple(part for part in part_of(self.source)[1:] if part is not None)
 
 
@@ -69,10 +69,10 @@ JobT = TypeVar("JobT", bound=Job)
 
 @dataclass(frozen=True, kw_only=True)
 class Task(ABC, Generic[JobT]):
-    """What is done to every input, and by which version; relative paths begin in `folder`.
+    """The work on every input, and its version; relative paths begin in `folder`.
 
     Its `repr`, of all fields that decide the results, is part of their keys. Notes in rows say remedies by `say`, in
-    whichever process they are made.
+    any process.
     """
 
     force: bool = field(repr=False)
@@ -81,24 +81,24 @@ class Task(ABC, Generic[JobT]):
     say: Say = field(default_factory=said_here, repr=False)
 
     def empty(self, job: JobT) -> JobRow:
-        """The row of a job of which nothing else is known."""
+        """The row of a job without results."""
         return JobRow(job.source, job.target)
 
     @abstractmethod
     def run(self, job: JobT, check: Callable[[], None]) -> JobRow:
         """Do the work from files to files.
 
-        `check` is to be called once all is read: it raises a FileError if a file changed meanwhile.
+        Call `check` once all is read: if a file changed meanwhile, it raises a FileError.
         """
 
     def place(self, path: str) -> str:
-        """Where a path is, on a machine whose working directory may be another."""
+        """The place of a path on a machine with another working directory."""
         if os.getcwd() == self.folder:
             return path
         return os.path.join(self.folder, path)
 
     def places(self, paths: Sequence[str]) -> list[str]:
-        """Where several paths are."""
+        """The places of several paths."""
         return [self.place(path) for path in paths]
 
 
@@ -111,7 +111,7 @@ def key_of(job: JobT, task: Task[JobT], folder: str) -> str:
 
 
 def run_job(job: JobT, task: Task[JobT]) -> JobResult:
-    """Run a job; whatever is wrong with its files is in its row."""
+    """Run a job; its row has all faults of its files."""
     if task.version != __version__:
         raise WorkersUnavailable(
             f"{host_and_process()} has igl_spheremap {__version__} where {task.version} is "
@@ -163,7 +163,7 @@ def failed(job: JobT, task: Task[JobT], reason: str) -> JobResult:
 
 
 def host_and_process() -> str:
-    """What runs this, as `host:pid`."""
+    """This process as `host:pid`."""
     return f"{socket.gethostname()}:{os.getpid()}"
 
 

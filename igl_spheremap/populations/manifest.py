@@ -1,7 +1,7 @@
 """The manifest of a population: every run and every result, in a file that only grows.
 
-A result is taken again as long as its input and its output still have the same content. A file counts as the same if
-its size and the time of its last change are, or else if its digest is.
+As long as its input and its output have the same content, a result is taken again. If size and time of the last change
+are the same, or else the digest, a file counts as the same.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def fingerprint(path: str, known: Fingerprint | None = None) -> Fingerprint | No
     return Fingerprint(*found, digest.hexdigest())
 
 
-#: What is at each of several paths.
+#: Fingerprints of files at several paths.
 Fingerprints = tuple[Fingerprint | None, ...]
 
 
@@ -74,7 +74,7 @@ def are_still(paths: Sequence[str], known: Fingerprints) -> bool:
 class JobResult:
     """A row, the files that were read for it, and those that are at its targets now.
 
-    ``read`` is None where another run of the same input may end in another way: such a result is not taken again.
+    If another run of the same input may end in another way, ``read`` is None: such a result is not taken again.
     """
 
     row: JobRow
@@ -94,7 +94,7 @@ class Manifest:
         self.path = Path(os.path.realpath(path))
         self._results: dict[str, list[JobResult]] = {}
         with self._writing():
-            # what is written survives this process at once
+            # written lines survive this process at once
             self._file = self.path.open("a+b", buffering=0)
         try:
             self._check(path)
@@ -157,7 +157,7 @@ class Manifest:
         return None
 
     def made(self, key: str, targets: Sequence[str]) -> bool:
-        """Whether an earlier run wrote what is at the targets now."""
+        """Whether an earlier run wrote the present files at the targets."""
         results = self._results.get(key, ())
         return any(
             each.row.status in MAPPED and are_still(targets, each.written) for each in results
@@ -210,9 +210,9 @@ def _printable(row: JobRow) -> JobRow:
 
 
 def _lock(file: IO[bytes]) -> bool:
-    """Lock a file until it is closed, as it is when the process ends; False if another run has it.
+    """Lock a file until it is closed, as it is when the process ends; if another run has it, False.
 
-    True where the file system has no locks.
+    Without locks of the file system, True.
     """
     try:
         if sys.platform == "win32":

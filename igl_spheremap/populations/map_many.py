@@ -42,14 +42,14 @@ def map_many(
 ) -> list[Row]:
     """Map many mesh files to spheres, each in a process, and continue where an earlier run ended.
 
-    Whatever is wrong with one file is in its row and does not end the others.
+    The faults of one file are in its row and do not end the others.
 
     Parameters
     ----------
     sources : iterable of path-like
         Mesh files.
     out : str
-        Where each sphere goes: ``{folder}``, ``{name}`` and ``{stem}`` are those of the source.
+        Path of each sphere: ``{folder}``, ``{name}`` and ``{stem}`` are those of the source.
     method : str or Method
         A method by its name, or with its options, see `igl_spheremap.spherical_conformal_map`. By the name "auto" no
         steps are taken on good maps, so that all members of a population are treated alike: ``Auto(polish=None)``.
@@ -60,15 +60,14 @@ def map_many(
     force : bool
         Replace files at targets that no run made; without it they are kept, and their rows have the status "file".
     manifest : path-like, optional
-        Where inputs, options and results are recorded, as JSON lines; by default in the folder that `out` gives to all
-        targets.
+        Record of inputs, options and results, as JSON lines; by default in the folder that `out` gives to all targets.
     engine : Engine
-        Who runs the jobs, which of them are run again, and when they end; by default a process for each processor.
+        The executor of the jobs, repeats, and limits; by default a process for each processor.
     report : path-like, optional
         A page with distributions and pictures of the maps, the worst first: a file that ends in .html, or a folder
         for `index.html`. Needs Pillow.
     listener : callable, optional
-        Called with each `Row`, those of earlier runs first; may raise StopIteration to end with what is in flight.
+        Called with each `Row`, those of earlier runs first; may raise StopIteration to end with the jobs in flight.
 
     Returns
     -------
@@ -160,7 +159,7 @@ def manifest_of(pattern: str, kind: str = "maps") -> str:
 def filled(pattern: str, source: str, option: str = "") -> str:
     """The pattern with the parts of a source's path; it is not a format string, whose fields can do anything.
 
-    A ValueError, which names the option that the pattern comes from, says if it has other fields.
+    Other fields are a ValueError, which names the option of the pattern.
 
     >>> filled("{folder}/{stem}.thickness", "a/lh.white.ply")
     'a/lh.white.thickness'

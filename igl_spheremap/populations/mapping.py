@@ -31,7 +31,7 @@ _OF_THREAD = threading.local()
 
 @dataclass(frozen=True)
 class SphereMapping(Task[Job]):
-    """How meshes are mapped: `repair` holds the options of `repair_mesh`, None for no repair."""
+    """Mapping of meshes: `repair` holds the options of `repair_mesh`, None for no repair."""
 
     method: Method
     balance: float
@@ -41,7 +41,7 @@ class SphereMapping(Task[Job]):
         return Row(job.source, job.target)
 
     def read(self, source: str) -> LoadedMesh:
-        """The mesh of a file, its polygons cut into triangles if it is to be repaired."""
+        """The mesh of a file; if it is to be repaired, its polygons are cut into triangles."""
         return read_mesh(source, triangulate=self.repair is not None)
 
     def repaired(self, loaded: LoadedMesh) -> tuple[FloatArray, IntArray, BoolArray | None]:
@@ -93,7 +93,7 @@ class SphereMapping(Task[Job]):
 
 
 def _map(v: FloatArray, f: IntArray, caps: BoolArray | None, task: SphereMapping) -> SphereMap:
-    """The map of a mesh; if it has the faces of the last mesh, what depends on faces alone is used again."""
+    """The map of a mesh; if it has the faces of the last mesh, data of faces alone are used again."""
     if not isinstance(task.method, Auto):
         return balanced_spherical_map(v, f, balance=task.balance, method=task.method, caps=caps)
     # if it fails, the next mesh gets a new one

@@ -31,7 +31,7 @@ from .child import ProcessPool, own_child
 from .mapping import SphereMapping
 from .table import MAPPED, OUTLIER, JobRow, Row, fences, figures_of, outlying, plain, worst_first
 
-#: Right, up and towards the viewer, where hemispheres are seen from outside: FreeSurfer's x is right, y front, z up.
+#: Right, up and towards the viewer, for hemispheres seen from outside: FreeSurfer's x is right, y front, z up.
 LATERAL = {
     LEFT: np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]]),
     RIGHT: np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]),
@@ -49,23 +49,22 @@ _AXES = {
 
 @dataclass(frozen=True)
 class Sheet:
-    """What a page says and draws of the rows of a task.
+    """Texts and pictures of a page for the rows of a task.
 
     Attributes
     ----------
     title, heading : str
         Of the window and of the page.
     nouns : str
-        What the pictures show, such as "maps".
+        Subjects of the pictures, such as "maps".
     draw : function of a row
-        What draws its picture to a path, in a process, unless it is there; it returns False where there is nothing to
-        draw.
+        Draws its picture to a path, in a process, unless it is there; without anything to draw it returns False.
     look : str
-        What changes pictures besides their files, as a part of their names.
+        Causes of changes of pictures besides their files, as a part of their names.
     legends : sequence of (str, colour) or Ramp
         Of the pictures.
     text, caption : functions of a row
-        The line of its card; what its picture shows.
+        The line of its card; the caption of its picture.
     command : function of a row
         The words by which a person looks closer.
     """
@@ -84,8 +83,8 @@ class Sheet:
 def check_page(place: str | os.PathLike[str]) -> Path:
     """The file of a page: `place` if it ends in .html, else `index.html` in that folder.
 
-    Raise a FileError without Pillow, or if there is a file that `write_population_page` did not write; a ValueError if
-    the place is neither.
+    Without Pillow, or if there is a file that `write_population_page` did not write, raise a FileError; if the place is
+    neither, a ValueError.
     """
     import_optional("PIL", "a report", "io")
     path = page_file(place, "index.html")
@@ -189,7 +188,7 @@ def map_sheet(rows: Sequence[Row], task: SphereMapping) -> Sheet:
 
 
 def view_words(row: JobRow) -> Sequence[str]:
-    """The command that shows a row's surface with what was made of it."""
+    """The command that shows a row's surface with its result."""
     return "view", row.source, row.target
 
 
@@ -204,7 +203,7 @@ def scale(rows: Sequence[Row]) -> Ramp:
 
 
 def _short(names: Sequence[str]) -> tuple[str, dict[str, str]]:
-    """A line that says the folder and the ending that all names have, and what is left of each.
+    """A line with the common folder and ending of all names, and the rest of each.
 
     >>> _short(["a/b/c.ply", "a/d.ply"])
     ('<p>Files in a/ that end in .ply</p>', {'a/b/c.ply': 'b/c', 'a/d.ply': 'd'})
@@ -231,7 +230,7 @@ def _short(names: Sequence[str]) -> tuple[str, dict[str, str]]:
 def _draw(
     rows: Sequence[JobRow], paths: Sequence[str], sheet: Sheet, processes: int | None
 ) -> list[bool]:
-    """Which rows have a picture."""
+    """Whether each row has a picture."""
     pool = ProcessPool(processes)
     try:
         futures = [
@@ -246,8 +245,8 @@ def _draw(
 def draw_row(row: Row, path: str, ramp: Ramp, task: SphereMapping, size: int = 180) -> bool:
     """Draw surface and sphere from the front, then both from behind, unless the picture is newer than the map.
 
-    Each of the four views has `size` pixels a side. Hemispheres are seen from the side, then from the middle. False
-    where the files hold no map.
+    Each of the four views has `size` pixels a side. Hemispheres are seen from the side, then from the middle. If the
+    files hold no map, False.
     """
     source, target = task.place(row.source), task.place(row.target)
     if row.status not in MAPPED:
@@ -266,7 +265,7 @@ def draw_row(row: Row, path: str, ramp: Ramp, task: SphereMapping, size: int = 1
 
 
 def is_newer(path: str, other: str) -> bool:
-    """Whether a file is there, no link to one, and was made after another one."""
+    """Whether a file exists, is no link, and is newer than another one."""
     here = Path(path).exists() and not os.path.islink(path)
     return here and os.stat(path).st_mtime_ns > os.stat(other).st_mtime_ns
 

@@ -1,4 +1,4 @@
-"""What people said of results on a page, which it saves as a table."""
+"""People's ratings of results on a page, which it saves as a table."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from ..errors import MeshError
 from ..io.reading import reading
 from ..io.tables import SEPARATORS, read_cells
 
-#: What a page offers.
+#: Ratings that a page offers.
 _PASS, _FAIL = "pass", "fail"
 
 
 def failed_in(path: str | os.PathLike[str], sources: Sequence[str]) -> dict[str, str]:
-    """Which of the sources a table of ratings calls failed, each with its comment.
+    """The sources that a table of ratings calls failed, each with its comment.
 
-    Raises a MeshError if the table rates none of these, or is not a table of ratings.
+    If the table rates none of these, or is not a table of ratings, raises a MeshError.
     """
     path = Path(path)
     with reading(path):

@@ -25,7 +25,7 @@ def run_many(
 ) -> list[Any]:
     """Run a task on many inputs, and return their rows in order.
 
-    Targets are what jobs are told apart by. The rows are of the kind that the task makes.
+    Targets tell jobs apart. The rows are of the kind that the task makes.
     """
     rows: dict[str, JobRow] = {}
     todo: deque[JobT] = deque()

@@ -1,4 +1,4 @@
-"""The table of a population: one row an input, as TSV or CSV; and which maps stand out."""
+"""The table of a population: one row an input, as TSV or CSV; and its outliers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..mesh.arrays import HALF_DIGITS, FloatArray
 
 #: Suffixes of tables.
 TABLES = tuple(SEPARATORS)
-#: What `from_plain` raises for what is not a row.
+#: Errors of `from_plain` for objects that are no rows.
 ROW_ERRORS = (AttributeError, KeyError, OverflowError, TypeError, ValueError)
 #: Statuses of rows whose target holds a map, free of foldings or not.
 MAPPED = ("certified", "folded")
@@ -29,15 +29,15 @@ OUTLIER = 3.0
 
 @dataclass(frozen=True, slots=True)
 class JobRow:
-    """What is known of one input and of what was made of it.
+    """Facts of one input and of its result.
 
     Attributes
     ----------
     source, target : str
-        The file that was read and the first one that was written, as they were given.
+        The file that was read and the first one that was written, as given.
     status : str
-        "certified"; "folded", if foldings remain; "no mesh", if the input is not a closed genus-0 mesh; "file", if a
-        file can't be read or written; "failed", if the computation failed or passed a limit, or its worker died.
+        "certified"; "folded": foldings remain; "no mesh": the input is not a closed genus-0 mesh; "file": a file can't
+        be read or written; "failed": the computation failed or passed a limit, or its worker died.
     resumed : bool
         Whether an earlier run made it.
     vertices, foldings : int
@@ -49,7 +49,7 @@ class JobRow:
     worker : str
         Host and process.
     notes : str
-        What else was done, or why nothing was made.
+        Further actions, or the reason for no result.
     """
 
     #: Figures with their labels; a larger one is worse.
@@ -69,7 +69,7 @@ class JobRow:
 
 @dataclass(frozen=True, slots=True)
 class Row(JobRow):
-    """A `JobRow` of one mesh and its map, whose figures are NaN where there is no map.
+    """A `JobRow` of one mesh and its map; without a map its figures are NaN.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class Row(JobRow):
 
 @dataclass(frozen=True, slots=True)
 class RegistrationRow(JobRow):
-    """What is known of one hemisphere and its registration; with several templates each figure is that of the worst.
+    """Facts of one hemisphere and its registration; with several templates each figure is that of the worst.
 
     Attributes
     ----------
@@ -153,7 +153,7 @@ def plain(row: JobRow) -> dict[str, Any]:
 
 
 def from_plain(entry: Mapping[str, Any]) -> JobRow:
-    """The row that `plain` describes; raises one of ROW_ERRORS where it is something else."""
+    """The row that `plain` describes; for anything else raises one of ROW_ERRORS."""
     values: dict[str, Any] = {"source": str(entry["source"]), "target": str(entry["target"])}
     kind = next((kind for kind in _KINDS if entry.keys() >= kind.FIGURES.keys()), Row)
     for field in fields(kind)[2:]:
@@ -183,7 +183,7 @@ def write_table(path: str | os.PathLike[str], rows: Sequence[JobRow]) -> None:
 
 
 def json_lines(file: io.TextIOBase | io.TextIOWrapper) -> Iterator[dict[str, Any]]:
-    """The objects of a file of JSON lines; a line that was cut off or is not JSON is left out."""
+    """The objects of a file of JSON lines, without lines that were cut off or are not JSON."""
     for line in file:
         try:
             entry = json.loads(line)
@@ -201,9 +201,9 @@ def figures_of(rows: Sequence[JobRow]) -> Mapping[str, str]:
 
 
 def excess(rows: Sequence[JobRow]) -> FloatArray:
-    """How far the figures (rows, figures) lie above the third quartile, in interquartile ranges.
+    """Distance of the figures (rows, figures) above the third quartile, in interquartile ranges.
 
-    NaN counts as 0; where the range is 0, all that is above it lies infinitely far.
+    NaN counts as 0; if the range is 0, values above it lie infinitely far.
 
     >>> excess([Row("", "", mean_angle=angle) for angle in (1, 2, 3, 4, 5, 20)])[:, 0].round(1).tolist()
     [-1.5, -1.1, -0.7, -0.3, 0.1, 6.1]
@@ -218,7 +218,7 @@ def excess(rows: Sequence[JobRow]) -> FloatArray:
 
 
 def fences(rows: Sequence[JobRow]) -> dict[str, float]:
-    """The value of each figure above which it is an outlier, by more than rounding."""
+    """Limits of the figures: values above by more than rounding are outliers."""
     return {
         name: (high + OUTLIER * (high - low)) * (1 + HALF_DIGITS)
         for name, (_, low, high) in zip(figures_of(rows), _quartiles(rows), strict=True)

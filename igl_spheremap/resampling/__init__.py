@@ -1,1 +1,1 @@
-"""Where a point lies on a map, and values, meshes and pictures carried to other points."""
+"""Location of points on a map, and values, meshes and pictures carried to other points."""

@@ -1,4 +1,4 @@
-"""Which face of a spherical triangulation holds a point, exactly, for many points at once."""
+"""The face of a spherical triangulation that holds a point, exactly, for many points at once."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _BLOCK = 1 << 13  # queries at once, so that their candidates stay in cache
 
 @dataclass(frozen=True, eq=False)
 class Location:
-    """Where points lie on a triangulation. Unpacks to ``face, weights``.
+    """Points on a triangulation. Unpacks to ``face, weights``.
 
     Attributes
     ----------
@@ -81,10 +81,10 @@ def joined(*parts: Location) -> Location:
 class SphereLocator:
     """Exact point location on a spherical triangulation.
 
-    A face holds a point if the point's ray from the origin meets it, which is decided in exact
-    arithmetic. Since the map is a bijection every point is found, in triangles of any size: candidates
-    come from a tree of boxes over the faces in the order of a space-filling curve through the *ranks* of
-    their coordinates, which is as deep in limbs 1e-12 wide as elsewhere.
+    A face holds a point if the point's ray from the origin meets it, which is decided in exact arithmetic. Since the
+    map is a bijection every point is found, in triangles of any size. Candidates come from a tree of boxes over the
+    faces, in the order of a space-filling curve through the *ranks* of their coordinates. It is as deep in limbs 1e-12
+    wide as elsewhere.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def barycentric_weights(q: FloatArray, a: FloatArray, b: FloatArray, c: FloatArr
     weights = np.column_stack([row_dets(q, b, c), row_dets(q, c, a), row_dets(q, a, b)])
     weights = np.ldexp(weights, (unit.min(axis=0) - unit).T)
     weights = np.maximum(weights, 0.0)  # rounding only: the exact ones are not negative
-    flat = ~weights.any(axis=1)  # seen from q, which is a corner or nearer to one than numbers tell
+    flat = ~weights.any(axis=1)  # seen from q, which is a corner to rounding
     weights[flat] = (longest == longest.min(axis=0)).T[flat]
     return weights / weights.sum(axis=1, keepdims=True)
 
@@ -220,7 +220,7 @@ def _face_boxes(x: FloatArray, f: IntArray) -> tuple[FloatArray, FloatArray]:
 class BoxTree:
     """Boxes in the order of a Morton curve through the ranks of their centres, and boxes around each four.
 
-    Ranks do not depend on scale: where boxes are twelve orders of magnitude smaller than elsewhere the tree is as good.
+    Ranks do not depend on scale: the tree is as good for boxes that are twelve orders of magnitude smaller than others.
     """
 
     #: Children of a node, and bits of a rank: those of three ranks fit into an int64.

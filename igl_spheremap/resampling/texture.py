@@ -37,8 +37,8 @@ class Atlas:
     weights : (k, n) sparse matrix
         Takes values at the mesh's vertices (positions, normals, data) to values at those of the atlas.
     vertex : (k,) int64 array
-        The vertex that each row is: below n one of the mesh, from n on one that a cut made. Copies of a vertex along
-        the seam have the same number.
+        The vertex of each row: below n one of the mesh, from n on one that a cut made. Copies of a vertex along the
+        seam have the same number.
     face : (m,) int64 array
         The face of the mesh that each face is a part of.
     """
@@ -79,9 +79,9 @@ def texture_atlas(
 ) -> Atlas:
     """Texture coordinates of a surface from its map to the sphere.
 
-    Faces across the seam are cut there, which adds vertices on edges and changes no geometry. The poles
-    become vertices, with one copy for each face around them. Without cuts the mesh stays as it is, and faces across
-    the date line have coordinates beyond 1, where pictures repeat; the faces that hold a pole show the picture wrongly.
+    Faces across the seam are cut there, which adds vertices on edges and changes no geometry. The poles become
+    vertices, with one copy for each face around them. Without cuts the mesh stays as it is. Then faces across the date
+    line have coordinates beyond 1, where pictures repeat, and faces that hold a pole show the picture wrongly.
 
     Parameters
     ----------
@@ -171,13 +171,13 @@ def bake(
     f : (m, 3) int64 array
         Faces of the mesh.
     uv : (m, 3, 2) float64 array
-        Coordinates of their corners in the surface's own texture, which repeats; NaN where a face has none.
+        Coordinates of their corners in the surface's own texture, which repeats; NaN for faces without any.
     image : (height, width, 3) uint8 array
         That texture, rows from above.
     size : int
         Of the new one, in texels.
     texels : int
-        Texels of bounding boxes of faces that are looked at together; the default takes some 1 GB.
+        Texels of bounding boxes of faces that are drawn at a time; the default takes some 1 GB.
 
     Returns
     -------
@@ -303,7 +303,7 @@ class CutMesh:
 def cut_along_planes(x: FloatArray, f: IntArray, axes: tuple[int, ...]) -> CutMesh:
     """Cut a mesh along the planes through the origin where one of the `axes` (0 to 2) vanishes, one after the other.
 
-    Where two planes have cut, their common axis is a vertex. Interpolated positions lie on the flat faces.
+    After two planes have cut, their common axis is a vertex. Interpolated positions lie on the flat faces.
 
     >>> x = np.array([[1.0, 0, 1], [-1, 1, 1], [-1, -1, 1]])
     >>> cut = cut_along_planes(x, np.array([[0, 1, 2]]), (0, 1))

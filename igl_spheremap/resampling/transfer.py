@@ -44,7 +44,7 @@ class Resampled(Shown):
     x : (n, 3) float64 array
         Images of the points on the sphere.
     location : Location
-        Where the points lie on the surface that was resampled.
+        The points on the surface that was resampled.
     """
 
     v: FloatArray
@@ -116,11 +116,11 @@ def transfer(
     Parameters
     ----------
     source : SphereMap or SphereLocator
-        Where the data are.
+        Surface of the data.
     values : (n,) or (n, ...) array_like
         At the vertices of the source.
     target : str, SphereMap, (k, 3) array_like, or (x, f)
-        Where they go: to the vertices of ``ico:K``, of another map or of any mesh of the sphere, or to points.
+        Their target: the vertices of ``ico:K``, of another map or of any mesh of the sphere, or points.
     labels : bool
         The values are labels: take that of the vertex with the largest weight; by default weighted sums are taken.
     method : {"linear", "adaptive-area"}
@@ -177,9 +177,9 @@ def transfer_matrix(
     """Weights by which data go from one mesh to another, to be applied to several data, or elsewhere.
 
     "adaptive-area" is the method that HCP calls ADAP_BARY_AREA. Each target lies in a face of the source and takes that
-    face's corners. But where other vertices of the source lie in the faces around the target, it takes all of these,
-    each with its barycentric weight in the face that holds it. So no vertex is left out, whichever mesh is finer.
-    Weights count by the target's areas, and each vertex of the source divides its area among the targets that take it.
+    face's corners. But if other vertices of the source lie in the faces around the target, it takes all of these, each
+    with its barycentric weight in the face that holds it. So no vertex is left out, whichever mesh is finer. Weights
+    count by the target's areas, and each vertex of the source divides its area among the targets that take it.
 
     Parameters
     ----------
@@ -192,8 +192,7 @@ def transfer_matrix(
     -------
     TransferMatrix
         The matrix, targets by sources, so that `transfer` of values is ``weights.matrix @ values``; by "adaptive-area"
-        with the areas by which integrals are kept. Those of a target (x, f) are areas of the source's surface resampled
-        there.
+        with the areas that keep integrals. Those of a target (x, f) are areas of the source's surface resampled there.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Which vertices of a mapped surface give a target its data, as a sparse matrix; and a choice that keeps integrals."""
+"""Weights of a mapped surface's vertices in a target's data, as a sparse matrix; and weights that keep integrals."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ..mesh.measure import vertex_areas
 from ..sphere.rows import unit_rows
 from .locate import Location, SphereLocator, locator_of
 
-#: How a target takes its data: from the corners of the face that holds it, or so that integrals are kept.
+#: A target takes data from the corners of the face that holds it, or so that integrals are kept.
 Resampling = Literal["linear", "adaptive-area"]
 
 
 @dataclass(frozen=True, eq=False)
 class TransferMatrix:
-    """How data at the vertices of a source come to a target.
+    """Weights that carry data at the vertices of a source to a target.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class TransferMatrix:
         Area of the source that came to each target, in the source's squared units, by "adaptive-area" only: these areas
         keep integrals, ``received @ (matrix @ values)`` is ``source_areas @ values``.
     areas : (k,) float64 array or None
-        The target's own areas, in its squared units, whose integrals deviate as far as the two surfaces differ;
+        The target's own areas, in its squared units; their integrals deviate by the difference of the two surfaces;
         likewise.
     source_areas : (n,) float64 array or None
         Areas of the source's vertices, a third of the faces around each; caps have none. Likewise.

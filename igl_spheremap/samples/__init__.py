@@ -150,7 +150,7 @@ def from_spec(spec: str) -> Arrays:
 
 
 def _number(key: str, text: str) -> float:
-    """The number that the text means, an int where it is whole."""
+    """The number that the text means, an int if it is whole."""
     try:
         value = float(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""A folded, cortex-like blob. Where no comment says otherwise its numbers are chosen by eye."""
+"""A folded, cortex-like blob. Unless a comment says otherwise, its numbers are chosen by eye."""
 
 from __future__ import annotations
 

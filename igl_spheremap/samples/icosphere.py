@@ -17,7 +17,7 @@ MOST_VERTICES = 1e9
 def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     """Unit sphere: an icosahedron with edges cut into k equal parts, ``10 k^2 + 2`` vertices in all.
 
-    Where k is even, the first vertices are those of the sphere with k / 2, bit for bit: networks pool by slicing.
+    If k is even, the first vertices are those of the sphere with k / 2, bit for bit: networks pool by slicing.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Meshes lofted through rings of vertices, from pole to pole; the helical spring is one.
 
-A spring is a long tube, whose ends a conformal map shrinks beyond what float64 can hold.
+A spring is a long tube, whose ends a conformal map shrinks beyond float64.
 """
 
 from __future__ import annotations

@@ -62,6 +62,6 @@ def cayley_step(f: FloatArray, h: FloatArray, tau: float) -> FloatArray:
     t *= (tau * square * ff)[:, None]
     y = (2 * square - 1)[:, None] * f  # Theorem 1
     y -= t
-    # A long step magnifies the rest of F in T, from rounding: give each row its length back.
+    # A long step magnifies rounding's rest of F in T: give each row its length back.
     y *= np.sqrt(ff / row_dots(y, y))[:, None]
     return y

@@ -1,4 +1,4 @@
-"""Which point of one surface belongs to which point of another: maps between surfaces, and registration."""
+"""Corresponding points of two surfaces: maps between surfaces, and registration."""
 
 #: The stages of a registration, in their order, and those of the default.
 STAGES = ("rotation", "moebius", "elastic")

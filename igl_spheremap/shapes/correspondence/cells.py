@@ -1,4 +1,4 @@
-"""The faces of an overlay: convex cells are cut into triangles, and those that rounding made flat are taken out."""
+"""The faces of an overlay: convex cells are cut into triangles, and faces made flat by rounding are taken out."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from ...sphere.rows import row_crosses, row_dots, unit_rows
 from .complex import Complex
 from .walk import Segments, Triangulation
 
-#: Distances, in units of the largest coordinate, that come out of the rounding of points and of their images.
+#: Distances, in units of the largest coordinate, from the rounding of points and of their images.
 _ROUNDING = 8 * EPS
-#: Sides up to this length are collapsed: where edges that nearly coincide cross, rounding moves their crossing so far.
+#: Sides up to this length are collapsed: rounding moves crossings of nearly coincident edges by as much.
 SHORT = 32 * _ROUNDING
 #: Twice the area of a face over the square of its longest side: below, the sign depends on the order of operations.
 _FLAT = 4 * EPS
@@ -66,11 +66,11 @@ def _sides(A: Triangulation, B: Triangulation, cut_a: Segments, cut_b: Segments)
 
 
 class Coincidences:
-    """A refinement in floating point, in which what lies within rounding of each other is merged.
+    """A refinement in floating point, in which nodes within rounding of each other are merged.
 
-    The refinement comes from exact signs, but its nodes are rounded, so that a face between nodes, or between a node
-    and an edge, that float64 can't tell apart may come out flat or negative. Such a face is taken out by the collapse
-    of a side as short as rounding, if that leaves fewer such faces.
+    The refinement comes from exact signs, but its nodes are rounded. If float64 can't tell nodes, or a node and an
+    edge, apart, a face between them may come out flat or negative. If that leaves fewer such faces, the collapse of a
+    side as short as rounding takes the face out.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class Coincidences:
         self._vertex = tuple(marked(rows, len(self.node)) for rows in vertices)
 
     def merge(self) -> int:
-        """Take flat faces out by collapses, and count those that are left."""
+        """Take flat faces out by collapses, and count the others."""
         n, flat = len(self.node), np.flatnonzero(self._flat(self.faces, self.owners))
         beside = touching(self.faces, marked(self.faces[flat], n))
         self._whole = marked(self.faces[beside], n)  # nodes whose faces are all in the complex
@@ -114,8 +114,8 @@ class Coincidences:
         return len(self._bad)
 
     def _flat(self, faces: IntArray, owners: IntArray) -> BoolArray:
-        """Say which faces are flat: not positive on a surface where the face they are a part of is not flat itself, or
-        with a side as short as rounding on both surfaces."""
+        """Say which faces are flat: not positive on a surface though their whole face is not flat, or with a side as
+        short as rounding on both surfaces."""
         flat, square = np.zeros(len(faces), dtype=bool), np.zeros((3, len(faces)))
         for p, normals, owner in zip(self.on, self._normals, owners, strict=True):
             a, b, c = p[faces].transpose(1, 0, 2)
@@ -127,11 +127,11 @@ class Coincidences:
         return flat | (square.min(axis=0) <= _ROUNDING**2)
 
     def _distance(self, v: int, w: int) -> float:
-        """Measure the distance of two nodes on the surface where it is larger."""
+        """Measure the larger distance of two nodes on both surfaces."""
         return max(dist(p[v].tolist(), p[w].tolist()) for p in self.on)
 
     def _collapse(self, i: int) -> bool:
-        """Collapse the shortest side of a face if it is as short as rounding, and say whether it did."""
+        """If the shortest side of a face is as short as rounding, collapse it; say whether it did."""
         a, b, c = self._complex.faces[i]
         length, v, w = min((self._distance(v, w), v, w) for v, w in ((a, b), (b, c), (c, a)))
         first, second = ([fixed[u] for fixed in self._vertex] for u in (v, w))
@@ -144,7 +144,7 @@ class Coincidences:
         return (not any(second) and self._onto(w, v)) or (not any(first) and self._onto(v, w))
 
     def _onto(self, out: int, into: int) -> bool:
-        """Move one end of a side to the other, which ends the side, if that leaves fewer flat faces."""
+        """If that leaves fewer flat faces, move one end of a side to the other, which ends the side."""
         if not (self._whole[[out, into]].all() and (edit := self._complex.collapsed(out, into))):
             return False
         faces, gone = edit
@@ -203,7 +203,7 @@ def _join(p: FloatArray, faces: IntArray, normals: FloatArray, held: BoolArray) 
 
 
 def _normals(surface: FloatArray) -> FloatArray:
-    """Compute unit normals of faces (m, 3, 3); they are zero where rounding would decide them."""
+    """Compute unit normals of faces (m, 3, 3); if rounding would decide them, zeros."""
     a, b, c = surface.transpose(1, 0, 2)
     normals = row_crosses(b - a, c - a)
     longest = np.sqrt(np.max([_squares(side) for side in (b - a, c - b, a - c)], axis=0))

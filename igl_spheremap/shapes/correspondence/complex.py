@@ -45,7 +45,7 @@ class Complex:
     def collapsed(self, out: int, into: int) -> tuple[Faces, set[int]] | None:
         """Return the faces around a side once `out` lies at `into`, and the two faces at the side, which go.
 
-        None if both have other common neighbours than the two beside the side: the surface would touch itself.
+        If both have other common neighbours than the two beside the side, None: the surface would touch itself.
         """
         if len(self.neighbours(out) & self.neighbours(into)) != 2:
             return None

@@ -29,7 +29,7 @@ _SOFT = 10.0
 
 
 class Objective(NamedTuple):
-    """What is lowered on a level.
+    """Function to lower on a level.
 
     Attributes
     ----------
@@ -38,11 +38,11 @@ class Objective(NamedTuple):
     share : float
         Of the surfaces' metrics beside the spheres': at 0 rotations are minima, at 1 the spheres have no part.
     widths : tuple of float
-        What features are smoothed by, radians of a sphere of the surface's area.
+        Widths of the features' smoothing, radians of a sphere of the surface's area.
     weight : float
         Of the features' squared differences, summed over all columns, beside the strain.
     guard : float
-        Weight of the strain of the source's sphere, which alone knows which side of a face is up.
+        Weight of the strain of the source's sphere, which alone knows the side of a face.
     steps : int
         Newton steps at most.
     """
@@ -55,7 +55,7 @@ class Objective(NamedTuple):
     steps: int
 
     def work(self, own: int) -> int:
-        """Points of the level, of which the surface's own mesh has that many."""
+        """Points of the level, given their number on the surface's own mesh."""
         if self.size is None:
             return own
         return self.size
@@ -102,10 +102,10 @@ class Descent:
     ) -> tuple[FloatArray, tuple[RotationCandidate, ...]]:
         """Rotate the source's sphere by features of one width; return it and all rotations, the chosen one first.
 
-        `moebius` adds the Moebius map that these features ask for. The rotation is taken that leads, on the coarsest
-        level, to the least product of energy and distance of positions, which both vanish for similar surfaces. Energy
-        alone is local: a body may be laid on another with its limbs exchanged, and be strained less. Only rotations are
-        tried that correlate by the share `least` of the best one.
+        `moebius` adds the Moebius map that fits these features. The rotation with the least product of energy and
+        distance of positions on the coarsest level is taken; both vanish for similar surfaces. Energy alone is local: a
+        body may be laid on another with its limbs exchanged, and be strained less. Only rotations that correlate by the
+        share `least` of the best one are tried.
         """
         candidates = self.pair.rotations(width)
         starts = [
@@ -178,8 +178,8 @@ class Descent:
     ) -> tuple[Level, FloatArray]:
         """Bring landmarks to their goals, hold them, and lower the strain; return the level, maybe split, and the map.
 
-        If landmarks can't be brought to their goals, the map is the one that came nearest. Steps towards an objective
-        end where two in turn gain less than the share `enough` of their energy each.
+        If landmarks can't be brought to their goals, the nearest map is returned. When two steps in turn gain less than
+        the share `enough` of their energy each, steps towards an objective end.
         """
         held = None
         if len(self._goals) and not self._soft:

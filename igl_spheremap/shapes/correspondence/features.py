@@ -53,7 +53,7 @@ def smooth_function(level: Level, values: FloatArray) -> Target:
 
 
 class FeaturePair:
-    """Features of two surfaces, by the width that they are smoothed by: columns of mean 0 and variance 1.
+    """Features of two surfaces, by the width of their smoothing: columns of mean 0 and variance 1.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class FeaturePair:
     def rotations(
         self, width: float, most: int = 4, band: int = 32, oversampling: float = 2.0
     ) -> list[RotationCandidate]:
-        """Rotations of the source's sphere for which the features of one width agree best, the best first.
+        """Rotations of the source's sphere with the best agreement of features of one width, the best first.
 
         Band 32 has steps of 5.6 degrees, which Newton's method refines.
         """

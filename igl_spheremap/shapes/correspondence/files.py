@@ -23,10 +23,10 @@ _OWN = ("landmarks", "goal_faces", "goal_weights", "notes")
 
 @gate
 def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False) -> Certificate:
-    """Write a map from one surface to another with all that is known of it.
+    """Write a map from one surface to another with all its data.
 
     `read_map` reads the source's map to the sphere, in the frame of the target's, from the same file; its array
-    ``positions`` is where the source's vertices lie on the target.
+    ``positions`` has the source's vertices on the target.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def write_surface_map(path: PathLike, result: SurfaceMap, *, force: bool = False
     Returns
     -------
     Certificate
-        Of the source's map, of the numbers in the file.
+        Of the source's map, from the numbers in the file.
 
     Raises
     ------

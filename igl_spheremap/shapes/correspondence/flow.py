@@ -17,10 +17,10 @@ from .strain import sphere_strain
 def meet(
     level: Level, y: FloatArray, goals: FloatArray, rounds: int = 6, share: float = 0.1
 ) -> tuple[Level, FloatArray]:
-    """Bring a level's landmarks to goals on the sphere without foldings, as far as that succeeds.
+    """Bring a level's landmarks to goals on the sphere, or as near as possible, without foldings.
 
-    Where landmarks are stuck the `share` of the faces that is strained most is split, and the level that comes back has
-    them: there need not be a triangulation by great circles with given edges and some vertices in given places.
+    If landmarks are stuck, the most strained `share` of the faces is split, and the returned level has their parts:
+    there need not be a triangulation by great circles with given edges and some vertices in given places.
     """
     y = _flow(level, y, goals)
     for _ in range(rounds):
@@ -47,11 +47,11 @@ def _flow(
 
     Each step follows a smooth field that carries landmarks along great circles, and is relaxed towards the sphere's
     least strain while landmarks are held. Landmarks move by `longest` radians at most, half as much after a step that
-    fails. Those that are as near as `met` meet their goals bit for bit. Half the sphere takes 16 steps.
+    fails. Landmarks as near as `met` meet their goals bit for bit. Half the sphere takes 16 steps.
     """
     at, energy = level.landmarks, sphere_strain(level)
     relaxed = FaceProblem(energy, held=marked(at, len(y)))
-    # steps strain more than they do once they are relaxed
+    # relaxation lowers the strain of steps
     free = FaceProblem(energy, slack=3 * energy.area)
     for _ in range(steps):
         if longest < shortest or (y[at] == goals).all():

@@ -1,4 +1,4 @@
-"""Landmarks and curves of two surfaces: vertices of the first, and the places of the second that belong to them."""
+"""Landmarks and curves of two surfaces: vertices of the first, and the corresponding places of the second."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ class LandmarkPairs:
     Attributes
     ----------
     surface : SphereMap
-        The source, with a vertex at each of its points; those that it had come first.
+        The source, with a vertex at each of its points; its own come first.
     places : Location
-        Where the vertices that were added lie on the source's own faces.
+        The added vertices on the source's own faces.
     vertices : (k,) int64 array
         Points of the source.
     goals : Location
         Points of the target.
     names : list of str
-        What the points were given as.
+        The points as given.
     """
 
     surface: SphereMap
@@ -57,7 +57,7 @@ class LandmarkPairs:
         source: SphereMap,
         target: SphereMap,
     ) -> LandmarkPairs:
-        """Check the points; a MeshError names the one that is wrong."""
+        """Check the points; a MeshError names a wrong one."""
         pairs, names = [(Location(np.empty(0, dtype=np.int64), np.empty((0, 3))),) * 2], list[str]()
         if landmarks is not None:
             points, goals = _pair(landmarks, source, target, "landmark")
@@ -151,8 +151,8 @@ def _at_the_same_length(
 def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Location, IntArray]:
     """Divide faces so that a map has vertices at given points; return it, the places of new vertices, and the vertices.
 
-    Faces are divided at points within them, and two of them at points of their common side. Points that are nearer to a
-    side or a corner than 1e-8 of the face lie there.
+    Faces are divided at points within them, and two of them at points of their common side. If a point is nearer to a
+    side or a corner than 1e-8 of the face, it lies there.
     """
     f, n = result.faces, len(result.sphere)
     near = np.flatnonzero(touching(f, marked(f[points.face], n)))
@@ -200,7 +200,7 @@ def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Locat
 
 
 def _heights(w: FloatArray, parts: FloatArray) -> FloatArray:
-    """Measure how far a point lies inside the sides (k, 3) of triangles; all are given by barycentric weights."""
+    """Measure the distance of a point inside the sides (k, 3) of triangles; all are given by barycentric weights."""
     starts = np.roll(parts, -1, axis=1).reshape(-1, 3)
     sides = np.roll(parts, 1, axis=1).reshape(-1, 3) - starts
     twice = row_crosses(starts - w, sides).sum(axis=1)  # of triangles in the plane of sum 1

@@ -37,7 +37,7 @@ class Level:
     landmarks : (k,) int64 array
         Vertices that are to meet given points.
     own : Level, optional
-        The surface's own mesh, if that is another one.
+        The surface's own mesh, unless it is this one.
     """
 
     map: SphereMap
@@ -48,7 +48,7 @@ class Level:
 
     @classmethod
     def of(cls, result: SphereMap, name: str, landmarks: IntArray | None = None) -> Level:
-        """Take a surface with its own mesh; a MeshError names it if it is a round sphere, or inside out."""
+        """Take a surface with its own mesh; a MeshError names a round sphere, or a surface inside out."""
         length = row_lengths(result.vertices)
         if np.ptp(length) < UNIT_TOLERANCE * length.mean() and np.allclose(
             result.vertices / length[:, None], result.sphere, rtol=0, atol=UNIT_TOLERANCE
@@ -69,7 +69,7 @@ class Level:
     def coarser(self, size: int) -> Level:
         """Take about `size` points spread evenly over the sphere, with the landmarks, and triangulate them (Delaunay).
 
-        Of points and landmarks nearer than half the spacing only landmarks are kept.
+        If points and landmarks are nearer than half the spacing, only landmarks are kept.
         """
         x, kept = regular_sphere(size)[0], self.map.sphere[self.landmarks]
         for landmark in kept:
@@ -89,7 +89,7 @@ class Level:
         return VertexSystem(self.map.faces, len(self.map.sphere))
 
     def locate(self, y: FloatArray) -> Location:
-        """Find where points lie; the last answer is kept, since all terms of a problem ask for the same points."""
+        """Locate points; the last answer is kept, since all terms of a problem ask for the same points."""
         if self._last is None or self._last[0] is not y:
             self._last = y, locator_of(self.map).locate(y)
         return self._last[1]
@@ -130,8 +130,8 @@ class Level:
 def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
     """Bisect edges; return the faces, the ends (k, 2) of these edges, and the face of which each face is a part.
 
-    `length` (m, 3) are the lengths of the edges opposite the corners, 0 for edges that may not be bisected. An edge is
-    bisected if it is the longest of both its faces; the midpoints are vertices n, n + 1, ...
+    `length` (m, 3) are the lengths of the edges opposite the corners, 0 for edges that may not be bisected. If an edge
+    is the longest of both its faces, it is bisected; the midpoints are vertices n, n + 1, ...
     """
     face = np.arange(len(f))
     corner = length.argmax(axis=1)

@@ -40,7 +40,7 @@ _GUIDE = 0.4
 _SIZES = (642, 2562)
 #: Shares of the surfaces' metrics, beside the spheres', in turn; each with radians that features are smoothed by.
 _SHARES = {0.25: 0.5, 0.5: 0.3, 0.75: 0.2, 0.9: 0.12, 0.97: 0.07, 1.0: 0.04}
-#: What features are smoothed by for rotations and Moebius maps.
+#: Width of the features' smoothing for rotations and Moebius maps.
 _WIDTH = 0.05
 
 
@@ -60,8 +60,8 @@ def match(
 ) -> SurfaceMap:
     """Map one closed genus-0 surface onto another: bijectively, with low distortion, landmarks met.
 
-    The map goes through the sphere, and what is minimised is the strain of the source's faces as they lie on the
-    target: angles and areas alike, docs/correspondence.md. Every iterate is free of foldings, by exact signs.
+    The map goes through the sphere, and minimises the strain of the source's faces on the target: angles and areas
+    alike, docs/correspondence.md. Every iterate is free of foldings, by exact signs.
 
     Parameters
     ----------
@@ -69,21 +69,21 @@ def match(
         The surfaces with their maps, best area-preserving ones; meshes are mapped at balance 1.
     landmarks : (points of the source, points of the target), optional
         Points that belong together, the same number of either: (k,) vertex indices, or a `Location`. They are met bit
-        for bit on the sphere; three and more of them decide how the surfaces face each other. The source's faces are
-        divided where its points are not vertices.
+        for bit on the sphere; three and more of them decide how the surfaces face each other. At points that are not
+        vertices the source's faces are divided.
     features : (the source's values, the target's values), optional
         Data over the vertices of each, (n,) or (n, k) with the same k, that are to agree. They are smoothed on the
         surfaces and compared at unit variance. Without them curvature and depth choose starts and guide the descent,
         except in its last steps on each mesh.
     curves : iterable of (curve of the source, curve of the target), optional
         Curves that belong together, such as ridges and sulci: points as for landmarks, each next to the one before it,
-        two or more; the numbers may differ. Each point of the source's curve is a landmark, whose place on the target's
-        curve is at the same share of its length; between these points the distance of the curves is at most about that
-        of neighbouring points.
+        two or more; the numbers may differ. Each point of the source's curve is a landmark, which goes to the point of
+        the target's curve at the same share of length. Between these points the distance of the curves is at most about
+        that of neighbouring points.
     feature_weight : float
         Weight of the features' squared differences beside the strain, both summed over an area of 4 pi; .4 by default.
     soft : bool
-        Draw landmarks together instead of meeting them, where they may contradict each other.
+        Draw landmarks together instead of meeting them, if they may contradict each other.
     reflect : bool
         Mirror the source and its map (x to -x), and reverse its faces: for left and right sides of a body.
     listener : callable, optional
@@ -93,7 +93,7 @@ def match(
     Returns
     -------
     SurfaceMap
-        The source's map in the frame of the target's, certified, and what follows from it.
+        The source's map in the frame of the target's, certified, and its consequences.
 
     Raises
     ------
@@ -233,7 +233,7 @@ def _check_met(result: SphereMap, given: LandmarkPairs, goals: FloatArray, named
 
 
 def _remarks(onto: SurfaceMap, given: int, divided: int) -> Iterator[str]:
-    """Note vertices that were added, and surfaces of which more than a twentieth is as good as lost."""
+    """Note added vertices, and surfaces of which more than a twentieth is as good as lost."""
     if divided > given:
         yield f"faces of the source are divided at landmarks: {divided - given} vertices come after its own"
     if needed := len(onto.map.sphere) - divided:

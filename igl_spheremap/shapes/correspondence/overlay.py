@@ -29,13 +29,13 @@ class Overlay:
         Vertex indices. The first vertices are those of the source; then come those of the target that lie at none
         of these, then the crossings of edges.
     on_source, on_target : (k, 3) float64 arrays
-        Where the vertices lie on each surface.
+        The vertices on each surface.
     source_location, target_location : Location
-        The same as faces of each with barycentric weights, for whatever else is known at their vertices.
+        The same as faces of each with barycentric weights, for other data at their vertices.
     source_face, target_face : (m,) int64 arrays
-        The face of the source and of the target that each face is a part of.
+        The faces of source and target that contain each face.
     target_vertex : (n_target,) int64 array
-        Which vertices are those of the target.
+        Numbers of the vertices of the target.
     unresolved : (int, int)
         Faces without area on the source, and on the target: parts of limbs of the other that float64 does not resolve.
     """
@@ -61,12 +61,12 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     Every edge of one mesh is followed through the faces of the other by exact signs. The faces of the result are the
     nonempty intersections of a face of A and a face of B, polygons of three to six sides, cut into triangles. Vertices
     of A at a vertex or on an edge of B and edges along each other are found exactly and give no faces without area.
-    What float64 can't tell apart is merged on purpose, and counted: vertices of B within some 6e-14 of vertices of A,
-    as those of a map that was turned there and back, lie where these do; edges up to that length on both surfaces are
-    collapsed where faces would be flat or negative. Every step keeps a triangulated sphere and hands over areas of that
-    order at most. So the result is a closed oriented sphere of which no face is negative on A or on B. Few have no area
-    on one of them, by rounding; and where a whole limb of one surface, shrunk by a conformal map, lies in a speck of
-    one face of the other, its faces have none there. These are counted, too.
+    Nodes that float64 can't tell apart are merged on purpose, and counted. Vertices of B within some 6e-14 of vertices
+    of A, as those of a map that was turned there and back, move onto these. If faces would be flat or negative, edges
+    up to that length on both surfaces are collapsed. Every step keeps a triangulated sphere and hands over areas of
+    that order at most. So the result is a closed oriented sphere without negative faces on A or on B. Few faces have no
+    area on one of them, by rounding. If a whole limb of one surface, shrunk by a conformal map, lies in a speck of one
+    face of the other, its faces have none there. These are counted, too.
 
     Parameters
     ----------
@@ -164,12 +164,12 @@ def _same_crossings(
 def _crossings(
     A: Triangulation, half_a: IntArray, B: Triangulation, half_b: IntArray
 ) -> tuple[Location, Location]:
-    """Compute where half-edges of A cross half-edges of B, as points of both."""
+    """Compute the crossings of half-edges of A and half-edges of B, as points of both."""
     a, b, c, d = A.x[A.start[half_a]], A.x[A.end[half_a]], B.x[B.start[half_b]], B.x[B.end[half_b]]
     on_a, on_b = _crossed(a, b, c, d), _crossed(c, d, a, b)
     normal_a, normal_b = unit_rows(row_crosses(a, b - a)), unit_rows(row_crosses(c, d - c))
     flat = row_lengths(row_crosses(normal_a, normal_b)) < HALF_DIGITS
-    # Where they are as good as on one great circle, their distances are rounding: any point that both have will do.
+    # If they are as good as on one great circle, their distances are rounding: any common point will do.
     a, b, c, d, ahead = (each[flat] for each in (a, b, c, d, row_crosses(normal_a, a)))
     whole, *ends = (np.arctan2(row_dots(ahead, p), row_dots(a, p)) for p in (b, c, d))
     low, high = (
@@ -184,7 +184,7 @@ def _crossings(
 
 
 def _crossed(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
-    """Compute the weight of `b` where edges c-d cross edges a-b."""
+    """Compute the weight of `b` at crossings of edges c-d and a-b."""
     normal = row_crosses(c, d - c)
     start, end = (np.abs(row_dots(normal, p - c)) for p in (a, b))
     total = start + end

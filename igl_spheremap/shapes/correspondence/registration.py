@@ -32,7 +32,7 @@ from .result import OfMap
 
 # tells how bodies face each other
 _WIDEST = 0.7
-#: Points of each level, the share of the surfaces' metrics there, and what features are smoothed by.
+#: Points of each level, the share of the surfaces' metrics there, and the width of the features' smoothing.
 _CHAIN = (
     (642, 0.5, (_WIDEST,)),
     (2562, 0.9, (_WIDEST, 0.35)),
@@ -45,7 +45,7 @@ _UNSURE = 0.9  # a runner-up with this share of the best correlation is tried, a
 
 
 class Turn(NamedTuple):
-    """A rotation of a surface's sphere, and how far apart it leaves the two surfaces in space, both of unit area."""
+    """A rotation of a surface's sphere, and the remaining distance of the two surfaces in space, both of unit area."""
 
     rotation: FloatArray
     distance: float
@@ -53,19 +53,19 @@ class Turn(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class RegistrationStage:
-    """What one stage of a registration reached.
+    """Result of one stage of a registration.
 
     Attributes
     ----------
     name : str
         "start", "rotation", "moebius" or "elastic".
     correlation : (k,) float64 array
-        Of each feature as it was given, over the source's area.
+        Of each feature as given, over the source's area.
     strain : float
         Mean of ``|log J|`` over the sphere, J the ratio of areas after and before; for "elastic" before means after the
         Moebius map, else the source's sphere as it came.
     strain_95 : float
-        What 95 percent of the sphere's area is below.
+        95 percent of the sphere's area lie below this.
     """
 
     name: str
@@ -81,12 +81,12 @@ class Registration(OfMap):
     Attributes
     ----------
     map : SphereMap
-        The source (mirrored, if that was asked for) with its registered sphere, certified folding-free. `transfer`
-        takes data between it and the target's map.
+        The source (if asked for, mirrored) with its registered sphere, certified folding-free. `transfer` takes data
+        between it and the target's map.
     stages : tuple of RegistrationStage
         Start and every stage, in their order.
     candidates : tuple of RotationCandidate
-        Rotations that were considered and their correlations, the one that was taken first; empty without that stage.
+        Rotations that were considered and their correlations, the chosen one first; empty without that stage.
     notes : tuple of str
         Reasons to doubt the result.
     """
@@ -112,14 +112,14 @@ class Registration(OfMap):
 
     @property
     def rotation(self) -> FloatArray:
-        """The rotation that was taken; what lay at x went to R x."""
+        """The chosen rotation R; x went to R x."""
         if not self.candidates:
             return np.eye(3)
         return self.candidates[0].rotation
 
     @property
     def margin(self) -> float:
-        """Correlation of the rotation that was taken less that of the next one; NaN if there is none."""
+        """Correlation of the chosen rotation less that of the next one; NaN if there is none."""
         if len(self.candidates) < 2:
             return np.nan
         return self.candidates[0].correlation - self.candidates[1].correlation
@@ -148,10 +148,10 @@ def register(
         compared at unit variance.
     stages : sequence of str
         One or more of three, by default the first and the last. "rotation" takes the rotation with the highest
-        correlation; if "elastic" follows, of those with nearly the highest it takes the one that leads to the least
-        energy from surface to surface. "moebius" takes Gauss-Newton steps over Moebius maps. "elastic" takes Newton
-        steps on the strain from one surface to the other, the strain of the source's sphere and the features'
-        difference, on up to 10,242 points of the sphere, which carry the vertices.
+        correlation; if "elastic" follows, it takes, among those with nearly the highest, that of least energy from
+        surface to surface. "moebius" takes Gauss-Newton steps over Moebius maps. "elastic" takes Newton steps on the
+        strain from one surface to the other, the strain of the source's sphere and the features' difference, on up to
+        10,242 points of the sphere, which carry the vertices.
     stiffness : float, default 0.5
         Weight of the strains beside the mean squared difference of features of unit variance. Lower values raise the
         correlation and not the precision: features differ between bodies, too.
@@ -164,7 +164,7 @@ def register(
     Returns
     -------
     Registration
-        The source's map in the target's frame, certified, and how well it agrees.
+        The source's map in the target's frame, certified, and its agreement.
 
     Raises
     ------
@@ -234,7 +234,7 @@ def register(
 
 @dataclass(eq=False)
 class _Progress:
-    """Stages that begin where the one before ended: the map at the end of each, and a history of all iterates."""
+    """Stages, each from the end of the one before: the map at the end of each, and a history of all iterates."""
 
     history: History
     ends: dict[str, FloatArray]
@@ -259,7 +259,7 @@ class _Progress:
 
 
 class Laying(Descent):
-    """Lays a surface on another by features, without any by their depth potentials, from chosen starts.
+    """Lays a surface on another by features, or else by depth potentials, from chosen starts.
 
     Maps are those of the source's vertices to the target's sphere.
     """
@@ -284,7 +284,7 @@ class Laying(Descent):
         self._last = plan[-1]._replace(size=None)
 
     def turns(self, most: int = 12) -> list[Turn]:
-        """Rotations at which the features agree best locally, in the order of the surfaces' distance in space.
+        """Rotations of best local agreement of the features, in the order of the surfaces' distance in space.
 
         That is measured on the coarsest level. An octopus, whose arms their places alone tell apart, has eight.
         """
@@ -296,7 +296,7 @@ class Laying(Descent):
         return sorted(found, key=lambda turn: turn.distance)
 
     def laid(self, y: FloatArray, report: Report = lambda *_: None) -> FloatArray:
-        """The registration that a start leads to, through all levels."""
+        """The registration from a start, through all levels."""
         level, y = self.run(y, report)
         return level.carried(y, self.source)
 

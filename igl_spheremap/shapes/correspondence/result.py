@@ -1,4 +1,4 @@
-"""What registrations and maps between surfaces share: the source's map to the sphere in the frame of the target's."""
+"""Common to registrations and maps between surfaces: the source's map to the sphere in the target's frame."""
 
 from __future__ import annotations
 

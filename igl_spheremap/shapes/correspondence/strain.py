@@ -102,7 +102,7 @@ class ComposedStrain:
         return self._strain.area
 
     def by_face(self, y: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
-        """Energies of the given faces; infinite where one is folded."""
+        """Energies of the given faces; infinite for a folded one."""
         if isinstance(faces, slice):
             everywhere = self._target.at(y, self._there)
         else:

@@ -1,4 +1,4 @@
-"""How a piecewise linear map between two surfaces stretches its faces."""
+"""Stretches of the faces by a piecewise linear map between two surfaces."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from ...mesh.arrays import BoolArray, FloatArray, IntArray, own_unit
 from ...mesh.measure import face_areas, weighted_quantile
 from ...sphere.rows import row_dots
 
-#: Figures name the share of the area whose measures are above this: faces that are as good as lost.
+#: Figures name the share of the area with measures above this: faces that are as good as lost.
 LOST = 100.0
 
 
 @dataclass(frozen=True, eq=False)
 class Distortion:
-    """How far a map between surfaces of equal area is from an isometry, face by face of its overlay.
+    """Distance of a map between surfaces of equal area from an isometry, face by face of its overlay.
 
     With the singular values s1 >= s2 of the linear map of a face, after both surfaces were scaled to the same area, all
-    three measures are the same for the map and its inverse. They are infinite where one of the areas is zero.
+    three measures are the same for the map and its inverse. If one of the areas is zero, they are infinite.
 
     Attributes
     ----------
     symmetric_dirichlet : (m,) float64 array
         s1^2 + s2^2 + 1/s1^2 + 1/s2^2; 4 for an isometry.
     area_ratio : (m,) float64 array
-        The larger one of s1 s2 and its inverse; 1 where areas are kept.
+        The larger one of s1 s2 and its inverse; 1 if areas are kept.
     angle_ratio : (m,) float64 array
-        s1 / s2; 1 where angles are kept.
+        s1 / s2; 1 if angles are kept.
     source_areas, target_areas : (m,) float64 arrays
         The share of each face in the area of the source and of the target; 0 for those in caps.
     """
@@ -91,7 +91,7 @@ class Distortion:
 
 
 def _sides(v: FloatArray, f: IntArray) -> FloatArray:
-    """Return (3, m): the length of each face's first side, and where along and across it the third corner lies."""
+    """Return (3, m): the length of each face's first side, and the third corner's coordinates along and across it."""
     base, side = v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]
     length = np.sqrt(row_dots(base, base))
     return np.stack((length, row_dots(base, side) / length, 2 * face_areas(v, f) / length))

@@ -34,8 +34,8 @@ class SurfaceMap(OfMap):
     Attributes
     ----------
     map : SphereMap
-        The source's map to the sphere in the frame of the target's, certified. Its mesh is the source; where that was
-        mirrored, or its faces were divided at landmarks, it is that surface.
+        The source's map to the sphere in the frame of the target's, certified. Its mesh is the source, perhaps
+        mirrored, or with faces divided at landmarks.
     target : SphereMap
         The target's map to the sphere.
     landmarks : (k,) int64 array
@@ -43,7 +43,7 @@ class SurfaceMap(OfMap):
     goals : Location
         These points of the target.
     notes : tuple of str
-        What was done beside what was asked for, and reasons to doubt the result.
+        Further actions, and reasons to doubt the result.
 
     Examples
     --------
@@ -106,12 +106,12 @@ class SurfaceMap(OfMap):
 
     @cached_property
     def location(self) -> Location:
-        """Where the source's vertices lie on the target."""
+        """The source's vertices on the target."""
         return locator_of(self.target).locate(self.map.sphere)
 
     @property
     def positions(self) -> FloatArray:
-        """Where the source's vertices lie on the target, (n, 3), in the target's units.
+        """Images of the source's vertices on the target, (n, 3), in the target's units.
 
         With the source's faces that is the target on the connectivity of the source.
         """
@@ -125,13 +125,13 @@ class SurfaceMap(OfMap):
 
     @gate
     def forward(self, points: Location | ArrayLike) -> Location:
-        """Where points of the source lie on the target.
+        """Images of points of the source on the target.
 
         Parameters
         ----------
         points : Location or (k, 3) array_like
-            Points of the source by face and barycentric weights, or positions in its units, of which the nearest points
-            of the source are taken.
+            Points of the source by face and barycentric weights, or positions in its units, which are moved to the
+            nearest points of the source.
 
         Returns
         -------
@@ -147,7 +147,7 @@ class SurfaceMap(OfMap):
 
     @gate
     def inverse(self, points: Location | ArrayLike) -> Location:
-        """Where points of the target come from on the source; the inverse of `forward`.
+        """Origins of points of the target on the source; the inverse of `forward`.
 
         Parameters
         ----------
@@ -185,7 +185,7 @@ class SurfaceMap(OfMap):
 
     @gate
     def distortion(self) -> Distortion:
-        """How far the map is from an isometry up to scale, measured on the faces of the overlay.
+        """Distance of the map from an isometry up to scale, on the faces of the overlay.
 
         Returns
         -------

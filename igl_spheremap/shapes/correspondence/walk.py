@@ -61,14 +61,14 @@ class Triangulation:
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Where points lie on a triangulation.
+    """Points on a triangulation.
 
     Attributes
     ----------
     location : Location
         Weights are exactly 0 at corners that have no part in the point.
     corners : (k,) int64 array
-        How many corners have one: 1 at a vertex, 2 on a side, 3 within a face.
+        Number of corners with a part: 1 at a vertex, 2 on a side, 3 within a face.
     part : (k,) int64 array
         That vertex, that side as a half-edge, or that face.
     """
@@ -78,13 +78,13 @@ class Places:
     part: IntArray
 
     def rows(self, points: IntArray, corners: int) -> tuple[IntArray, IntArray]:
-        """Return which of some points lie at a vertex (1), on a side (2) or within a face (3), and its number."""
+        """Return the points at a vertex (1), on a side (2) or within a face (3), and its number."""
         rows = np.flatnonzero(self.corners[points] == corners)
         return rows, self.part[points[rows]]
 
 
 def places(points: FloatArray, on: Triangulation) -> Places:
-    """Find where unit rows lie, by exact signs."""
+    """Locate unit rows, by exact signs."""
     face, weights = on.locator.locate(points)
     corners = [on.x[on.f[face, k]] for k in range(3)]
     inner = np.stack(
@@ -101,7 +101,7 @@ def places(points: FloatArray, on: Triangulation) -> Places:
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """Edges of a mesh cut where they meet another one.
+    """Edges of a mesh, cut at another mesh's edges.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class Segments:
     half : (k,) int64 array
         A half-edge of the other mesh: of the face that the segment crosses, or the one that it runs along.
     along : (k,) bool array
-        Which of the two.
+        Whether it runs along that.
     crossed : (c, 2) int64 array
         Of each crossing with an edge of the other mesh, the edge and the half-edge by which it left a face.
     """
@@ -138,7 +138,7 @@ def walk(
     """
     a, b = path.start[path.forward], path.end[path.forward]
     i = np.arange(len(a))
-    node = own[a]  # where each edge has been followed to
+    node = own[a]  # the end of each edge so far
     h, along = _begin(path.x[a], path.x[b], over, found, a)
     segments, crossed = [], [np.empty((0, 2), dtype=np.int64)]
 
@@ -172,7 +172,7 @@ def walk(
 def _begin(
     a: FloatArray, b: FloatArray, over: Triangulation, found: Places, vertices: IntArray
 ) -> tuple[IntArray, BoolArray]:
-    """Return the half-edge with which each path from a to b begins, and whether it runs along it."""
+    """Return the first half-edge of each path from a to b, and whether it runs along it."""
     h, along = np.empty(len(a), dtype=np.int64), np.zeros(len(a), dtype=bool)
     rows, vertex = found.rows(vertices, 1)
     h[rows], along[rows] = over.leave(vertex, b[rows])
@@ -186,7 +186,7 @@ def _begin(
 def _from_side(
     over: Triangulation, side: IntArray, a: FloatArray, b: FloatArray
 ) -> tuple[IntArray, BoolArray]:
-    """Return the half-edges of sides on which paths begin, in the face that they enter, or in their own direction."""
+    """Return the half-edges of sides at beginnings of paths, in the face that they enter, or in their own direction."""
     turn = determinant_signs(over.x[over.start[side]], over.x[over.end[side]], b)
     back = determinant_signs(a, over.x[over.apex(side)], b)
     return np.where((turn > 0) | (turn == 0) & (back < 0), side, over.twin[side]), turn == 0

@@ -47,9 +47,9 @@ class LabelFile:
 
 @dataclass(frozen=True)
 class HemisphereJob(Job):
-    """A hemisphere, the pial surface beside it if there is one, its templates and atlases, and where the files go.
+    """A hemisphere, the pial surface, if any, beside it, its templates and atlases, and the places of its files.
 
-    `wall` is the atlas whose table names the medial wall, if one does.
+    `wall` is the atlas, if any, whose table names the medial wall.
     """
 
     hemisphere: Hemisphere
@@ -77,7 +77,7 @@ class HemisphereJob(Job):
 
     @property
     def alone(self) -> str:
-        """What is to be said where a white surface, or one of no known kind, is registered without a pial one."""
+        """A remark on a white surface, or one of no known kind, that is registered without a pial one."""
         if self.kind not in ("white", "surface"):
             return ""
         name = {"white": "a white surface"}.get(
@@ -110,7 +110,7 @@ class HemisphereJob(Job):
             yield from (names.of(kind) for kind, _ in self.copied(names))
 
     def copied(self, names: Names) -> list[tuple[str, str]]:
-        """The kinds and files of the given surfaces, but for those that lie where their copies would."""
+        """The kinds and files of the given surfaces, without those at the places of their copies."""
         given = (("white", self.source), ("pial", self.pial))
         return [
             (kind, path)
@@ -132,7 +132,7 @@ def hemisphere_jobs(
     hemisphere: str | None,
     pial: str | None = None,
 ) -> list[HemisphereJob]:
-    """Make the jobs of `register_hemispheres`; what is wrong with its arguments is found before any work."""
+    """Make the jobs of `register_hemispheres`; faults of its arguments are found before any work."""
     if unknown := [convention for convention in names if convention not in CONVENTIONS]:
         raise ValueError(f"unknown names {unknown[0]!r}: choose from {', '.join(CONVENTIONS)}")
     if set("{}") & set(out.replace("{folder}", "").replace("{subject}", "")):
@@ -202,7 +202,7 @@ def wall_of(table: tuple[Label, ...] | None) -> list[int]:
 
 
 def _structure_within(source: str) -> str | None:
-    """Read the side that a GIFTI file names; None if it names none or can't be read."""
+    """Read the side that a GIFTI file names; if it names none or can't be read, None."""
     try:
         return read_mesh(source).metadata.get("structure")
     except (FileError, MeshError):
@@ -241,7 +241,7 @@ def _fit(path: str, templates: tuple[TemplateFiles, ...]) -> LabelFile:
 
 
 def describe_datasets(jobs: Sequence[HemisphereJob]) -> None:
-    """Say of the results' datasets of BIDS that they are derivatives: its readers see no files without that."""
+    """Describe the results' datasets of BIDS as derivatives: without that its readers see no files."""
     bids = {"bids", "fmriprep"}
     roots = {
         Path(job.folder).resolve()

@@ -1,4 +1,4 @@
-"""How sure the labels are that points take from a mapped surface."""
+"""Confidence of labels that points take from a mapped surface."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _RINGS = (6, 12)
 def label_margin(
     source: SphereMap, labels: ArrayLike, points: ArrayLike, width: float
 ) -> tuple[IntArray, FloatArray]:
-    """Labels at points of the sphere, and how much likelier each is than the next one if points are off.
+    """Labels at points of the sphere, and their margins over the next ones if points are off.
 
     Each point takes the label of the corner with the largest weight in its face, as `transfer` of labels does. The
     weight of a label is the share of a Gaussian about the point that lies on it.
@@ -30,22 +30,20 @@ def label_margin(
     Parameters
     ----------
     source : SphereMap
-        Where the labels are.
+        Surface of the labels.
     labels : (n,) array_like of int
         At its vertices.
     points : (k, 3) array_like
         Directions.
     width : float
-        Standard deviation of the Gaussian along each axis, in radians: how far off points are. Their median distance
-        is 1.18 times that.
+        Standard deviation of the points' errors along each axis, in radians. Their median distance is 1.18 times that.
 
     Returns
     -------
     labels : (k,) int64 array
         At the points.
     margin : (k,) float64 array
-        Weight of the label less that of the next one: 1 where there is no other nearby, 0 where another one has as
-        much.
+        Weight of the label less that of the next one: 1 if there is no other nearby, 0 if another one has as much.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Cortical surfaces registered to templates: from white surfaces to what pipelines expect."""
+"""Cortical surfaces registered to templates: from white surfaces to files for pipelines."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ def register_hemispheres(
 ) -> list[RegistrationRow]:
     """Register cortical surfaces to templates, and write the files that pipelines expect.
 
-    Of each hemisphere: its sphere, the sphere registered to each template, the logarithm to base 2 of how registration
-    changed areas, what FreeSurfer calls sulc, curv and area, and the surface with the vertices of each template. If
-    the pial surface lies beside a white one, or is given, their midthickness is registered, and written, too; else the
-    surface itself, under the name of its own kind. Spheres have radius 100 and are certified as they are written.
+    Of each hemisphere: its sphere, the sphere registered to each template, the base-2 logarithm of the change of areas
+    by registration, FreeSurfer's sulc, curv and area, and the surface with the vertices of each template. If the pial
+    surface lies beside a white one, or is given, their midthickness is registered, and written, too; else the surface
+    itself, under the name of its own kind. Spheres have radius 100 and are certified as they are written.
 
     Parameters
     ----------
@@ -53,9 +53,9 @@ def register_hemispheres(
         Templates: fsaverage (the default), fsaverage3 to 7, fsLR, from the folders that `template_files` lists, or
         ``NAME=SURFACE,SPHERE``, files of which ``{hemi}`` is lh or rh and ``{side}`` L or R.
     names : sequence of {"bids", "freesurfer", "hcp", "fmriprep"}
-        By whose conventions files are named. FreeSurfer's are written in its formats, the others as GIFTI. HCP's sulc
-        and curvature have the other sign. "fmriprep" is BIDS, and what smriprep takes in besides: both surfaces,
-        thickness, and a mask of the cortex.
+        Conventions of file names. FreeSurfer's files are written in its formats, the others as GIFTI. HCP's sulc and
+        curvature have the other sign. "fmriprep" is BIDS, and smriprep's further inputs: both surfaces, thickness, and
+        a mask of the cortex.
     labels : sequence of str
         Files of labels at the vertices of a template, which are carried to the surfaces, each with its margin, see
         `label_margin`. ``{hemi}`` and ``{side}`` are as above; files whose names tell another side are left out.
@@ -63,7 +63,7 @@ def register_hemispheres(
         Register mirror images to the templates of the other side; the spheres fit the surfaces as they are, and the
         names of the files say ``mirrored``.
     hemisphere : {"L", "R"}, optional
-        The side, where neither names nor files tell it.
+        The side, if neither names nor files tell it.
     pial : str, optional
         The pial surfaces of white ones: ``{folder}`` and ``{subject}`` are as above, ``{hemi}`` and ``{side}``, too. By
         default the file beside a white one that has its name but for that word.
@@ -71,7 +71,7 @@ def register_hemispheres(
         As of `igl_spheremap.map_many`; the page shows the atlases' borders, or those between folds, on each surface
         beside the template.
     listener : callable, optional
-        Called with each row; may raise StopIteration to end with what is in flight.
+        Called with each row; may raise StopIteration to end with the jobs in flight.
 
     Returns
     -------

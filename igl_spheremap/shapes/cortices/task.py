@@ -31,18 +31,18 @@ from .jobs import HemisphereJob, LabelFile, wall_of
 from .labels import label_margin
 from .writer import Writer, thickness_of
 
-#: Radians by which registrations are off along each axis: a median of 1.9 mm on fsaverage (docs/correspondence.md),
-#: which is 1.18 standard deviations of two axes, on a sphere of 74 mm that has its area.
+#: Error of registrations along each axis, in radians: a median of 1.9 mm on fsaverage (docs/correspondence.md), 1.18
+#: standard deviations of two axes, on a sphere of 74 mm that has its area.
 _ERROR = 1.9 / 1.18 / 74
 #: The mask of the cortex, as a table of labels.
 _CORTEX = (Label(0, "???", (0.0, 0.0, 0.0, 0.0)), Label(1, "cortex", (0.9, 0.7, 0.6, 1.0)))
-# a margin below it: less than three quarters of what lies within the error has the label
+# a margin below it: less than three quarters of the neighbourhood within the error has the label
 _UNSURE = 0.5
 
 
 @dataclass(frozen=True)
 class SphereRegistration(Task[HemisphereJob]):
-    """How hemispheres are registered: as they are, or their mirror images to the other side."""
+    """Registration of hemispheres: as they are, or their mirror images to the other side."""
 
     reflect: bool = False
 
@@ -50,7 +50,7 @@ class SphereRegistration(Task[HemisphereJob]):
         return RegistrationRow(job.source, job.target)
 
     def surface(self, job: HemisphereJob) -> tuple[LoadedMesh, FloatArray, FloatArray]:
-        """Read the given surface, positions of the pial one, and of what is registered: the midthickness of both."""
+        """Read the given surface, positions of the pial one, and of the registered one: the midthickness of both."""
         given = read_mesh(self.place(job.source))
         if (
             given.metadata.get("structure") in (LEFT, RIGHT)
@@ -106,7 +106,7 @@ class SphereRegistration(Task[HemisphereJob]):
         foldings = moved = 0
         for names in job.names:
             writer = Writer(self.place(job.folder), names, given, mark)
-            # the first, since its mark tells whose the others are
+            # the first, since its mark tells the others' owner
             writer.sphere(names.of("sphere"), own.sphere)
             for files, sphere in zip(job.templates, spheres, strict=True):
                 writer.sphere(names.of("registered", files.space), sphere.sphere)
@@ -156,7 +156,7 @@ class SphereRegistration(Task[HemisphereJob]):
         return values.astype(np.int64), read_labels(path)
 
     def _refuse(self, job: HemisphereJob, mark: str) -> None:
-        """Raise a FileError if there are files, but no sphere among them that this task made of this surface."""
+        """If there are files, but no sphere among them that this task made of this surface, raise a FileError."""
         for names in job.names:
             there = [target for target in job.files(names) if os.path.lexists(self.place(target))]
             sphere = self.place(os.path.join(job.folder, names.of("sphere")))

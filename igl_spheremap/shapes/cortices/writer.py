@@ -48,7 +48,7 @@ class Writer:
         write_mesh(self._path(name), v, f, force=True, metadata=metadata)
 
     def features(self, own: SphereMap, v: FloatArray) -> None:
-        """Write what FreeSurfer calls sulc and curv, in mm and 1/mm, and the areas of the given surface's vertices."""
+        """Write FreeSurfer's sulc and curv, in mm and 1/mm, and the areas of the given surface's vertices."""
         unit = np.sqrt(surface_area(own.vertices, own.faces) / (4 * np.pi))
         sulc, curv = (
             -self._turn * depth_potential(own.vertices, own.faces, ell=ell) for ell in (SULC, _CURV)

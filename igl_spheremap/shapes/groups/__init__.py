@@ -1,1 +1,1 @@
-"""What many surfaces have in common: their template, their mean, their modes, and where groups of them differ."""
+"""Common features of many surfaces: their template, mean and modes, and differences of groups."""

@@ -45,10 +45,10 @@ class CoefficientTable(NamedTuple):
 def in_common_frame(
     shapes: Sequence[SphericalHarmonics], rounds: int = 10
 ) -> list[SphericalHarmonics]:
-    """Surfaces in the frames of their first-order ellipsoids, the directions of axes being those nearest to the mean.
+    """Surfaces in the frames of their first-order ellipsoids, with axes directed nearest to the mean.
 
-    None of them decides for the others: each begins with the directions of its own skewness, and chooses anew until all
-    keep theirs, after two or three rounds as a rule.
+    None of them decides for the others: each begins with the directions of its own skewness. All choose anew until they
+    keep theirs, mostly after two or three rounds.
     """
     aligned = [shape.align().harmonics for shape in shapes]
     before = np.stack([each.coefficients for each in aligned])

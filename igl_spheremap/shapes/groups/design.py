@@ -1,4 +1,4 @@
-"""A table of variables of the members, and what depends on each of them, in files."""
+"""A table of variables of the members, and tests of each, in files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .permutation import PointTest, is_missing, level
 
 
 def data_of(group: Group, name: str) -> FloatArray:
-    """What is tested of a group (members, n, d): its shapes, its scores, or a feature by its name."""
+    """Tested data of a group (members, n, d): its shapes, its scores, or a feature by its name."""
     known = {"shapes": group.shapes, "scores": group.scores[:, :, None]}
     known |= {feature: group.features[:, :, [k]] for k, feature in enumerate(group.feature_names)}
     if name not in known:
@@ -33,7 +33,7 @@ def data_of(group: Group, name: str) -> FloatArray:
 
 
 class Design(NamedTuple):
-    """Variables by name, as numbers or words, of the members that have all; of each other member, what is missing."""
+    """Variables by name, as numbers or words, of the members that have all; of each other member, the missing ones."""
 
     columns: dict[str, NDArray[np.generic]]
     members: list[int]
@@ -76,7 +76,7 @@ def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> Design:
 def _rows_of(
     members: Sequence[str], header: Sequence[str], rows: Sequence[list[str]]
 ) -> Iterator[list[str]]:
-    """The row of each member; a MeshError unless exactly one row without gaps fits it, and fits no other."""
+    """The row of each member; unless exactly one row without gaps fits it, and fits no other, a MeshError."""
     by_name: dict[str, list[list[str]]] = {}
     for row in rows:
         by_name.setdefault(row[0], []).append(row)
@@ -108,7 +108,7 @@ def _values(cells: NDArray[np.str_]) -> NDArray[np.generic]:
 
 
 def test_names(variables: Sequence[str]) -> list[str]:
-    """What the files of each variable's test are called: letters and numbers of its name, a number where two agree.
+    """Names of the files of each variable's test: letters and numbers of its name; if two agree, a number.
 
     >>> test_names(["age (y)", "age [y]", "sex"])
     ['test_age__y__1', 'test_age__y__2', 'test_sex']
@@ -118,7 +118,7 @@ def test_names(variables: Sequence[str]) -> list[str]:
 
 
 def write_test(place: str, group: Group, found: PointTest) -> None:
-    """Write arrays (.npz), and of what lies at the vertices the mean surface with effects and p (.ply)."""
+    """Write arrays (.npz), and, for data at the vertices, the mean surface with effects and p (.ply)."""
     texts = {name: np.array(getattr(found, name), dtype=str) for name in ("levels", "notes")}
     npz.save_arrays(f"{place}.npz", vars(found) | texts)
     if len(found.p) != len(group.vertices):

@@ -9,8 +9,8 @@ import numpy as np
 from ...mesh.arrays import HALF_DIGITS, FloatArray
 from .laying import Laid
 
-#: Another rotation fits nearly as well if it leads to at most this many times the energy times distance: that of an
-#: octopus with its arms exchanged leads to 1/1.3 times, for members that lie right the next one to 4 times or more.
+#: If another rotation leads to at most this many times the energy times distance, it fits nearly as well. That of an
+#: octopus with its arms exchanged leads to 1/1.3 times; for correct members the next one leads to 4 times or more.
 _RIVAL = 1.5
 
 
@@ -22,9 +22,9 @@ def member_doubts(
     alike: bool = False,
     mirrored: float = 2 / 3,
 ) -> tuple[str, ...]:
-    """Sentences on what to doubt of a member, given the figures of all; `alike` if most members fit in two ways.
+    """Doubts of a member in sentences, given the figures of all; `alike` if most members fit in two ways.
 
-    Its mirror image is named if its distance is less than the share `mirrored` of the member's own: .4 for a
+    If the distance of its mirror image is less than the share `mirrored` of the member's own, this is named: .4 for a
     hippocampus among those of the other side, .9 for bodies that are nearly their own mirror images.
     """
     said = []
@@ -69,7 +69,7 @@ def _unlike(correlations: float | FloatArray) -> FloatArray:
 def _beyond(
     value: float | FloatArray, values: FloatArray, deviations: float = 4.0, usual: float = 0.15
 ) -> bool:
-    """Whether a value lies so many standard deviations above the median of others, which counts as `usual` at least."""
+    """Whether a value lies some standard deviations above the median of others, which counts as `usual` at least."""
     off = values - np.median(values)
     deviation = 1.4826 * np.median(np.abs(off))  # the standard deviation of a normal distribution
     return bool(value - np.median(values) > deviations * max(deviation, usual))
@@ -95,7 +95,7 @@ def group_doubts(
     scores: FloatArray,
     moved: float = 0.03,
 ) -> Iterator[str]:
-    """Sentences on what to doubt of the mean; its last move counts only if it has not settled."""
+    """Doubts of the mean in sentences; unless it has not settled, its last move does not count."""
     if changes[-1] > moved and not settled:
         yield (
             f"the mean still moved by {100 * changes[-1]:.2g} percent of its radius in round {len(changes)}, the "
@@ -122,7 +122,7 @@ def group_doubts(
 
 
 def drift_doubts(laid: Laid, axis: FloatArray | None) -> Iterator[str]:
-    """A sentence on what to doubt of a series' drift, by how its last frame is registered to the first one."""
+    """A doubt of a series' drift in a sentence, by the registration of its last frame to the first one."""
     if axis is not None or laid.rival < _RIVAL:
         turn = f"by {laid.angle:.0f} degrees"
         if axis is not None:
@@ -134,7 +134,7 @@ def drift_doubts(laid: Laid, axis: FloatArray | None) -> Iterator[str]:
 
 
 def two_kinds(scores: FloatArray, share: float = 0.98, fewest: int = 3) -> tuple[int, int] | None:
-    """How many scores lie on either side, if that share of their variance lies between two values; else None.
+    """If that share of the scores' variance lies between two values, their numbers on either side; else None.
 
     >>> two_kinds(np.array([-1.0, -1.1, -0.9, 1.0, 1.1, 0.9])), two_kinds(np.arange(6.0))
     ((3, 3), None)

@@ -1,4 +1,4 @@
-"""Data over the vertices of a group's members, in files that are read where and when they are needed."""
+"""Data over the vertices of a group's members, in files that are read when needed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ...mesh.arrays import FloatArray, plain_array
 
 @dataclass(frozen=True)
 class FeatureFiles:
-    """Columns (n, k) over the vertices of one surface, a file each, which are read when an array is asked for.
+    """Columns (n, k) over the vertices of one surface, a file each, which conversion to an array reads.
 
     So they take the place of an array, and a worker reads those of its own member only.
     """
@@ -35,7 +35,7 @@ class FeatureFiles:
 
 
 def check_features(features: Sequence[ArrayLike] | None, names: Sequence[str]) -> None:
-    """Raise an error unless each of the surfaces has features, and all have the same columns."""
+    """Unless each of the surfaces has features, and all have the same columns, raise an error."""
     if features is None:
         return
     features = check_list(features, "features")

@@ -31,7 +31,7 @@ _ARRAYS = (
     "vertices", "faces", "sphere", "shapes", "modes", "variances", "scores", "areas", "spread", "features",
 )  # fmt: skip
 _LISTS = ("changes", "feature_names", "notes")
-#: What is known of each member.
+#: Facts of each member.
 FIGURES = ("correlation", "size", "distance")
 
 
@@ -39,15 +39,15 @@ FIGURES = ("correlation", "size", "distance")
 def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = False) -> None:
     """Write a group into a folder, which is made if it is missing.
 
-    ``group.npz`` holds all arrays and what is known of the members, which `read_group` reads; ``mean.ply``,
-    ``mean.vtk`` and, with nibabel, ``mean.surf.gii`` the mean surface with areas, spread and features at the vertices,
-    which GIFTI keeps in ``mean.shape.gii``, and in VTK the modes; ``members.tsv`` the members' figures and scores, and
-    what was left out; the folder ``members`` each member's map in the template's frame, for `read_map`.
+    ``group.npz`` holds all arrays and the members' records, which `read_group` reads. ``mean.ply``, ``mean.vtk`` and,
+    with nibabel, ``mean.surf.gii`` hold the mean surface with areas, spread and features at the vertices; GIFTI keeps
+    these in ``mean.shape.gii``, VTK the modes, too. ``members.tsv`` has the members' figures and scores, and left-out
+    sources; the folder ``members`` each member's map in the template's frame, for `read_map`.
 
     Parameters
     ----------
     folder : str or path-like
-        Where to.
+        Target folder.
     group : Group
         The group.
     force : bool
@@ -134,7 +134,7 @@ def read_group(folder: str | os.PathLike[str]) -> Group:
     Parameters
     ----------
     folder : str or path-like
-        What `write_group` or ``igl-spheremap template`` wrote.
+        Folder or archive by `write_group` or ``igl-spheremap template``.
 
     Returns
     -------
@@ -174,7 +174,7 @@ def read_group(folder: str | os.PathLike[str]) -> Group:
 
 
 def member_rows(group: Group) -> Iterator[Sequence[object]]:
-    """The table of members, and of what was left out."""
+    """The table of members, and of left-out sources."""
     yield (
         "member",
         "status",
@@ -196,7 +196,7 @@ def member_row(member: Member, scores: FloatArray) -> tuple[object, ...]:
 
 
 def file_names(names: Sequence[str]) -> list[str]:
-    """A file's name for each member: that of its source without folder and suffix, with a number where two agree.
+    """A file's name for each member: that of its source without folder and suffix; if two agree, with a number.
 
     >>> file_names(["a/one.ply", "b/one.ply", "b/two.ply"])
     ['one_1', 'one_2', 'two']

@@ -28,13 +28,13 @@ class Registered(NamedTuple):
     Attributes
     ----------
     members : list
-        What the members were given as.
+        The members as given.
     shapes : (k, n, 3) float64 array
-        The points, where each member lies.
+        The points, in each member's own position.
     areas : (n,) float64 array
         The members' own area around each point, on average.
     turned : int
-        How many lie otherwise than before, after a search for other rotations.
+        Number of members that a search for other rotations has moved.
     """
 
     members: list[Any]
@@ -53,15 +53,15 @@ class FixedPoint(NamedTuple):
     Attributes
     ----------
     members : list
-        What the members were given as.
+        The members as given.
     mean : (n, 3) float64 array
         Their mean.
     changes : tuple of float
-        How far it moved in each round, as a share of its root mean square radius.
+        Its movement in each round, as a share of its root mean square radius.
     settled : bool
-        Whether that is less, in the last one, than the mesh's faces are from the sphere.
+        Whether the last one is less than the distance of the mesh's faces from the sphere.
     axis : (3,) float64 array or None
-        The point of the sphere about which the mean is round, if there is one.
+        If the mean is round about an axis, its point of the sphere.
     turns : list of (3, 3) float64 arrays
         Turns of the members' spheres about it, to the least distance from the mean; the identity if there is none.
     """
@@ -90,11 +90,11 @@ def fixed_point(
     """Register members to a first template (n, 3), on the mesh x, f of the sphere, and to their mean until it stays.
 
     The mean keeps the rotation of the first template's sphere. When it has settled, or has not for `patience` rounds,
-    members are registered again from rotated and mirrored poses, until none of these fits better. After so many
-    `rounds` it ends as it is; three to five are usual, each of which moves it by a quarter of the one before. If the
-    mean is round about an axis, each member's best turn about it is found, too.
+    members are registered again from rotated and mirrored poses, until none of these fits better. It ends after at most
+    `rounds`; three to five are usual, each of which moves it by a quarter of the one before. If the mean is round about
+    an axis, each member's best turn about it is found, too.
     """
-    # how far the mesh's faces are from the sphere
+    # distance of the mesh's faces from the sphere
     finest = 1 - float(row_lengths(x[f].mean(axis=1)).min())
     before, target, turns = first, certified(check_mesh(first, f), x), Turns(x)
     axis: FloatArray | None = None
@@ -129,7 +129,7 @@ def fixed_point(
 
 
 def _change(before: FloatArray, mean: FloatArray, areas: FloatArray) -> float:
-    """How far a mean lies from the one before, over its root mean square radius."""
+    """Distance of a mean from the one before, over its root mean square radius."""
     moved = placed(before, mean, areas)[0] - mean
     offset = mean - weighted_sum(areas / areas.sum(), mean)
     return float(np.sqrt((areas @ moved**2).sum() / (areas @ offset**2).sum()))

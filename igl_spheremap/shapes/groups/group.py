@@ -35,16 +35,16 @@ class Member:
     name : str
         The file that it came from, or its number among the sources.
     map : SphereMap or None
-        The surface with its map in the template's frame, certified free of foldings; None if it lies in the folder of
-        the group.
+        The surface with its map in the template's frame, certified free of foldings; if it lies in the folder of the
+        group, None.
     correlation : float
         Of its depth potential with the template's, at corresponding points; from -1 to 1.
     size : float
-        Its size over the geometric mean of all members' sizes, a ratio; 1 if only rigid motions were taken away.
+        Its size over the geometric mean of all members' sizes, a ratio; if only rigid motions were taken away, 1.
     distance : float
         Root mean square distance from the mean surface at corresponding points, over the area, in the members' units.
     doubts : tuple of str
-        Why it may lie wrong, and what to do; empty for most.
+        Reasons to doubt its position, with remedies; empty for most.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Member:
 
 @dataclass(frozen=True, eq=False)
 class Group(Shown):
-    """Surfaces in correspondence, and what they have in common.
+    """Surfaces in correspondence, their mean and modes.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Group(Shown):
     faces : (m, 3) int64 array
         Its faces, those of an icosphere.
     sphere : (n, 3) float64 array
-        The icosphere's points: where the members' maps have the points that correspond.
+        The icosphere's points: the members' maps take corresponding points there.
     shapes : (members, n, 3) float64 array
         The corresponding points of the members, after generalised Procrustes, in the members' units.
     modes : (k, n, 3) float64 array
@@ -80,12 +80,12 @@ class Group(Shown):
     variances : (k,) float64 array
         Variances of the scores, the largest first, in the square of the members' units.
     scores : (members, k) float64 array
-        How much of each mode is in each member, in the members' units.
+        Coordinate of each member in each mode, in the members' units.
     members : tuple of Member
         In the order of the sources.
     areas : (n,) float64 array
         The members' own area around each point, on average, in the square of the members' units. The mean surface has
-        less: averaging takes folds away.
+        less: averaging smooths folds away.
     spread : (n,) float64 array
         Standard deviation of position at each point, in the members' units: the root of the variance of all three
         coordinates together.
@@ -94,15 +94,15 @@ class Group(Shown):
     left_out : mapping of str to str
         Names of sources that are not in the group, and why.
     changes : tuple of float
-        How far the mean surface moved in each round, as a share of its root mean square radius.
+        Movement of the mean surface in each round, as a share of its root mean square radius.
     rigid : bool
         Whether members kept their sizes.
     balance : float
-        Balance of the members' maps, if they were made for the group: 0 is conformal, 1 preserves areas.
+        Balance of the members' maps that were made for the group: 0 is conformal, 1 preserves areas.
     feature_names : tuple of str
         Names of the features; empty if they have none.
     notes : tuple of str
-        Reasons to doubt the mean: that it did not settle, that the bodies are symmetric, or of two kinds.
+        Reasons to doubt the mean: it did not settle, or the bodies are symmetric, or of two kinds.
     """
 
     _in_words = "a Group, as shapes.template makes one"
@@ -278,7 +278,7 @@ class PlacedMember:
     shape : (n, 3) float64 array
         Its points that correspond to the group's vertices, laid on the mean surface, in the members' units.
     scores : (k,) float64 array
-        How much of each mode is in it, in the members' units.
+        Its coordinate in each mode, in the members' units.
     """
 
     member: Member

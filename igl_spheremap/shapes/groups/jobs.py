@@ -1,4 +1,4 @@
-"""What is done with each member of a group, from files to files."""
+"""Work on each member of a group, from files to files."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ from .turns import NO_RESTARTS, Restarts, Rows
 class MemberJob(Job):
     """A member's files: those that are read beside the source, its features among them, and written beside the target.
 
-    `is_map` says that the source is a map, which is taken as it is; `restarts` what its registration tries,
-    `turn` by which matrix its sphere is multiplied.
+    `is_map` says that the source is a map, which is taken as it is; `restarts` are tried by its registration,
+    and the matrix `turn` multiplies its sphere.
     """
 
     beside: tuple[str, ...] = ()
@@ -63,12 +63,12 @@ class MemberJob(Job):
 
 @dataclass(frozen=True, kw_only=True)
 class MemberTask(Task[MemberJob]):
-    """What the tasks of a group share: the icosphere of its mean."""
+    """Common part of a group's tasks: the icosphere of its mean."""
 
     icosphere: str
 
     def surface(self, path: str) -> SphereMap:
-        """A surface on the icosphere, whose points are its map unless it has a sphere of its own."""
+        """A surface on the icosphere; unless it has a sphere of its own, these points are its map."""
         x, f = sphere_mesh(self.icosphere)
         arrays = read_arrays(self.place(path))
         return certified(check_mesh(arrays["points"], f), arrays.get("sphere", x))
@@ -115,7 +115,7 @@ class MapMember(MemberTask):
 
 @dataclass(frozen=True, kw_only=True)
 class RegisterMember(MemberTask):
-    """Register a member's points to a template: from where they were in the round before, if there was one."""
+    """Register a member's points to a template, from their positions in the round before, if any."""
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:
         coarse, target = self.surface(job.source), self.surface(job.beside[0])

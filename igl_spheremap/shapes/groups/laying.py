@@ -1,4 +1,4 @@
-"""A member registered to a template, by the rotation of its sphere that leads to the least energy times distance."""
+"""A member registered to a template, by the rotation of its sphere with the least energy times distance."""
 
 from __future__ import annotations
 
@@ -22,19 +22,18 @@ class Laid(NamedTuple):
     Attributes
     ----------
     sphere : (n, 3) float64 array
-        Where the member's points lie on the template's sphere.
+        The member's points on the template's sphere.
     correlation : float
         Of its depth potential with the template's.
     turned : bool
-        Whether it was laid otherwise before.
+        Whether its position changed by a restart.
     rival : float
-        What the next best turn leads to, energy times distance, over that of the one that was taken; infinite if none
-        comes near.
+        Energy times distance of the second best turn over that of the best; infinite if none comes near.
     angle : float
-        Degrees from the rotation that was taken to that one.
+        Degrees from the best rotation to the second.
     mirrored : float
-        Distance of the mirror image's registration, over that of the one that was taken; infinite if the mirror image
-        does not come nearer by a rotation alone.
+        Distance of the mirror image's registration over that of the best; infinite if the mirror image does not come
+        nearer by a rotation alone.
     """
 
     sphere: FloatArray
@@ -51,7 +50,7 @@ def laid(
     before: FloatArray | None = None,
     restarts: Restarts = NO_RESTARTS,
 ) -> Laid:
-    """Register from where the registration before ended, perhaps turned, or from the rotation that leads to least."""
+    """Register from the end of the registration before, perhaps turned, or from the rotation that leads to least."""
     problem = Laying(source, target)
     if before is None:
         y = problem.laid(_best_start(problem))
@@ -81,7 +80,7 @@ def laid(
 
 
 def _beside(other: float, taken: float) -> float:
-    """What another way leads to over what was taken: infinite beside nothing, and 1 where both are nothing."""
+    """Ratio of another result to the chosen one: infinite if only the latter is 0, and 1 if both are."""
     if taken > 0:
         return float(other / taken)
     if other > 0:
@@ -90,7 +89,7 @@ def _beside(other: float, taken: float) -> float:
 
 
 def tried(source: SphereMap, target: SphereMap) -> Laid:
-    """Register a surface to one on the same points of the sphere, and try what comes as near."""
+    """Register a surface to one on the same points of the sphere, and try rivals."""
     first = laid(source, target)
     shape = resample(certified(source.mesh, first.sphere), (target.sphere, target.faces)).v
     _, (restarts,) = Turns(target.sphere).restarts(target.vertices, [shape])
@@ -98,7 +97,7 @@ def tried(source: SphereMap, target: SphereMap) -> Laid:
 
 
 def _best_start(problem: Laying, further: float = 1.5) -> FloatArray:
-    """Of the rotations that bring the surfaces nearly as near in space as any, the one that leads to least.
+    """The rotation that leads to least, of those that bring the surfaces nearly nearest in space.
 
     The right one of an octopus with its arms exchanged may leave 1.05 times the distance of the nearest.
     """

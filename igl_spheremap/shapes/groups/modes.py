@@ -1,4 +1,4 @@
-"""Principal modes of shapes that correspond point by point, and how good a model of the shapes they are."""
+"""Principal modes of shapes that correspond point by point, and their quality as a model."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Modes(NamedTuple):
 def principal_modes(away: FloatArray, weights: FloatArray, count: int) -> Modes:
     """Modes of shapes, by their deviations (members, n, 3) from their mean and the areas of the points.
 
-    Of a mode's two signs the one is taken for which the cubes of the scores have a positive sum.
+    The sign of a mode makes the sum of the scores' cubes positive.
     """
     variances, scores = _principal(away, weights, count)
     scores = scores * np.where((scores**3).sum(axis=0) < 0, -1.0, 1.0)
@@ -65,7 +65,7 @@ def _principal(away: FloatArray, weights: FloatArray, count: int) -> tuple[Float
 
 
 class ModelFigures(NamedTuple):
-    """How good a model the first modes are, by their number 1, 2, ...: each (k,) float64.
+    """Quality of the first modes as a model, by their number 1, 2, ...: each (k,) float64.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class ModelFigures(NamedTuple):
         Root mean square distance of a member from the model of the others, in the members' units. Up to 100 members are
         left out one by one, of more a tenth at a time.
     specificity : (k,) float64 array
-        Mean distance of random shapes of the model from the member that is nearest to each, in the members' units.
+        Mean distance of random shapes of the model from their nearest members, in the members' units.
 
     References
     ----------

@@ -81,7 +81,7 @@ def write_group_page(path: str | os.PathLike[str], group: Group, command: str = 
 
 
 def _modes(group: Group, turn: FloatArray, most: int = 3, reach: float = 2.0) -> Iterator[str]:
-    """Scenes of the first modes, each so many standard deviations to either side of the mean."""
+    """Scenes of the first modes, each some standard deviations to either side of the mean."""
     spread = sizes(
         "standard deviation of position", round_up(float(np.percentile(group.spread, 95)))
     )
@@ -111,8 +111,8 @@ def _cards(
 ) -> tuple[Ramp, list[Card]]:
     """Colours of distances from the mean, and a card for each surface.
 
-    Members have pictures in these colours, two views of so many pixels a side, which fill a card on a screen of high
-    resolution. Few points lie farther than `far` root mean square distances of the members, where the colours end.
+    Members have pictures in these colours, two views that fill a card on a screen of high resolution. Few points lie
+    farther than `far` root mean square distances of the members, where the colours end.
     """
     usual = float(np.sqrt(np.mean([member.distance**2 for member in group.members])))
     ramp = sizes("distance from the mean", round_up(far * usual))
@@ -155,7 +155,7 @@ def _cards(
 def write_tests(
     path: Path, group: Group, tests: Sequence[tuple[str, str, PointTest]], command: str = ""
 ) -> None:
-    """Write tests into a group's page, or into one of their own: of each the variable, what was found, and the test."""
+    """Write tests into a group's page, or into one of their own: of each the variable, the findings, and the test."""
     text = ""
     if path.exists():
         text = path.read_text(encoding="utf-8")
@@ -294,8 +294,8 @@ def write_series_film(
 ) -> None:
     """Write the frames, and beside them the mean surface, in the colours of the page, as an animated .gif.
 
-    Both bodies have so many pixels a side; at most so many frames are chosen, evenly. A frame and the film last at
-    `least` so many milliseconds.
+    Pixels are those of a body's side; if there are too many frames, some are chosen, evenly. `least` are the shortest
+    times of a frame and of the film, in milliseconds.
     """
     images, turn = import_optional("PIL.Image", "a film", "io"), pose(mean).T
     values, ramp = _over_time(found)

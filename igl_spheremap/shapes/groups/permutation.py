@@ -1,4 +1,4 @@
-"""Where groups of shapes differ, or depend on a covariate: permutations, with the maximum statistic."""
+"""Differences of groups of shapes, or their dependence on a covariate: permutations, with the maximum statistic."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from ...mesh.arrays import (
 )
 from .group import Group
 
-#: Chance to find a difference anywhere on the surface where there is none.
+#: Chance of a false finding anywhere on the surface.
 LEVEL = 0.05
 # length of a column of unit length that is left beside others, from which on it is not in their span; statistics that
 # differ by a smaller share are equal
 _RANK = 1e-9
-#: Members for each independent covariate: with so many chance found something in at most 7 of 100 experiments, however
-#: skewed, with fewer in up to 16 (docs/shapes.md).
+#: Members for each independent covariate: with these at most 7 of 100 experiments, however skewed, had a false finding,
+#: with fewer up to 16 (docs/shapes.md).
 _ENOUGH = 20
 _AUGMENT = Remedy(options={"augment": True})
 #: Cells of tables that say that there is no value, in lower case.
@@ -42,25 +42,25 @@ _FEWEST = round(1 / LEVEL) - 1
 
 @dataclass(frozen=True, eq=False)
 class PointTest:
-    """What depends on a variable at each point, and what chance reaches.
+    """Dependence on a variable at each point, beside that by chance.
 
     Attributes
     ----------
     statistic : (n,) float64 array
-        F at each point, a ratio: the squares of all coordinates together; 0 where the data do not vary.
+        F at each point, a ratio: the squares of all coordinates together; 0 if the data do not vary.
     p : (n,) float64 array
         Probability, from 0 to 1, that the largest F anywhere is as large if nothing depends on the variable.
     effect : (q, n, d) float64 array
-        How far the points move from the first level of the variable to each other one, or with a unit of a number;
-        covariates being equal; in the units of the data, by default the members' own.
+        Movement of the points from the first level of the variable to each other one, or with a unit of a number, at
+        equal covariates; in the units of the data, by default the members' own.
     error, margin : (q, n) float64 arrays
         Standard error of one coordinate of the effect, and half of its interval of 95 percent confidence, at each
         point by itself, in the effect's units.
     explained : (n,) float64 array
-        Share of the variance, beside what covariates explain (partial R squared).
+        Share of the variance that covariates do not explain (partial R squared).
     threshold : float
-        F that chance passes anywhere in 5 of 100 experiments; NaN if the test was augmented, where it differs from
-        permutation to permutation.
+        F that chance passes anywhere in 5 of 100 experiments; NaN if the test was augmented: then it differs by
+        permutation.
     levels : tuple of str
         Of the variable; empty for a number.
     notes : tuple of str
@@ -100,7 +100,7 @@ def permutation_test(
     The statistic at each point is compared with the largest one over all points in each permutation. Without covariates
     the test is exact: if there is no effect, the chance of a finding anywhere is at most `LEVEL`, whatever the
     distribution of the data. With covariates their residuals are permuted (Freedman, Lane), and that chance is near
-    `LEVEL`; it is above it where members are few, data and covariates skewed or heavy-tailed.
+    `LEVEL`; for few members, with skewed or heavy-tailed data and covariates, it is above.
 
     Parameters
     ----------
@@ -112,13 +112,13 @@ def permutation_test(
         Other numbers that may explain differences, such as age; a covariate that follows from the others changes
         nothing.
     data : (members, n) or (members, n, d) array_like, optional
-        What is tested; the members' shapes by default.
+        The tested data; the members' shapes by default.
     permutations : int, default 1000
         Number of permutations; the smallest p is 1 / (permutations + 1).
     augment : bool, default False
         Compare each permutation with the data in a model that has the covariates both as they are and permuted (Guan).
         The chance of a finding is then at most twice `LEVEL` for any covariates and distributions, and was below
-        `LEVEL` in all experiments; it takes more than 2 k + 2 members, and finds less where they are few.
+        `LEVEL` in all experiments; it takes more than 2 k + 2 members, and finds less in few.
     seed : int, default 0
         Seed of the random permutations.
 
@@ -198,7 +198,8 @@ def permutation_test(
 
 
 class _Residuals(NamedTuple):
-    """What covariates leave of data: `rest` (members, n d), its squares (n,), and members to spare for each column."""
+    """Residuals of data after covariates: `rest` (members, n d), its squares (n,), and members to spare for each
+    column."""
 
     rest: FloatArray
     shape: tuple[int, int]
@@ -234,7 +235,8 @@ def _permuted(
     augment: bool,
     block: int = 64,
 ) -> tuple[FloatArray, IntArray, int]:
-    """The largest F of each order, in how many it is at least F of each point, and how many change no F.
+    """The largest F of each order, the number of orders in which it is at least F of each point, and of those that
+    change no F.
 
     A product of matrices takes a `block` of orders.
     """
@@ -242,7 +244,7 @@ def _permuted(
     for start in range(0, len(orders), block):
         part = orders[start : start + block]
         if augment:
-            # the covariates as they are and permuted, both with a constant, and what varies beside them
+            # the covariates original and permuted, both with a constant, and the variation beside them
             as_they_are = np.broadcast_to(Qz, (len(part), *Qz.shape))
             z = _spanning(np.concatenate((as_they_are, Qz[part][:, :, 1:]), axis=2))
             here, there = (
@@ -270,7 +272,7 @@ def _finite(data: ArrayLike, count: int) -> FloatArray:
 
 
 def _varying(tested: FloatArray, Qz: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Orthonormal columns of what varies beside others, and its coordinates in them; a MeshError if there is none."""
+    """Orthonormal columns of the variation beside others, and its coordinates in them; without any, a MeshError."""
     free = tested - Qz @ (Qz.T @ tested)
     if _spanned(tested).shape[1] < tested.shape[1] or (
         np.linalg.svd(free, compute_uv=False).min()
@@ -322,7 +324,7 @@ def _spanned(columns: FloatArray) -> FloatArray:
 
 
 def level(cell: str) -> str:
-    """A word as the name of a level: what looks the same is the same.
+    """A word as the name of a level: words that look the same are the same.
 
     >>> level(" no  treatment\u00a0"), level("a\u0308") == "\u00e4"
     ('no treatment', True)

@@ -19,7 +19,7 @@ from ...resampling.transfer import interpolate, resample
 from ...sphere.rows import unit_rows
 from ...untangle.local_repair import unfolded
 
-#: What members of groups are given as.
+#: Kinds of given members.
 Source = str | os.PathLike[str] | SphereMap | MeshLike
 
 # 1e48: products of six coordinates, or of their reciprocals, are float64 numbers
@@ -38,9 +38,9 @@ def names_of(sources: Sequence[Source]) -> list[str]:
 
 
 def check_member(result: SphereMap) -> None:
-    """Raise a MeshError if areas, variances or volumes of a surface in such units may not be float64 numbers.
+    """If areas, variances or volumes of a surface in such units may not be float64 numbers, raise a MeshError.
 
-    Or if it is inside out: only a mirror image of it could be laid on the others.
+    Also if it is inside out: only a mirror image of it could be laid on the others.
     """
     largest, least = np.abs(result.vertices).max(), np.ptp(result.vertices, axis=0).max()
     if largest > _LARGEST or least < 1 / _LARGEST:
@@ -53,7 +53,7 @@ def check_member(result: SphereMap) -> None:
 
 
 def at_points(result: SphereMap, x: FloatArray, f: IntArray) -> SphereMap:
-    """The surface whose vertices are those that a map has at points of the sphere."""
+    """The surface whose vertices are a map's at points of the sphere."""
     return certified(check_mesh(resample(result, (x, f)).v, f), x)
 
 

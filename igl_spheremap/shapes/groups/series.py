@@ -40,11 +40,11 @@ class Series(Shown):
     Attributes
     ----------
     vertices : (frames, n, 3) float64 array
-        The points in each frame, where the frames lie, in their units.
+        The points in each frame, in its own position, in the frames' units.
     faces : (m, 3) int64 array
         Faces of all frames, those of an icosphere.
     sphere : (n, 3) float64 array
-        Where the maps have the points.
+        The points under the maps.
     areas : (frames, n) float64 array
         The frame's own area around each point, in the square of the frames' units.
     features : (frames, n, k) float64 array
@@ -52,8 +52,8 @@ class Series(Shown):
     maps : tuple of SphereMap
         The frames with their maps, registered and certified.
     drift : (n,) float64 array
-        Distance of the points of the last frame, which came there frame by frame, from those of its map that is
-        registered to the first frame directly, in the frames' units.
+        Distance of the points of the last frame, which came there frame by frame, from those by a direct registration
+        to the first frame, in the frames' units.
     notes : tuple of str
         Reasons to doubt the drift.
     """
@@ -94,7 +94,7 @@ class Series(Shown):
 
     @property
     def aligned(self) -> FloatArray:
-        """The points with the body's motion taken away, (frames, n, 3): moved and turned to agree best, not scaled."""
+        """The points without the body's motion, (frames, n, 3): moved and turned to agree best, not scaled."""
         return generalised_procrustes(self.vertices, self.areas.mean(axis=0), rigid=True).shapes
 
     @property
@@ -134,15 +134,15 @@ def series(
     balance : float, default 1
         Of the maps: 0 is conformal, 1 preserves areas.
     out : path-like, optional
-        A folder for what the work leaves, as of `template`, by which another call continues where this one ended; the
-        frames' maps are in its folder ``maps``. A temporary one by default.
+        A folder for intermediate results, as of `template`, from which another call continues; the frames' maps are in
+        its folder ``maps``. A temporary one by default.
     engine : Engine
         As of `igl_spheremap.map_many`.
 
     Returns
     -------
     Series
-        The points in all frames, areas and features there, and how far the chain drifted.
+        The points in all frames, areas and features there, and the chain's drift.
 
     Raises
     ------
@@ -204,5 +204,5 @@ def series(
 
 
 def _sphere(frame: Entry) -> FloatArray:
-    """Where the frame's last registration has its points."""
+    """The points by the frame's last registration."""
     return read_arrays(frame.sphere)["sphere"]

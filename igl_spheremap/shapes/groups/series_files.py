@@ -69,7 +69,7 @@ def write_series(
 def frame_rows(
     found: Series, names: Sequence[str], feature_names: Sequence[str]
 ) -> list[Sequence[object]]:
-    """The table of frames: what moved is the root mean square over the area, since the frame before."""
+    """The table of frames: movement is the root mean square over the area, since the frame before."""
     weights = found.areas / found.areas.sum(axis=1, keepdims=True)
     steps = np.diff(found.vertices, axis=0, prepend=found.vertices[:1])
     moved = np.sqrt((weights * (steps**2).sum(axis=2)).sum(axis=1))

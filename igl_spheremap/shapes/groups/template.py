@@ -60,7 +60,7 @@ def template(
     features : sequence of (n,) or (n, k) array_like, optional
         Data over the vertices of each source, whose mean and standard deviation are taken at corresponding points.
     modes : int, default 10
-        How many principal modes to keep; members less 1 at most.
+        Number of principal modes to keep; at most members less 1.
     target : str, default ``ico:4``
         The mesh of the mean surface, on which members are registered: ``ico:4`` has 2,562 vertices, ``ico:5``, which
         cortices need, 10,242.
@@ -70,16 +70,16 @@ def template(
         Remove place and pose of the members, but keep their sizes.
     out : path-like, optional
         A folder for results: the members' maps in its folder ``members``, intermediate results in ``work``, and a
-        manifest, by which another call continues where this one ended. Without it a temporary folder is used, and the
-        members hold their maps.
+        manifest, from which another call continues. Without it a temporary folder is used, and the members hold their
+        maps.
     engine : Engine
         As of `igl_spheremap.map_many`. Workers on other machines need to see `out`.
 
     Returns
     -------
     Group
-        The mean surface, modes and scores, and the members with their registered maps. What could not be read, mapped
-        or registered is in its ``left_out``. With `out`, its members hold no maps.
+        The mean surface, modes and scores, and the members with their registered maps. Sources that could not be read,
+        mapped or registered are in its ``left_out``. With `out`, its members hold no maps.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def template(
 
 
 def _registering(place: Workplace) -> Register:
-    """Register members to a template, from where they were in the round before; each call is a round."""
+    """Register members to a template, from their positions in the round before; each call is a round."""
     rounds = count(1)
 
     def registered(

@@ -1,6 +1,6 @@
 """Distances in space between two shapes after turns of their spheres, by few harmonics of positions.
 
-A turn R of the sphere takes the shape f to f(R^-1 x); what is left is laid on the other shape by a rotation of space.
+A turn R of the sphere takes the shape f to f(R^-1 x); then a rotation of space lays it on the other shape.
 """
 
 from __future__ import annotations
@@ -59,8 +59,7 @@ class Turns:
     ) -> tuple[FloatArray | None, list[Restarts]]:
         """The restarts by which each shape may come nearer to a mean.
 
-        Also the axis about which any turn moves the mean by less than the median distance of the shapes from it, if
-        there is one.
+        Also the axis, if any, about which turns move the mean by less than the median distance of the shapes from it.
         """
         f, *others = map(self._coefficients, (mean, *shapes))
         axis = _free_axis(f, float(np.median([_off(f, g) for g in others])))
@@ -86,9 +85,9 @@ class Turns:
 def _rivals(
     f: FloatArray, g: FloatArray, axis: FloatArray | None = None, further: float = 2.5
 ) -> Restarts:
-    """Other turns and the mirror image of g that come as near to f as g lies; turns up to so many times further.
+    """Other turns and the mirror image of g that come as near to f as g; turns up to some times further.
 
-    Turns about an axis count as one: a shape that may turn about it as it likes is its own mirror image, too.
+    Turns about an axis count as one: a shape that may turn freely about it is its own mirror image, too.
     """
     parity = np.concatenate(
         [np.full(2 * ell + 1, (-1.0) ** (ell + 1)) for ell in range(degree_of(f) + 1)]
@@ -114,7 +113,7 @@ def _near(f: FloatArray, g: FloatArray, least: float, axis: FloatArray | None) -
 
 
 def _differ(R: FloatArray, other: FloatArray, axis: FloatArray | None) -> bool:
-    """Whether two turns, or where they take an axis, are more than a step of the grid from each other."""
+    """Whether two turns, or their images of an axis, are more than a step of the grid from each other."""
     if axis is None:
         likeness = (np.trace(R @ other.T) - 1) / 2
     else:
@@ -133,18 +132,19 @@ def _refined(f: FloatArray, g: FloatArray, R: FloatArray, steps: int = 3) -> Flo
 
 
 def _moves(f: FloatArray, small: float = 0.01) -> FloatArray:
-    """How a shape moves as its sphere turns about each axis, (3, (L + 1)^2, 3); off by the square of a `small` turn."""
+    """Movement of a shape as its sphere turns about each axis, (3, (L + 1)^2, 3); off by the square of a `small`
+    turn."""
     turns = small * np.eye(3)
     return np.stack([rotate(f, _turn(w)) - rotate(f, _turn(-w)) for w in turns]) / (2 * small)
 
 
 def _spins(f: FloatArray) -> FloatArray:
-    """How a shape moves as space turns about each axis, (3, (L + 1)^2, 3)."""
+    """Movement of a shape as space turns about each axis, (3, (L + 1)^2, 3)."""
     return np.cross(np.eye(3)[:, None], f)
 
 
 def _free_axis(f: FloatArray, least: float) -> FloatArray | None:
-    """The axis about which no turn takes a shape as far from itself as `least`, if there is one."""
+    """The axis, if any, about which no turn takes a shape as far from itself as `least`."""
     spun = np.linalg.qr(_spins(f).reshape(3, -1).T)[0]
     moved = _moves(f).reshape(3, -1).T
     axis = np.linalg.svd(moved - spun @ (spun.T @ moved), full_matrices=False)[2][2]
@@ -154,7 +154,7 @@ def _free_axis(f: FloatArray, least: float) -> FloatArray | None:
 
 
 def _nearest_about(axis: FloatArray, f: FloatArray, g: FloatArray) -> FloatArray:
-    """The turn about an axis by which g comes nearest to f."""
+    """The turn about an axis that brings g nearest to f."""
     distances = _distances_about(axis, f, g)
     k = int(np.argmin(distances))
     before, here, after = distances[[k - 1, k, (k + 1) % len(distances)]]

@@ -1,4 +1,4 @@
-"""Where groups and series are made: a folder with the files of their members, and the jobs that make these."""
+"""The workplace of groups and series: a folder with the files of their members, and the jobs that make these."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Entry:
 def workplace(
     out: str | os.PathLike[str] | None, results: str, target: str, engine: Engine, least: int
 ) -> Iterator[Workplace]:
-    """A workplace in a folder, temporary without `out`, on an icosphere, where at least so many members are needed."""
+    """A workplace in a folder, temporary without `out`, on an icosphere, for a least number of members."""
     with ExitStack() as stack:
         if out is None:
             out = stack.enter_context(TemporaryDirectory())
@@ -100,7 +100,7 @@ class Workplace:
     def mapped(
         self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float
     ) -> list[Entry]:
-        """Map the sources; those that could be, in their order."""
+        """Map the sources; return the mapped ones, in their order."""
         names, jobs = names_of(sources), dict[Entry, MemberJob]()
         for k, (name, short, source) in enumerate(
             zip(names, file_names(names), sources, strict=True)
@@ -155,7 +155,7 @@ class Workplace:
         templates: Sequence[str],
         restarts: Sequence[Restarts],
     ) -> list[Entry]:
-        """Register each member to the points in a file, from where it was before, and try its restarts."""
+        """Register each member to the points in a file, from its last position, and try its restarts."""
         jobs = {}
         for k, (member, template, each) in enumerate(
             zip(members, templates, restarts, strict=True)
@@ -203,7 +203,7 @@ class Workplace:
         failing: str = "",
         **options: Any,
     ) -> list[Entry]:
-        """The members whose jobs of this kind of task succeeded; a MeshError with the first reason if too few did."""
+        """The members whose jobs of this kind of task succeeded; if too few, a MeshError with the first reason."""
         done, found = count(1), []
         log_share(name, 0, len(jobs))
         rows = self.run(
@@ -222,7 +222,7 @@ class Workplace:
         return found
 
     def _enough(self, left: int, members: int) -> None:
-        """Raise a MeshError with the first reason if too few of the members are left."""
+        """If too few of the members are left, raise a MeshError with the first reason."""
         if left < min(self.least, members):
             name, error = next(iter(self.left_out.items()))
             raise MeshError(

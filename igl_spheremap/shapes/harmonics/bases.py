@@ -1,4 +1,4 @@
-"""Coefficients in the order and norm of other programs: which of our rows each of theirs is, and its factor."""
+"""Coefficients in the order and norm of other programs: our row for each of theirs, and its factor."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from ...mesh.arrays import FloatArray, IntArray
 from .basis import degree_of, rows_of
 
-#: Whose basis coefficients are in: this package's, or that of a program.
+#: Bases of coefficients: this package's, or that of a program.
 Basis = Literal["orthonormal", "spharm-pdm", "ktch", "aics-shparam"]
 
 
@@ -37,7 +37,7 @@ def in_basis(c: FloatArray, basis: Basis) -> FloatArray:
 
 
 def pdm_rows(degree: int) -> tuple[IntArray, FloatArray]:
-    """Return which of our rows each row of SPHARM-PDM is, and its factor.
+    """Return our row for each row of SPHARM-PDM, and its factor.
 
     There m = 0, then cosine and sine of m = 1, 2, ...; its basis has the phase (-1)^m and no sqrt(2).
     """

@@ -21,7 +21,7 @@ from ...timings import counted
 def legendre(degree: int, z: FloatArray, s: FloatArray) -> Iterator[FloatArray]:
     """Yield P_l(z) for l = 0 ... degree, s = sqrt(1 - z^2): row m of (l + 1, len(z)), orthonormal, no phase (-1)^m.
 
-    By differences D of degrees and by 1 - |z|, not by z, which near a pole loses half the digits (docs/shapes.md).
+    By differences D of degrees and by 1 - |z|; z loses half the digits near a pole (docs/shapes.md).
     """
     below_one = s * s / (1 + np.abs(z))
     # P_lm(-z) = (-1)^(l + m) P_lm(z)
@@ -90,7 +90,7 @@ def power(c: FloatArray) -> FloatArray:
 def gauss_rows(n: int) -> tuple[FloatArray, FloatArray]:
     """Heights from north to south, and weights of sum 2, exact for polynomials in z of degree 2 n - 1.
 
-    Newton's method on the colatitude keeps near the poles the digits that it loses on z: two of them at 200 rows.
+    On the colatitude Newton's method keeps the digits near the poles that it loses on z: two of them at 200 rows.
     """
     # off by O(n^-2) of their distance: Newton doubles the digits
     theta = np.pi * (np.arange(n) + 0.75) / (n + 0.5)
@@ -118,7 +118,7 @@ def longitudes(n: int) -> FloatArray:
 
 
 def analysis(values: FloatArray, z: FloatArray, w: FloatArray, degree: int) -> FloatArray:
-    """Coefficients ((L + 1)^2, k) of values (rows, columns, k); exact where the function's degree is L, as w and z are.
+    """Coefficients ((L + 1)^2, k) of values (rows, columns, k); exact for functions of degree L, as w and z are.
 
     Columns must be more than twice the degree.
     """

@@ -1,4 +1,4 @@
-"""The octahedral grid: a square image of the sphere, and the mesh that an image of positions holds."""
+"""The octahedral grid: a square image of the sphere, and the mesh of an image of positions."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def mesh_from_grid(grid: ArrayLike) -> tuple[FloatArray, IntArray]:
     Parameters
     ----------
     grid : (k, k, 3) array_like
-        Positions on the octahedral grid, k odd and at least 3. Points of the boundary that are one point of the sphere
-        have equal values; the first of them is taken.
+        Positions on the octahedral grid, k odd and at least 3. Boundary points that are one point of the sphere have
+        equal values; the first is taken.
 
     Returns
     -------

@@ -115,7 +115,7 @@ def from_grid(
     grid : (rows, columns) or (rows, columns, ...) array_like
         Values as `to_grid` lays them out, in an even number of columns, or on the octahedral grid.
     target : SphereMap or (k, 3) array_like
-        A map, at whose vertices values are wanted, or points of the sphere.
+        A map, whose vertices get values, or points of the sphere.
     kind : {"equirectangular", "equiangular", "gauss", "octahedral"}
         As for `to_grid`.
     labels : bool

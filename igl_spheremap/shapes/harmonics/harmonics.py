@@ -30,12 +30,12 @@ from .rotation import first_order_frames, rotate, skewness
 
 @dataclass(frozen=True, eq=False)
 class Expanded:
-    """What coefficients were made from.
+    """Source of coefficients.
 
     Attributes
     ----------
     x : (n, 3) float64 array
-        Where the vertices lie on the sphere, unit rows.
+        The vertices on the sphere, unit rows.
     values : (n, k) float64 array
         Positions or data at the vertices.
     areas : (n,) float64 array
@@ -52,7 +52,7 @@ class Expanded:
 
 @dataclass(frozen=True, eq=False)
 class SphericalHarmonics(Shown):
-    """Coefficients in the real orthonormal basis, and what they describe.
+    """Coefficients in the real orthonormal basis, and their source.
 
     Y_lm is P_lm(cos theta) times 1 for m = 0, sqrt(2) cos(m phi) for m > 0 and ``sqrt(2) sin(|m| phi)`` for m < 0. P_lm
     makes exp(i m phi) P_lm orthonormal on the unit sphere and carries no Condon-Shortley phase (-1)^m.
@@ -65,8 +65,8 @@ class SphericalHarmonics(Shown):
     source : Expanded or None
         The data at the mesh's vertices; None if the coefficients come from a `.coef` file.
     notes : tuple of str
-        One if there are more coefficients than vertices, and one if the map gives parts of the surface so little room
-        that an area-preserving map would need less than half of the degree.
+        One on more coefficients than vertices; one on parts of the surface with so little room that an area-preserving
+        map would need less than half of the degree.
 
     Examples
     --------
@@ -197,7 +197,7 @@ class SphericalHarmonics(Shown):
 
     @gate
     def error(self) -> FloatArray:
-        """How far the sum up to each degree is from the source.
+        """Distance of the sum up to each degree from the source.
 
         Returns
         -------
@@ -242,7 +242,7 @@ class SphericalHarmonics(Shown):
         Parameters
         ----------
         R : (3, 3) array_like
-            A rotation: what lay at x on the sphere lies at R x.
+            A rotation: a point x of the sphere goes to R x.
 
         Returns
         -------
@@ -269,18 +269,18 @@ class SphericalHarmonics(Shown):
         """Put sphere and surface into the frame of the first-order ellipsoid, its centre at the origin.
 
         The longest axis becomes z, the middle one x and the shortest y, on the sphere as on the surface. That leaves
-        four rotations. Without a template the one is taken for which the third moments along the two most skewed axes,
-        over the source's area, are positive.
+        four rotations. Without a template, third moments over the source's area along the two most skewed axes are made
+        positive.
 
         Parameters
         ----------
         template : SphericalHarmonics, optional
-            An aligned shape: of the four rotations the one is taken whose coefficients are nearest to it.
+            An aligned shape: the rotation with the nearest coefficients is taken.
 
         Returns
         -------
         AlignedHarmonics
-            The shape, and how well its frame is determined.
+            The shape, and the accuracy of its frame.
 
         Raises
         ------
@@ -344,12 +344,12 @@ class AlignedHarmonics:
     harmonics : SphericalHarmonics
         The shape; its degree 1 is diagonal.
     axes : (3,) float64 array
-        Half axes of the ellipsoid along x, y and z. Where two are almost equal, the frame is ill-determined.
+        Half axes of the ellipsoid along x, y and z. If two are almost equal, the frame is ill-determined.
     skew : (3,) float64 array
         Third moments of the source's area along x, y and z over the 3/2 power of the second; near 0 the direction of an
         axis is ill-determined, and a template decides better. NaN if the source is not known.
     surface_rotation, sphere_rotation : (3, 3) float64 arrays
-        What surface (after its centre was moved to the origin) and sphere were rotated by.
+        Rotations of surface (after its centre was moved to the origin) and sphere.
     """
 
     harmonics: SphericalHarmonics
@@ -394,7 +394,7 @@ def spherical_harmonics(
     Returns
     -------
     SphericalHarmonics
-        Coefficients, and what can be done with them.
+        Coefficients with their methods.
 
     Raises
     ------
@@ -435,7 +435,7 @@ def spherical_harmonics(
 def _notes(source: SphereMap, degree: int, crowded: float = 4.0) -> tuple[str, ...]:
     """Notes on degrees that the vertices don't resolve, and on parts to which the map gives too little room.
 
-    Where areas are a quarter, lengths are half as long, and half of the degrees are resolved.
+    At a quarter of the area lengths are half as long, and half of the degrees are resolved.
     """
     n, notes = len(source.vertices), []
     if (degree + 1) ** 2 > n:

@@ -1,4 +1,4 @@
-"""Rotations of functions on the sphere, exactly, degree by degree; those for which two functions agree best; frames."""
+"""Rotations of functions on the sphere, exactly, degree by degree; best agreement of two functions; frames."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _FLIPS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # of axes
 
 
 class RotationCandidate(NamedTuple):
-    """A rotation R for which target(x) is like source(R^-1 x), and the correlation there.
+    """A rotation R that makes source(R^-1 x) like target(x), and the correlation there.
 
     Attributes
     ----------
     rotation : (3, 3) float64 array
-        What lay at x on the source's sphere goes to R x.
+        Takes x on the source's sphere to R x.
     correlation : float
         Of all features together, at most 1.
     """
@@ -98,13 +98,13 @@ def rotate(c: FloatArray, R: FloatArray) -> FloatArray:
 
 
 def euler_angles(R: FloatArray) -> tuple[float, float, float]:
-    """Angles for which R is R_z(alpha) R_y(beta) R_z(gamma); alpha is 0 where R keeps or reverses the z axis.
+    """Angles for which R is R_z(alpha) R_y(beta) R_z(gamma); if R keeps or reverses the z axis, alpha is 0.
 
-    scipy's own warn and give up gamma where beta is within 1e-7 of 0 or pi.
+    If beta is within 1e-7 of 0 or pi, scipy's own warn and give up gamma.
     """
     alpha = np.arctan2(R[1, 2], R[0, 2])
     beta = np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2])
-    # The second row of R_z(-alpha) R: whatever alpha is, where rounding decides it, gamma fits it.
+    # The second row of R_z(-alpha) R: if rounding decides alpha, gamma fits it.
     sin_cos = np.cos(alpha) * R[1, :2] - np.sin(alpha) * R[0, :2]
     return alpha, beta, np.arctan2(*sin_cos)
 
@@ -170,7 +170,7 @@ def on_grid(f: ComplexArray, g: ComplexArray) -> FloatArray:
 
 
 def _peaks(values: FloatArray, count: int, apart: float = 15.0) -> list[FloatArray]:
-    """Rotations at the highest local maxima of the grid, so many degrees from each other: less than a peak's width."""
+    """Rotations at the highest local maxima of the grid, some degrees from each other: less than a peak's width."""
     band = len(values) // 2
     half = values[:, : band + 1]  # beta in [0, pi]; the rest are the same rotations again
     top = np.ones(half.shape, dtype=bool)
@@ -198,7 +198,8 @@ def _refine(
 ) -> RotationCandidate:
     """Newton's method for the maximum of sum f* D(exp(w) R) g near w = 0; the value is not normalised.
 
-    Steps are as long as the grid is fine, at most. Three to six lead to the shortest, whose square is the error left.
+    Steps are at most as long as the grid is fine. Three to six lead to the shortest, whose square is the remaining
+    error.
     """
     U, rungs = _padded_spins(len(f) + 1)
     left = angular_momentum(f, rungs).conj()

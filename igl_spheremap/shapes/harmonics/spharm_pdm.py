@@ -28,7 +28,7 @@ _AXES = np.array([-1.0, -1.0, 1.0])
 
 @dataclass(frozen=True)
 class ShapeJob(Job):
-    """A surface, its `X_para.vtk`, and the aligned shape that decides the directions of its axes, if one is given."""
+    """A surface, its `X_para.vtk`, and, if given, the aligned shape that directs its axes."""
 
     template: str | None
 
@@ -59,7 +59,7 @@ class ShapeJob(Job):
 
 @dataclass(frozen=True)
 class ShapeExpansion(Task[ShapeJob]):
-    """How surfaces are mapped, expanded, and sampled on an icosahedron whose edges have `subdivision` parts."""
+    """Mapping, expansion, and sampling on an icosahedron whose edges have `subdivision` parts."""
 
     mapping: SphereMapping
     degree: int
@@ -69,7 +69,7 @@ class ShapeExpansion(Task[ShapeJob]):
         return self.mapping.empty(job)
 
     def run(self, job: ShapeJob, check: Callable[[], None]) -> Row:
-        """Map, certify what was written, expand it, write."""
+        """Map, certify the file, expand it, write."""
         places = self.places(job.targets[1:])
         there = [place for place in places if Path(place).exists()]
         if there and not (self.force or job.ours):
