@@ -5,8 +5,8 @@
     python demos/align_landmarks.py sample:bunny picture.png  # a picture; needs no display
 
 Points have no capacity in the plane: the harmonic energy is lowest where landmarks are pulled out like tents, which
-fold (red). Repaired, the map is a bijection, whose landmarks lie a little farther from their targets. A line leads
-from each landmark (blue) to its target (yellow).
+fold (red). The repaired map is a bijection, whose landmarks lie a little farther from their targets. A line leads from
+each landmark (blue) to its target (yellow).
 """
 
 import numpy as np

@@ -4,8 +4,8 @@
     python demos/angles_or_areas.py bunny.obj                 # your surface; or sample:bunny
     python demos/angles_or_areas.py sample:bunny picture.png  # a picture; needs no display
 
-At balance 0 squares stay squares, and most limbs lie within one of them. At 1 each takes the same share of the body's
-area as of the sphere's, and is sheared.
+At balance 0 squares stay squares, and most limbs lie within one of them. At 1 each square takes the same share of the
+body's area as of the sphere's, and is sheared.
 """
 
 import numpy as np

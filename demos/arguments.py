@@ -1,4 +1,4 @@
-"""How all demos are called; not a demo itself.
+"""The call of all demos; not a demo itself.
 
 python demos/NAME.py [FILE|sample:NAME] [PICTURE.png]: either or both, in any order. Without a picture a window opens.
 """
@@ -29,5 +29,5 @@ def run(demo, surface):
         demo(surfaces[0], pictures[0])
     except KeyboardInterrupt:
         sys.exit(130)
-    except (OSError, RuntimeError, ValueError) as error:  # what the package and polyscope raise
+    except (OSError, RuntimeError, ValueError) as error:  # errors of the package and of polyscope
         sys.exit(f"{name}: {error}")

@@ -1,10 +1,10 @@
-"""A checkerboard of the sphere, carried back to the surface: squares stay squares, for the map is conformal.
+"""A checkerboard of the sphere, carried back to the surface: squares stay squares: the map is conformal.
 
     python demos/checkerboard.py                           # a window
     python demos/checkerboard.py bunny.obj                 # your surface; or sample:bunny
     python demos/checkerboard.py sample:bunny picture.png  # a picture; needs no display
 
-In the window, click a vertex to see its image, and drag "lens": a Moebius map magnifies what is there, and every square
+In the window, click a vertex to see its image, and drag "lens": a Moebius map magnifies the place, and every square
 stays a square. "balance" gives up squares for equal areas.
 """
 

@@ -1,4 +1,4 @@
-"""Make the pictures of README and docs into docs/images; the captions that a picture shows are kept in its file.
+"""Make the pictures of README and docs into docs/images; a picture's file keeps its captions.
 
     python docs/pictures.py
     python docs/pictures.py dino curves --to elsewhere
@@ -57,8 +57,8 @@ ROOT = Path(__file__).resolve().parents[1]
 #: Pictures are reduced to this many colours: no difference is seen, and they are a quarter as large.
 _COLOURS = 256
 _CHECKS = 24  # squares of a checkerboard along a flat map
-#: Counts on the way to a map that folds depend on rounding. So that they are the same in every run, one kind of BLAS
-#: kernels computes, by one thread, and scipy's SuperLU solves, whatever else is installed.
+#: Counts on the way to a folded map depend on rounding. To be the same in every run, one kind of BLAS kernels computes,
+#: by one thread, and scipy's SuperLU always solves.
 _ROUNDING = {"OPENBLAS_CORETYPE": "Nehalem", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
@@ -166,7 +166,7 @@ def registration(path: Path) -> list[str]:
 
 
 def correspondence(path: Path) -> list[str]:
-    """A dino, a rabbit, and what lies half of the way between them, with the checkerboard that the map carries."""
+    """A dino, a rabbit, and the surface half of the way between them, with the checkerboard that the map carries."""
     onto = ism.shapes.match(
         *(ism.samples.make(name, n_vertices=3000) for name in ("dino", "bunny"))
     )
@@ -261,7 +261,7 @@ def throughput(path: Path) -> list[str]:
 
 
 def caps(path: Path) -> list[str]:
-    """A surface with a hole, its cap, and both on the sphere; a handle, where it is cut, and its caps on the sphere."""
+    """A surface with a hole, its cap, and both on the sphere; a handle, its cut, and its caps on the sphere."""
     v, f = ism.samples.make("bunny")
     turns = [pose(v, "z")]
     seen = fit(v, turns[0])
@@ -400,7 +400,7 @@ def _captions(app: App) -> list[str]:
 
 
 def made_with() -> str:
-    """What decides on the last digits of a number in a caption."""
+    """Versions and kernels that decide the last digits of a caption's numbers."""
     versions = [
         f"{one.__name__} {version(name)}"
         for one, name in ((np, "numpy"), (scipy, "scipy"), (igl, "libigl"))
@@ -411,7 +411,7 @@ def made_with() -> str:
 
 
 def keep(path: Path, captions: list[str]) -> None:
-    """Keep the captions of a picture in its file, and what its numbers were made with; reduce the colours of a PNG."""
+    """Keep the captions of a picture in its file, with the origin of its numbers; reduce the colours of a PNG."""
     if path.suffix == ".gif":
         data, text = path.read_bytes(), "\n".join((made_with(), *captions)).encode()
         blocks = [text[k : k + 255] for k in range(0, len(text), 255)]

@@ -2,7 +2,7 @@
 The paper's algorithms, iteration by iteration
 ==============================================
 
-A listener sees every iterate of Algorithm 1, and the star maps of Algorithm 2 that remove what is still folded. A
+A listener sees every iterate of Algorithm 1, and the star maps of Algorithm 2 that remove the remaining folds. A
 recording keeps energies and foldings.
 """
 

@@ -19,9 +19,7 @@ print(certificate)
 repaired = ism.repair_foldings(v, f, gauss)
 print(repaired.certificate)
 
-# %%
-# The repair keeps what it can of the map that it was given. The conformal map of this body has smaller angle
-# differences.
+# %% The repair keeps as much of the given map as it can. The conformal map of this body has smaller angle differences.
 
 conformal = ism.spherical_conformal_map(v, f)
 degrees = [np.abs(result.angle_differences()).mean() for result in (repaired, conformal)]

@@ -2,8 +2,8 @@
 Certify a map of another program
 ================================
 
-A certificate needs only the images of the vertices and the faces. It names what is wrong, and where. Here a vertex of
-a sound map is moved across its neighbours.
+A certificate needs only the images of the vertices and the faces. It names faults and their places. Here a vertex of a
+sound map is moved across its neighbours.
 """
 
 import numpy as np

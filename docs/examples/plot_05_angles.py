@@ -2,8 +2,8 @@
 How conformal is a map?
 =======================
 
-Angle differences of every corner, in degrees, and the conformal factor of every vertex, whose logarithm says how much a
-place was shrunk.
+Angle differences of every corner, in degrees, and the conformal factor of every vertex, whose logarithm measures the
+shrinking of a place.
 """
 
 import matplotlib.pyplot as plt
@@ -23,7 +23,7 @@ ax.set(xlabel="angle difference, degrees", ylabel="corners")
 figure
 
 # %%
-# Where they are, and where the map shrinks most: the tips of the ears.
+# Their places, and the most shrunk ones: the tips of the ears.
 
 factor = np.log(result.conformal_factor()) / 2
 figure = draw_surfaces(

@@ -2,8 +2,8 @@
 Carry data from one mesh to another
 ===================================
 
-Two meshes of the same surface, with other vertices: data go through the sphere, exactly located there. By
-"adaptive-area" integrals are kept to rounding.
+Two meshes of the same surface, with other vertices: data go through the sphere, exactly located there. "adaptive-area"
+keeps integrals to rounding.
 """
 
 import numpy as np

@@ -3,7 +3,7 @@ Angles or areas?
 ================
 
 A conformal map shrinks limbs. A balance between 0 and 1 gives up angles for areas: at 1 each face has its share of the
-sphere. All of these maps are without foldings. Colours show the height of the surface: each place keeps its own.
+sphere. None of these maps has foldings. Colours show the height of the surface: each place keeps its own.
 """
 
 import numpy as np

@@ -3,7 +3,7 @@ A bijection between two surfaces
 ================================
 
 A dinosaur and a rabbit are matched through their spheres: each point of one has its place on the other, and back,
-without foldings. Without landmarks the shapes alone decide what lies where.
+without foldings. Without landmarks the shapes alone decide the correspondence.
 """
 
 import numpy as np

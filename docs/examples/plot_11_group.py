@@ -25,7 +25,7 @@ group = ism.shapes.template(sources, target="ico:3", modes=2)
 print(group)
 
 # %%
-# The first two modes from -2 to +2 standard deviations; colours are how far each point moves.
+# The first two modes from -2 to +2 standard deviations; colours show each point's movement.
 
 views = []
 for k, mode in enumerate(group.modes):

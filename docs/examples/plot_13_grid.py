@@ -2,7 +2,7 @@
 A surface as an image
 =====================
 
-Positions, or any data, on a grid of latitudes and longitudes: an image that networks and transforms on the sphere take.
+Positions, or any data, on a grid of latitudes and longitudes: an image for networks and transforms on the sphere.
 """
 
 import matplotlib.pyplot as plt

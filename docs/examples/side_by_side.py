@@ -1,4 +1,4 @@
-"""Surfaces side by side in a figure of matplotlib, without OpenGL: what the examples of this folder share."""
+"""Surfaces side by side in a figure of matplotlib, without OpenGL: common code of this folder's examples."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ AMBIENT = 0.5  # brightness where light grazes a surface
 
 
 def draw_surfaces(*views, up="auto"):
-    """A figure of surfaces side by side, without OpenGL; all are seen as the first one stands.
+    """A figure of surfaces side by side, without OpenGL; all in the first one's pose.
 
     A view is a caption, positions (n, 3), faces (m, 3), then values at vertices or faces, face colours (m, 3), or None;
     and, if it has them, indices of folded faces. Values have a colour bar below the first view that shows them.

@@ -1,1 +1,1 @@
-"""What a person starts: commands, windows, reports, reproductions."""
+"""Programs for people: commands, windows, reports, reproductions."""

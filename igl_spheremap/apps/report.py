@@ -57,8 +57,8 @@ def write_report(
 ) -> Path:  # fmt: skip
     """Write a page, a file that ends in .html or `report.html` in a folder, made if it is missing; return its path.
 
-    `source` names the surface, `command` is the command line that made the map, `up` says which way is up in
-    the pictures. Needs matplotlib; without OpenGL the page says why it has no pictures.
+    `source` names the surface, `command` is the command line that made the map, `up` is the up direction of the
+    pictures. Needs matplotlib; without OpenGL the page says why it has no pictures.
 
     >>> import tempfile
     >>> import igl_spheremap as ism
@@ -131,7 +131,7 @@ def write_plane_report(
 def _write_report(
     place: str | os.PathLike[str], title: str, certificate: Certificate, command: str, *parts: str
 ) -> Path:
-    """Write a page with a verdict, these parts, and the versions of what made it; return its path."""
+    """Write a page with a verdict, these parts, and the versions of its programs; return its path."""
     verdict = "folded"
     if certificate.folding_free:
         verdict = "free"
@@ -177,7 +177,7 @@ def _began_folded(recording: Recording) -> bool:
 
 
 def _scene(mesh: Mesh, sphere: FloatArray, before: bool, up: str) -> str:
-    """Surface and result, to be turned, and between them the Gauss map if the run removed its foldings."""
+    """Surface and result, to be turned; if the run removed foldings of the Gauss map, this between them."""
     if len(mesh.f) > MOST_FACES:
         return _TOO_LARGE.format(len(mesh.f))
     turn, maps, by = pose(mesh.unit, up), [("Result", sphere)], "folded"
@@ -198,7 +198,7 @@ def _scene(mesh: Mesh, sphere: FloatArray, before: bool, up: str) -> str:
 def _pictures(
     mesh: Mesh, sphere: FloatArray, recording: Recording, up: str
 ) -> Iterator[tuple[str, Callable[[Path], object]]]:
-    """The last iterate with foldings, and the result in the colours of each subject: what the scene does not show.
+    """Pictures beyond the scene: the last iterate with foldings, and the result in the colours of each subject.
 
     Each is a caption, and a function that draws it to a path.
     """
@@ -219,7 +219,7 @@ def _pictures(
 
 
 def _drawn(pictures: Iterable[tuple[str, Callable[[Path], object]]]) -> list[str]:
-    """Pictures, each of a caption and what draws it to a path, or why there are none."""
+    """Pictures, each of a caption and a function that draws it to a path, or why there are none."""
     found = []
     try:
         for caption, draw in pictures:

@@ -61,7 +61,7 @@ class BalancedEnergy:
         return FaceImages.of(self.source, x, faces)
 
     def by_face(self, x: FloatArray, faces: IntArray | slice = slice(None)) -> FloatArray:
-        """Energies of the given faces; infinite where one is folded."""
+        """Energies of the given faces; infinite for a folded one."""
         images = self.images(x, faces)
         free = images.s2 > 0
         s1, s2 = images.s1, np.where(free, images.s2, 1.0)

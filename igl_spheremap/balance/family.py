@@ -49,8 +49,8 @@ def balanced_map(
 ) -> tuple[FloatArray, Certificate, Run]:
     """The map of a balance from a map x without foldings, and how the minimisation ended.
 
-    `conformal` is the conformal map of the mesh. The result is turned to the Gauss map. It is short of what was asked
-    if its image areas are off by more than `most_off` on average, in logarithms.
+    `conformal` is the conformal map of the mesh. The result is turned to the Gauss map. If its image areas are off by
+    more than `most_off` on average, in logarithms, it is short.
     """
     source = FlatFaces.of(mesh.unit, mesh.f)
     energy = balanced_energy(source, conformal, balance)
@@ -97,10 +97,10 @@ def minimize_balanced(
     rough: float = 0.1,
     steps: int = 80,
 ) -> tuple[Iterate, Status]:
-    """Minimise from a map free of foldings; where its areas are far off, by squares of logarithms first.
+    """Minimise from a map free of foldings; if its areas are far off, by squares of logarithms first.
 
-    `problem` says on what surface maps of an energy lie, and what else they may not do. The last step gains the share
-    `tolerance` of the energy. Areas are far off where the energy is `far` times that of squares. In this opening areas
+    `problem` gives the surface on which maps of an energy lie, and further conditions. The last step gains the share
+    `tolerance` of the energy. Areas are far off if the energy is `far` times that of squares. In this opening areas
     count no more than angles, and a rough minimum is enough.
     """
     search, squares, left = KeptFactor(system, tolerance), replace(energy, power=0), steps
@@ -127,10 +127,10 @@ def minimize_balanced(
 
 
 def balanced_iterates(problem: FaceProblem, search: KeptFactor, x: FloatArray) -> Iterator[State]:
-    """Newton iterates from a map free of foldings; the residual is the share of the energy that is still to gain.
+    """Newton iterates from a map free of foldings; the residual is the share of the energy still to gain.
 
-    After a full step that is the geometric series of the last two gains, whose ratio counts as .9 at most, after a
-    shortened one the largest of the last three, and after one with an old factor what it was predicted to gain.
+    After a full step that is the geometric series of the last two gains, whose ratio counts as .9 at most; after a
+    shortened one the largest of the last three; after one with an old factor its predicted gain.
     """
     value, gains, residual = problem.value(x), [1.0] * 3, np.inf
     zero = EPS * problem.energy.area.sum()

@@ -18,9 +18,9 @@ def carry_cuts(
 ) -> IntArray:
     """Edges (k, 2) of a surface with unit sphere x that stand for the cuts of a patch of a template.
 
-    The patch has the vertices `kept` of the template. What it lacks, a medial wall with cuts, is connected, and so is
-    its boundary. Each vertex of that goes to the nearest one of the surface, each edge to a shortest path, so the paths
-    are connected, and each part into which they divide the surface is a disk.
+    The patch has the vertices `kept` of the template. Its gap, a medial wall with cuts, is connected, and so is the
+    gap's boundary. Each vertex of that goes to the nearest one of the surface, each edge to a shortest path. So the
+    paths are connected, and divide the surface into disks.
 
     Examples
     --------
@@ -51,7 +51,7 @@ def _boundary(f: IntArray, n: int, kept: IntArray) -> IntArray:
     (start, stop), apex = sides(f), f.ravel()
     inside = lacks[start] & lacks[stop]
     _, label = components(start[inside], stop[inside], n)
-    # Only the vertices between them join a cut to the wall where a patch passes there twice.
+    # If a patch passes there twice, only the vertices between join a cut to the wall.
     beside = ~lacks[start] & lacks[stop]
     least, most = np.full(n, n), np.full(n, -1)
     np.minimum.at(least, start[beside], label[stop[beside]])

@@ -31,7 +31,7 @@ from .problem import RADIUS, FreeProblem
 from .tutte import by_lengths, tutte_map
 from .unrolling import FLAT, stretch, unrolled
 
-#: How an isometry came about: its energy is the least that any layout has.
+#: Origin of an isometry: its energy is the least of all layouts.
 _UNROLLED = Run(Status.CONVERGED, 0.0, gauge="turned")
 
 
@@ -46,7 +46,7 @@ class FlatMap(PlaneMap):
     plane : (n, 2) float64 array
         Images of the vertices, in the input's order and units: the image has the area of the source.
     conformal : DiskMap, optional
-        The map to the disk that it could start from; none if it was unrolled, or if doubling folds faces.
+        A possible start, the map to the disk; none if it was unrolled, or if doubling folds faces.
 
     Examples
     --------
@@ -77,14 +77,13 @@ def flatten(
 ) -> FlatMap:
     """Lay a surface with one boundary loop out in the plane with least distortion, and certify the map.
 
-    A surface that can be unrolled is laid out face by face, whatever `balance` is: lengths are kept to 1e-6, those
-    of flat surfaces to 1e-9. On any other, and where that layout overlaps itself, Newton steps minimise an energy
-    that is nearly the sum over faces of squared logarithms of stretches; `balance` is the weight of the part that
-    changes areas, 1 - `balance` of the part that changes angles. They start from Tutte's map whose boundary keeps
-    its lengths, or from the conformal disk if doubling finds one, whichever has the lower sum. No step folds a face
-    or lets the boundary cross itself, which exact arithmetic decides, so that the map is injective. A note says
-    where a layout would overlap; where lengths are off by a factor of 10 or more, and `balance` is not 0, the
-    status is ``SHORT``, and a note names the factor.
+    A surface that can be unrolled is laid out face by face, whatever `balance` is: lengths are kept to 1e-6, those of
+    flat surfaces to 1e-9. On any other, or if that layout overlaps itself, Newton steps minimise nearly the sum over
+    faces of squared logarithms of stretches; changes of areas have the weight `balance`, changes of angles 1 -
+    `balance`. They start from Tutte's map whose boundary keeps its lengths, or from the conformal disk if doubling
+    finds one, whichever has the lower sum. No step folds a face or lets the boundary cross itself, which exact
+    arithmetic decides, so the map is injective. If a layout would overlap, a note says where. If lengths are off by a
+    factor of 10 or more, and `balance` is not 0, the status is ``SHORT``, and a note names the factor.
 
     Parameters
     ----------
@@ -132,7 +131,7 @@ def flatten(
 def _flattened(
     disk: Disk, balance: float, history: History, start: DiskMap | None = None
 ) -> FlatMap:
-    """The layout of a balance, from a map to the disk, if there is one already."""
+    """The layout of a balance, from a present map to the disk, if any."""
     settings = {"balance": balance}
     with phase("unroll"):
         isometry = unrolled(disk)
@@ -181,8 +180,8 @@ def _spread(
 ) -> tuple[FloatArray, Run]:
     """Minimise the energy of a balance over maps with a free boundary, from the best of some disks.
 
-    Where a surface is long, thin or bent, the conformal disk has lengths that differ by factors without bound; Tutte's
-    map has those of the boundary.
+    On a long, thin or bent surface lengths of the conformal disk differ by unbounded factors; Tutte's map has those of
+    the boundary.
     """
     source = FlatFaces.of(disk.unit, disk.f)
     energy = BalancedEnergy(source, min(balance, MOST_WEIGHT), POWER, np.zeros(len(disk.f)))
@@ -198,9 +197,9 @@ def _spread(
 
 
 def _turned(disk: Disk, p: FloatArray) -> FloatArray:
-    """An isometry turned upright, unless rounding then changes lengths, such as those across a thin strip."""
+    """An isometry turned upright, unless rounding then changes lengths, as across a thin strip."""
     q = upright(p, disk)
-    # Half, so that what is turned counts as flat even after it is moved and scaled.
+    # Half, so that the turned map counts as flat even after it is moved and scaled.
     return min((q, p), key=lambda each: max(stretch(disk, each), FLAT / 2))
 
 

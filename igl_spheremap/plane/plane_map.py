@@ -1,4 +1,4 @@
-"""What comes out of maps of disks to the plane: positions, certificate, and how they came about."""
+"""Results of maps of disks to the plane: positions, certificate, and the record of the run."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class PlaneMap(Shown, Result):
 
     @property
     def _scaled(self) -> FloatArray:
-        """The image with coordinates up to 1: squares of what is measured stay within float64."""
+        """The image with coordinates up to 1: squares of measures stay within float64."""
         return self.image / np.abs(self.plane).max()
 
     @gate
@@ -104,7 +104,7 @@ class PlaneMap(Shown, Result):
         return log_length_ratios(self.mesh.unit, self.faces[self.mesh.surface], self._scaled)
 
     def plot(self, title: str = "") -> Any:
-        """Plot the image, coloured by area ratios, and histograms of what the map does to angles and areas.
+        """Plot the image, coloured by area ratios, and histograms of the map's changes of angles and areas.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ def given_map(mesh: Disk, p: FloatArray) -> PlaneMap:
 
 
 def unit_square(p: FloatArray) -> tuple[FloatArray, dict[str, Any]]:
-    """Texture coordinates uv of a map to the plane, and what files say of them: ``uv = factor * (p - corner)``.
+    """Texture coordinates uv of a map to the plane, and the numbers in files: ``uv = factor * (p - corner)``.
 
     The longer side of the image becomes 1.
     """
@@ -160,7 +160,7 @@ def in_space(p: FloatArray) -> FloatArray:
 
 
 def plane_findings(result: PlaneMap) -> list[Finding]:
-    """What is known of a map to the plane; the verdict comes last."""
+    """Findings on a map to the plane; the verdict comes last."""
     return [
         angles(result.angle_differences()),
         areas(result.log_area_ratios()),

@@ -1,4 +1,4 @@
-"""How maps to the unit disk are found: by doubling, and by steps in which the boundary slides along the circle."""
+"""Search for maps to the unit disk: by doubling, and by steps in which the boundary slides along the circle."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def balanced_disk(
 
 
 def straight_sides(disk: Disk, conformal: FloatArray, p: FloatArray) -> tuple[str, ...]:
-    """A note where an edge of the boundary spans far more of the circle than in the conformal map."""
+    """A note if an edge of the boundary spans far more of the circle than in the conformal map."""
     rings = conformal[disk.rim], p[disk.rim]
     before, after = (
         2 * np.arcsin(np.minimum(row_lengths(np.roll(q, -1, axis=0) - q).max() / 2, 1))
@@ -124,12 +124,12 @@ def slid_map(disk: Disk, listener: Listener, power: float = 0.5) -> tuple[FloatA
 
 
 def _is_free(disk: Disk, p: FloatArray) -> bool:
-    """Whether a map is certified free of foldings, as it would be returned."""
+    """Whether a map is certified free of foldings in its returned form."""
     return presentable(disk, p)[1].folding_free
 
 
 def _starts(disk: Disk, found: list[tuple[FloatArray, Run]]) -> Iterator[FloatArray]:
-    """Tutte's maps: the boundary as a balanced conformal map has it, by its lengths; evenly spread if both fold."""
+    """Tutte's maps: the boundary of a balanced conformal map; by its lengths; if both fold, evenly spread."""
     try:
         p = tutte_map(disk, by_harmonic_measure(disk))
     except FactorisationFailed:
@@ -142,7 +142,7 @@ def _starts(disk: Disk, found: list[tuple[FloatArray, Run]]) -> Iterator[FloatAr
 
 
 def presentable(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
-    """A map as it is returned: balanced, upright, and its boundary on the circle; unless that folds faces, as it is."""
+    """A map for return: balanced, upright, and its boundary on the circle; if that folds faces, the map as it is."""
     for q in (upright(centred(p, disk), disk), upright(p, disk)):
         q[disk.rim] /= np.hypot(q[disk.rim, 0], q[disk.rim, 1])[:, None]
         certificate = Certificate.of_plane(q, disk.f, disk.rim)

@@ -19,7 +19,7 @@ from .doubling import without_chords
 def tutte_map(disk: Disk, circle: FloatArray) -> FloatArray:
     """Images (n, 2) in the unit disk, given those (k, 2) of the boundary; without foldings but for rounding.
 
-    The weights are cotangents. Where faces fold they are made positive: near these faces, then everywhere, then equal.
+    The weights are cotangents. If faces fold, they are made positive: near these faces, then everywhere, then equal.
     Tutte 1963, *How to Draw a Graph*; Floater 2003, *One-to-one Piecewise Linear Mappings over Triangulations*.
     """
     n, f = len(disk.v), disk.f
@@ -46,7 +46,7 @@ def tutte_map(disk: Disk, circle: FloatArray) -> FloatArray:
 
 
 def by_lengths(disk: Disk) -> FloatArray:
-    """Images (k, 2) of the boundary on the unit circle, which its edges share out by their lengths."""
+    """Images (k, 2) of the boundary on the unit circle, which edges divide by their lengths."""
     return _on_circle(_rim_lengths(disk))
 
 
@@ -59,8 +59,8 @@ def by_harmonic_measure(disk: Disk) -> FloatArray:
     """Images (k, 2) of the boundary on the unit circle by a conformal map that sends a point deep inside to the origin.
 
     That map is exp(-(g + i h)) with Green's function g of the point, zero on the boundary, and its conjugate h, the
-    flux of g through the boundary: the harmonic measure. A vertex has what the Laplacian leaves there, and shares it
-    out to its two edges by their lengths.
+    flux of g through the boundary: the harmonic measure. A vertex has the Laplacian's rest there, and divides it
+    between its two edges by their lengths.
     """
     v, f = without_chords(disk.unit, disk.f, disk.rim)
     n, length = len(v), _rim_lengths(disk)
@@ -69,7 +69,7 @@ def by_harmonic_measure(disk: Disk) -> FloatArray:
         return _on_circle(length)
     L = summed_laplacian(igl.cotmatrix_entries(mollified_edge_lengths(v, f)), f, n)
     factor = factorize(L[inner][:, inner])
-    # The point is where a random walk takes longest to the boundary.
+    # From the point a random walk takes longest to the boundary.
     time = factor.solve(vertex_shares(face_areas(v, f), f, n)[inner])
     flux = -L[disk.rim][:, inner] @ factor.solve(
         (np.arange(len(time)) == time.argmax()).astype(float)

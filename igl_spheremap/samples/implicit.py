@@ -103,9 +103,9 @@ def mesh_implicit(
 ) -> tuple[FloatArray, IntArray]:
     """Closed genus-0 mesh of ``field == 0`` inside the box, with about ``n_vertices`` vertices.
 
-    Marching cubes makes a mesh with grid spacing at most ``detail`` where there are vertices enough, and its
-    slivers vanish under relaxation. Finer meshes come from it by midpoint subdivision and projection, which
-    keep the triangles' shape. Rounds of relaxation, here, and steps, below, were chosen by looking at the meshes.
+    If there are vertices enough, marching cubes makes a mesh with grid spacing at most ``detail``; its slivers vanish
+    under relaxation. Finer meshes come from it by midpoint subdivision and projection, which keep the triangles' shape.
+    Rounds of relaxation, here, and steps, below, were chosen by looking at the meshes.
     """
     v, f = _march(field, box, detail)
     check_number(n_vertices, "n_vertices", len(v) // 3, MOST_VERTICES)  # coarser grids lose limbs

@@ -144,7 +144,7 @@ class SurfaceOfRevolution:
 
     @cached_property
     def _boost(self) -> float:
-        """What to add to u, so that the surface's area is balanced on the sphere."""
+        """The shift of u that balances the surface's area on the sphere."""
         from scipy.optimize import brentq  # takes .2 s, which only this map needs
 
         c, weight = np.polynomial.legendre.leggauss(min(self._excess.degree() + 20, 400))

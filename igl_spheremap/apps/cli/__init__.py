@@ -1,3 +1,3 @@
-"""The command line: `main` runs it, `parser` lists what it can do."""
+"""The command line: `main` runs it, `parser` lists its commands."""
 
 from .program import main as main

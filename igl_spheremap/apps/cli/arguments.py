@@ -14,7 +14,7 @@ from ...result.method import Method
 from ..viewer.choices import LENGTH, RATE, SIZE, UPS
 from .exits import UsageError
 
-#: What `ArgumentParser.add_argument` takes.
+#: Arguments of `ArgumentParser.add_argument`.
 Argument = tuple[tuple[str, ...], dict[str, Any]]
 
 _FORMATS = [entry.suffixes[0].removeprefix(".") for entry in FORMATS]
@@ -103,7 +103,7 @@ def switch(*names: str, help: str) -> Argument:
 
 
 def goes_with(flags: str, argument: Argument) -> Argument:
-    """Make a flag depend on others, with commas between them: it is refused unless one of them is given."""
+    """Make a flag depend on others, with commas between them: unless one of them is given, it is refused."""
     names, options = argument
     return names, options | {"goes_with": tuple(flags.split(", "))}
 
@@ -128,7 +128,7 @@ def check_companions(args: Namespace) -> None:
 
 
 def refuse_flags(args: Namespace, names: Iterable[str], why: str) -> None:
-    """Raise a UsageError for flags of these names that are given; `why` says what ignores them."""
+    """Raise a UsageError for given flags of these names; `why` says what ignores them."""
     found = [
         flag[0][-1] for flag in args.row.arguments if flag[0][-1] in names and is_given(args, flag)
     ]
@@ -144,7 +144,7 @@ def source(name: str = "IN", **options: Any) -> tuple[Argument, ...]:
 
 
 def pair(name: str = "SOURCE", optional: bool = False) -> tuple[Argument, ...]:
-    """Make the arguments for a mesh and its map, which may be left out where `optional`."""
+    """Make the arguments for a mesh and its map, which may be left out if `optional`."""
     help = "its map: the same faces, vertices on a sphere about the origin; - for stdin"
     if not optional:
         return *source(name), argument("sphere", "SPHERE", help)
@@ -216,7 +216,7 @@ def pictures(size: tuple[int, int] = SIZE, shown_by: str | None = None) -> tuple
     )
 
 
-#: How a mesh is read.
+#: Reading of a mesh.
 READING = (
     argument(
         "--format",
@@ -265,7 +265,7 @@ TO = argument(
 REFLECT = switch(
     "--reflect", help="mirror SOURCE and its sphere first (x to -x), as `register --reflect` did"
 )
-#: Where methods end, each by what it measures, and the settings of lai2014 beside its default.
+#: Ends of methods, each by its own measure, and the settings of lai2014 beside its default.
 ENDS = (
     argument(
         "--tolerance",
@@ -325,7 +325,7 @@ PARTS = switch(
     help="take each closed part of a file as a surface of its own: part K of name.obj is "
     "name.obj:K, and its {stem} name_K",
 )
-#: Who works on many files, and when jobs end.
+#: Workers on many files, and limits of jobs.
 ENGINE = (
     argument("--jobs", "N", "processes; without it one for each processor", type=POSITIVE_COUNT),
     argument(
@@ -347,7 +347,7 @@ ENGINE = (
         "--retries", "N", "how often a job is run again whose process died", type=COUNT, default=1
     ),
 )
-#: What all commands take that make files of many.
+#: Arguments of all commands that make files of many.
 MANY = (
     *ENGINE,
     argument(
@@ -360,7 +360,7 @@ MANY = (
     switch("-f", "--force", help="replace any other file at a target"),
     switch("-q", "--quiet", help="print nothing"),
 )
-#: What `disk` and `flatten` take.
+#: Arguments of `disk` and `flatten`.
 PLANE = (
     *source(),
     goes_with(

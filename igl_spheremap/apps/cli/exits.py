@@ -1,4 +1,4 @@
-"""How a command ends: exit statuses, one line for each expected error, and Ctrl-C or SIGTERM in the middle of a run."""
+"""Ends of commands: exit statuses, one line for each expected error, and Ctrl-C or SIGTERM in the middle of a run."""
 
 import signal
 import threading
@@ -49,7 +49,7 @@ class Exit(IntEnum):
 
 
 def status_help() -> str:
-    """The end of a help text: all statuses, and what they mean."""
+    """The end of a help text: all statuses with their meanings."""
     return "exit status:\n" + "".join(f"  {status:<3} {status.meaning}\n" for status in Exit)
 
 
@@ -120,7 +120,7 @@ def describe(error: BaseException) -> tuple[Exit, str]:
 
 @dataclass(frozen=True)
 class Shell:
-    """How a command with these flags says remedies; those that take a value are not switches.
+    """Says remedies as a command's flags; those that take a value are not switches.
 
     >>> Shell({"--repair": False, "--fill-holes": False})(errors.Remedy("repair_mesh", {"holes": "fill"}))
     '--repair --fill-holes'
@@ -150,7 +150,7 @@ class Shell:
 
 
 def shell_of(args: "Namespace") -> Shell:
-    """How the command that was parsed says remedies."""
+    """The `Shell` of the parsed command."""
     return Shell(
         {
             name: options.get("action") != "store_true"
@@ -160,7 +160,7 @@ def shell_of(args: "Namespace") -> Shell:
     )
 
 
-#: What asks a command to end. On Windows other programs can't send SIGTERM, but Ctrl-Break.
+#: Signals that ask a command to end. On Windows other programs can't send SIGTERM, but Ctrl-Break.
 _SIGNALS = {
     signal.SIGINT: Exit.INTERRUPTED,
     signal.SIGTERM: Exit.TERMINATED,

@@ -1,4 +1,4 @@
-"""What commands read: meshes, their maps, data over their vertices, and lists of files."""
+"""Inputs of commands: meshes, their maps, data over their vertices, and lists of files."""
 
 import glob
 import os
@@ -44,7 +44,7 @@ MIRROR = np.array([-1.0, 1.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class InputMesh:
-    """A mesh, its name as it was given, what else its file holds, and what repairing changed."""
+    """A mesh, its name as given, its file's further contents, and the changes by a repair."""
 
     name: str
     v: FloatArray
@@ -53,18 +53,18 @@ class InputMesh:
     repairs: tuple[str, ...] = ()
     #: (m,) of the faces that are caps, if there are any
     caps: BoolArray | None = None
-    #: (m,) of the file's faces that these are, -1 of caps, where it was repaired
+    #: if it was repaired, (m,) numbers of these faces in the file, -1 of caps
     face_source: IntArray | None = None
-    #: (n,) of the whole surface's vertices that these are, -1 of new ones, where it is mapped to the plane
+    #: if it is mapped to the plane, (n,) numbers of these vertices in the whole surface, -1 of new ones
     rows: IntArray | None = None
 
     @property
     def up(self) -> str:
-        """Which axis is up in pictures of it."""
+        """The axis that is up in pictures of it."""
         return guess_up(self.name, self.metadata.get("structure"))
 
     def mirrored(self) -> "InputMesh":
-        """Its mirror image, x to -x, which is one of the other side of the body; faces are reversed."""
+        """Its mirror image, x to -x, of the other side of the body; faces are reversed."""
         structure = self.metadata.get("structure")
         metadata = {}
         if structure:
@@ -117,7 +117,7 @@ def read_source(
     """A mesh from a file, a sample, or stdin, whose format is `kind`; `repair` are options of `repair_mesh`.
 
     Raises UsageError for an unknown sample, FileError and MeshError for a file without a closed genus-0 mesh. Without
-    `check` any mesh will do; of it and where meshes are repaired, polygons are cut into triangles.
+    `check` any mesh will do; its polygons, and those of meshes to repair, are cut into triangles.
     """
     mesh = read_any(
         name, kind, lambda path: read_mesh(path, triangulate=repair is not None or not check)
@@ -137,12 +137,12 @@ def read_source(
 
 
 def _in_words(name: str) -> str:
-    """What messages call a file."""
+    """A file's name in messages."""
     return {STREAM: "stdin"}.get(name, name)
 
 
 def up_of(args: Namespace, source: InputMesh) -> str:
-    """Which way is up: what --up says, or else by the name and the format of the mesh."""
+    """The up direction: that of --up, or else by the name and the format of the mesh."""
     if args.up is not None:
         return str(args.up)
     return source.up
@@ -216,7 +216,7 @@ def _face_set(f: IntArray) -> IntArray:
 
 
 def read_any(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> LoadedMesh:
-    """Read a file, a sample:NAME, or stdin as a file of that kind where the name is `-`."""
+    """Read a file, a sample:NAME, or, for the name `-`, stdin as a file of that kind."""
     if name.startswith(SAMPLE):
         with usage(""):
             return read(name)
@@ -279,7 +279,7 @@ def read_table(path: str) -> tuple[Label, ...] | None:
 
 
 def parts_of(name: str) -> list[str]:
-    """The closed parts of a file; the file itself if it has none or can't be read, as its row will say."""
+    """The closed parts of a file; if it has none or can't be read, as its row will say, the file itself."""
     try:
         parts = parts_in(name)
     except (MeshError, FileError):
@@ -292,7 +292,7 @@ def parts_of(name: str) -> list[str]:
 def expand(words: Iterable[str], lists: tuple[str, ...] = ()) -> list[str]:
     """Files in the order given; of a list `@FILE` one a line, of a glob in alphabetical order, numbers by value.
 
-    Words of a list come with the lists that they stand in, of which none may be named again.
+    Words of a list come with the lists around them, none of which may be named again.
     """
     names: list[str] = []
     for word in words:

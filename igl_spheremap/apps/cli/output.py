@@ -1,4 +1,4 @@
-"""What commands write: OUT, which may be stdout, a summary in 80 columns for people, and JSON for programs."""
+"""Outputs of commands: OUT, which may be stdout, a summary in 80 columns for people, and JSON for programs."""
 
 import json
 import math
@@ -40,12 +40,12 @@ _INPUTS = (
 _OUTPUTS = ("target", "surface", "table", "matrix", "json", "plot", "write")
 #: Lines of one kind that a summary has at most: files, landmarks. Tables and JSON have them all.
 LISTED = 20
-_WIDTH, _LABEL = 80, 13  # columns of a line, and of what names a figure
+_WIDTH, _LABEL = 80, 13  # columns of a line, and of a figure's name
 _T = TypeVar("_T")
 
 
 def check_outputs(args: Namespace, surface: bool = False) -> None:
-    """Raise an error before the work starts if an output can't be written, or would replace an input.
+    """If an output can't be written, or would replace an input, raise an error before the work starts.
 
     A surface as OUT needs a format that is known, and may be stdout.
     """
@@ -71,7 +71,7 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
 
 
 def check_apart(path: str | os.PathLike[str], others: Iterable[str], flag: str = "") -> None:
-    """Raise a UsageError that names the flag if a file is one of others, which it would replace."""
+    """If a file is one of others, which it would replace, raise a UsageError that names the flag."""
     if os.path.realpath(path) in set(map(os.path.realpath, others)):
         raise UsageError(
             f"{flag}{path} is an input or another output, which would be lost; write another file"
@@ -79,7 +79,7 @@ def check_apart(path: str | os.PathLike[str], others: Iterable[str], flag: str =
 
 
 def check_plots(args: Namespace) -> None:
-    """Raise an error before the work starts if --plot and --report can't be served."""
+    """If --plot and --report can't be served, raise an error before the work starts."""
     if args.plot is not None and Path(args.plot).suffix.lower() not in FORMATS:
         raise UsageError(f"--plot {args.plot}: the name must end in one of {', '.join(FORMATS)}")
     for flag in ("--plot", "--report"):
@@ -89,12 +89,12 @@ def check_plots(args: Namespace) -> None:
 
 
 def command_of(args: Namespace) -> str:
-    """The command line, as a page says what made it."""
+    """The command line that made a page."""
     return shlex.join(("igl-spheremap", *args.words))
 
 
 def check_report(args: Namespace, name: str = "report.html") -> None:
-    """Raise an error before the work starts if --report names neither a page nor a folder, or would replace a file.
+    """If --report names neither a page nor a folder, or would replace a file, raise an error before the work starts.
 
     Pages of earlier reports are replaced. `name` is that of a page in a folder.
     """
@@ -185,7 +185,7 @@ class Findings:
         }
 
     def extend(self, findings: Iterable[Finding]) -> None:
-        """Add what is known of a map."""
+        """Add the findings on a map."""
         for finding in findings:
             self.add(finding.label, finding.text, **finding.numbers)
 
@@ -196,13 +196,13 @@ class Findings:
             self.add(label, note)
 
     def left_out(self, reasons: Mapping[str, str]) -> None:
-        """Add the names that were left out, with their reasons; of many only the first."""
+        """Add left-out names, with their reasons; of many only the first."""
         self.figures["left_out"] = dict(reasons)
         for name, reason in list(reasons.items())[:LISTED]:
             self.add("left out", f"{name}: {reason}")
 
     def written(self, **paths: str | os.PathLike[str] | None) -> None:
-        """Add what was written besides OUT, each by the flag that asked for it."""
+        """Add the files besides OUT, each by the flag that asked for it."""
         for flag, path in paths.items():
             if path is not None:
                 self.add(flag, os.fspath(path), **{flag: path})
@@ -237,14 +237,14 @@ class Findings:
 
 
 def pictures_of(args: Namespace) -> Pictures:
-    """What is written of a program with a picture."""
+    """The files of a program with a picture."""
     return Pictures(
         args.screenshot, args.video, tuple(args.size), args.frame, args.length, args.fps
     )
 
 
 def mirrored(args: Namespace) -> str:
-    """Say that both were mirrored, if --reflect was given."""
+    """If --reflect was given, say that both were mirrored."""
     if not args.reflect:
         return ""
     return ", mirrored (x to -x)"

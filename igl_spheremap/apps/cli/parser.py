@@ -15,7 +15,7 @@ from .table import COMMANDS, GROUPS
 
 
 class _ByGroup(RawDescriptionHelpFormatter):
-    """Help that lists the commands under what they are about."""
+    """Help that lists the commands by subject."""
 
     def _format_action(self, action: Action) -> str:
         lines_of = super()._format_action
@@ -29,7 +29,7 @@ class _ByGroup(RawDescriptionHelpFormatter):
 
 
 class _Completion(Action):
-    """Print what completes command lines in a shell."""
+    """Print the completion of command lines for a shell."""
 
     def __call__(self, parser: ArgumentParser, _: Namespace, shell: Any, *__: Any) -> None:
         shtab = import_optional("shtab", "completion")
@@ -42,12 +42,12 @@ class _Completion(Action):
 _COMMANDS = [command.name for command in COMMANDS]
 #: Flags that stand before a command.
 _GENERAL = ["--help", "--version", "-h", "--completion"]
-#: What other programs call OUT.
+#: Names of OUT in other programs.
 _OUT = ("-o", "--out", "--output")
 
 
 def _near(word: str, names: list[str]) -> list[str]:
-    """The name that may have been meant by a word, if there is one."""
+    """The name, if any, that may have been meant by a word."""
     from difflib import get_close_matches  # only wrong lines need it
 
     return get_close_matches(word, names, n=1)
@@ -64,14 +64,14 @@ def _is_known(first: str) -> bool:
 
 
 def _kind(word: str) -> str:
-    """What a word is by its first letter."""
+    """The kind of a word by its first letter."""
     if word.startswith("-"):
         return "flag"
     return "command"
 
 
 def _alike(first: str) -> list[str]:
-    """What may have been meant by the first word of a line, which is no command and no flag."""
+    """The likely meaning of the first word of a line, which is no command and no flag."""
     if first.startswith("-"):
         return _near(first, _GENERAL)
     if "." in first or ":" in first:
@@ -80,7 +80,7 @@ def _alike(first: str) -> list[str]:
 
 
 def _hint(unknown: list[str], args: Namespace) -> str:
-    """What may have been meant by words that a command does not take."""
+    """The likely meaning of words that a command does not take."""
     arguments = [names for names, _ in args.row.arguments]
     flag = unknown[0].partition("=")[0]
     if flag in _OUT and ["target"] in [[*names] for names in arguments]:
@@ -91,7 +91,7 @@ def _hint(unknown: list[str], args: Namespace) -> str:
 
 
 class _Parser(ArgumentParser):
-    """A parser that raises what goes wrong: wrong usage, and help that its stream can't take."""
+    """A parser that raises its failures: wrong usage, and help that its stream can't take."""
 
     def error(self, message: str) -> NoReturn:
         _, found, missing = message.partition("arguments are required: ")

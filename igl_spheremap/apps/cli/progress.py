@@ -1,4 +1,4 @@
-"""What a command does now: one line on a terminal, drawn by tqdm, and a line a minute in logs."""
+"""The present work of a command: one line on a terminal, drawn by tqdm, and a line a minute in logs."""
 
 import logging
 import math
@@ -14,7 +14,7 @@ from ...result.run import Iterate, Listener, title_of
 from ...timings import LOGGER
 from ...verify.signs import folded_faces
 
-#: Phases of the library that take long on large meshes, by what they do.
+#: Descriptions of phases of the library that take long on large meshes.
 _LONG = {"factorisation": "factorising", "repair": "finishing the map", "certificate": "certifying"}
 
 
@@ -29,10 +29,10 @@ class _Line(tqdm):
 
 
 class Progress(logging.Handler):
-    """A context that says what is done now: on a terminal a line that is cleared, in a log a line a minute.
+    """A context that shows the present work: on a terminal a line that is cleared, in a log a line a minute.
 
-    Activities are those of the command; what the library logs meanwhile is shown beside the name and the time of one,
-    and how far a loop is as a share, with the time that is left.
+    Activities are those of the command. Logs of the library are shown beside the name and the time of one, and the
+    progress of a loop as a share, with the time that is left.
     """
 
     def __init__(self, quiet: bool = False) -> None:
@@ -47,7 +47,7 @@ class Progress(logging.Handler):
         self._bar: _Line | None = None
         self._activity = ""
         self._loop: object = None  # the outermost one that is counted
-        self._share = ""  # what is done of it, and the time that is left
+        self._share = ""  # its share that is done, and the time that is left
         self._began = 0.0
 
     def __enter__(self) -> "Progress":
@@ -61,7 +61,7 @@ class Progress(logging.Handler):
         self.close()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Show a phase of the library, or how far one of its loops is."""
+        """Show a phase of the library, or the progress of one of its loops."""
         if isinstance(record.args, tuple) and len(record.args) == 3:
             name, done, total = record.args
             self._count_loop(name, int(str(done)), int(str(total)))
@@ -142,7 +142,7 @@ class Progress(logging.Handler):
         return due
 
     def _line(self, text: str, postfix: str = "") -> None:
-        """Show a text in the place of the activity's name, without beginning its time anew; or write it in a log."""
+        """Show a text in the place of the activity's name, and let its time go on; or write it in a log."""
         if not self._terminal:
             self.write(f"igl-spheremap: {', '.join(filter(None, (text, postfix)))}")
             return
@@ -153,7 +153,7 @@ class Progress(logging.Handler):
         self._bar.set_postfix_str(postfix)
 
     def _count_loop(self, name: object, done: int, total: int, short: float = 2.0) -> None:
-        """Show the share of the outermost loop that is done, and the time that is left, unless it takes few seconds."""
+        """Unless the outermost loop takes few seconds, show its share that is done, and the time that is left."""
         if total < 2 or self._loop not in (None, name):
             return
         now = time.monotonic()
@@ -170,7 +170,7 @@ class Progress(logging.Handler):
 
 
 def measures(iterate: Iterate) -> str:
-    """Format energy and residual of an iterate, leaving out what is not finite."""
+    """Format the finite ones of energy and residual of an iterate."""
     figures = {
         "energy 4 pi": f"{iterate.energy - 4 * math.pi:+.2e}",
         "residual": f"{iterate.residual:.1e}",

@@ -1,4 +1,4 @@
-"""The table of commands: what each does, examples, and its arguments; nothing here takes time to import.
+"""The table of commands: their purposes, examples, and arguments; nothing here takes time to import.
 
 The work of a command is a function `run_...` of a module in `commands/`.
 """
@@ -29,13 +29,13 @@ from .arguments import (
     switch,
 )
 
-#: What shows a map between surfaces.
+#: Flags that show a map between surfaces.
 _SHOWING = "--show, --screenshot, --video"
 
 
 @dataclass(frozen=True)
 class Command:
-    """A command: the name that is typed, the module of its work, what it does, command lines, and its arguments."""
+    """A command: its name, the module of its work, its purpose, command lines, and arguments."""
 
     name: str
     module: str
@@ -716,7 +716,7 @@ COMMANDS = (
     ),
 )
 
-#: What the commands are about, in the order in which help lists them; those of `SHAPES` call `igl_spheremap.shapes`.
+#: Subjects of the commands, in the order of the help; those of `SHAPES` call `igl_spheremap.shapes`.
 SHAPES = "several surfaces, and harmonics (ism.shapes)"
 GROUPS = {
     "a map and its certificate": ("map", "check", "repair", "view"),

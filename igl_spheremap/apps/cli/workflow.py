@@ -1,4 +1,4 @@
-"""The way of every command that maps: map, write, certify what was written, draw, and report."""
+"""The way of every command that maps: map, write, certify the file, draw, and report."""
 
 import os
 from argparse import Namespace
@@ -29,8 +29,8 @@ def map_and_report(
 ) -> Exit:
     """Map a surface by a function of a listener; Exit.OK means that the numbers in the file are certified.
 
-    `write` writes the map, and returns the certificate of the file and what was found; `plot` makes the figure of
-    --plot, and `page` writes that of --report. A signal ends the run early, with the map that there is.
+    `write` writes the map, and returns the certificate of the file and findings; `plot` makes the figure of --plot, and
+    `page` writes that of --report. A signal ends the run early, with the present map.
     """
     args.progress.begin(f"mapping {source.name}")
     with Interrupt() as interrupt:

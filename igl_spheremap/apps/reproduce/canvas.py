@@ -19,7 +19,7 @@ PAGE = 7.2
 TEXT = 7  # points
 _NONE = np.empty(0, dtype=np.int64)
 _ASPECT = 1.25  # width over height of a picture
-_SIDE = 1.04  # side of what is shown, in units of the body's own
+_SIDE = 1.04  # side of the view, in units of the body's own
 
 
 def page_figure(rows: int, columns: int, title: str, height: float) -> tuple[Any, Any]:
@@ -71,7 +71,7 @@ def show_function(
 ) -> None:  # fmt: skip
     """A function of the vertices (n,) in colours on the source, with their bar, and marks of small folded faces."""
     colours = ramp.colours(values[surface.f].mean(axis=1))
-    # Soft shades, for dark ones would be taken for strong colours.
+    # Soft shades: dark ones would be taken for strong colours.
     show_surface(ax, surface, surface.v, title, folded, colours, ambient=0.75)
     if bar:
         colour_bar(ax, ramp)
@@ -104,8 +104,8 @@ def show_surface(
 ) -> None:  # fmt: skip
     """Positions (n, 3) of the surface's vertices in face colours (m, 3), lit and seen as the source is.
 
-    Folded faces that are too small to be seen have a dot, those that lie behind a ring. The axes have the coordinates
-    of the view.
+    Folded faces that are too small to be seen have a dot, those that lie behind have a ring. The axes have the
+    coordinates of the view.
     """
     view = pose(surface.v, surface.up).T
     y = where @ view

@@ -47,7 +47,7 @@ _UNIT = 0.5 * np.log(4 * np.pi)
 def figure_1(runs: Runs, squares: int = 3, divided: int = 2) -> Any:
     """A brain and its conformal map under one checkerboard, whose squares keep their right angles.
 
-    A quarter turn has so many squares; faces are divided so often, for smooth borders.
+    The arguments are the squares of a quarter turn, and the divisions of faces for smooth borders.
     """
     surface = runs.surface("Brain")
     result = runs.get(surface, "auto").result
@@ -304,7 +304,7 @@ def _results(
 
 
 def named(surface: PaperSurface) -> str:
-    """The paper's name, and what stands for its surface."""
+    """The paper's name, and the substitute of its surface."""
     return f"{surface.name}:\n{surface.relation}"
 
 
@@ -321,6 +321,6 @@ def relative_u(surface: PaperSurface, x: FloatArray) -> FloatArray:
 
 
 def _roundness(phi: FloatArray) -> str:
-    """How far the surface of the eigenfunctions is from the sphere of Theorem 2."""
+    """Distance of the surface of the eigenfunctions from the sphere of Theorem 2."""
     radius = np.linalg.norm(phi, axis=1) / _PHI_RADIUS
     return f"|Φ| from {radius.min():.3f} to {radius.max():.3f} of √(3/4π)"

@@ -1,4 +1,4 @@
-"""The list of what can be reproduced, and the loop that does it; importing it loads no numpy."""
+"""The list of reproducible items, and the loop that makes them; importing it loads no numpy."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from ...mesh.arrays import FloatArray
 from ...result.run import Iterate, Stage
 from .surfaces import PaperSurface, load_surface
 
-#: What is run, by the name that tables give it.
+#: Runs by their names in tables.
 METHODS: dict[str, Method] = {
     "Algorithm 1": Lai2014(rounds=0),
     "Algorithm 1 as printed": Lai2014.as_printed(rounds=0),
@@ -34,7 +34,7 @@ METHODS: dict[str, Method] = {
     "auto": Auto(),
 }
 
-#: What is kept of a run beside its result.
+#: Data of a run to keep beside its result.
 _MORE = ("seconds", "starts", "ends")
 
 
@@ -95,7 +95,7 @@ class Runs:
 
 
 def run(surface: PaperSurface, method: Method) -> PaperRun:
-    """Map a surface, and keep what each round starts and ends with."""
+    """Map a surface, and keep the first and last map of each round."""
     starts: dict[int, FloatArray] = {}
     ends: dict[int, FloatArray] = {}
 

@@ -19,7 +19,7 @@ from ...mesh.check import check_mesh
 
 @dataclass(frozen=True)
 class Counterpart:
-    """What stands for a surface of the paper: a file of the folder, or a sample."""
+    """Substitute of a surface of the paper: a file of the folder, or a sample."""
 
     file: str
     relation: str
@@ -27,13 +27,13 @@ class Counterpart:
     sample_relation: str
     #: Number of vertices to which the file is simplified; empty if it is taken as it is.
     simplify_to: str = ""
-    #: The direction of the file's that is up, if it does not show where it stands.
+    #: The up direction of the file, if the shape does not show it.
     up: str = "auto"
 
 
 @dataclass(frozen=True, eq=False)
 class PaperSurface:
-    """A checked mesh under the paper's name, where it is from, and how it relates to the paper's."""
+    """A checked mesh under the paper's name, its origin, and its relation to the paper's."""
 
     name: str
     v: FloatArray
@@ -44,7 +44,7 @@ class PaperSurface:
 
     @property
     def title(self) -> str:
-        """What stands for which surface."""
+        """The surface and its substitute."""
         return f"{self.name}: {self.relation} ({self.source}; {len(self.v):,} vertices)"
 
     @property
@@ -54,14 +54,14 @@ class PaperSurface:
 
 
 _TABLE = files(__package__).joinpath("counterparts.csv").read_text(encoding="utf-8")
-#: What stands for each surface, by the paper's name of it.
+#: Substitute of each surface, by the paper's name.
 COUNTERPARTS = {
     row.pop("surface"): Counterpart(**row) for row in csv.DictReader(_TABLE.splitlines())
 }
 
 
 def load_surface(name: str, folder: Path | None) -> PaperSurface:
-    """The surface that stands for one of `COUNTERPARTS`: a file of the folder, or a sample where that lacks it.
+    """The surface that stands for one of `COUNTERPARTS`: a file of the folder, or, if that lacks it, a sample.
 
     >>> load_surface("Bird 1", None).title
     'Bird 1: another bird (sample bird; 954 vertices)'

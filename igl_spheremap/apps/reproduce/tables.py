@@ -86,7 +86,7 @@ _HEAD = (
     "seconds",
     "gu-yau's seconds over these",
 )
-#: Names in `METHODS` of what the rows of a surface are, where {} is the algorithm.
+#: Names in `METHODS` of the rows of a surface; {} is the algorithm.
 WAYS = {
     "lai2014": "{}",
     "as printed": "{} as printed",
@@ -157,7 +157,7 @@ def _lines(row: PaperRow, algorithm: str, runs: Runs, compared: bool) -> Iterato
 
 
 def _cells(way: str, one: PaperRun) -> list[str]:
-    """What is said of a run."""
+    """Cells of a run."""
     result = one.result
     # The rounds of the default method are repairs, and not those of Algorithm 2.
     rounds = () if way == "auto" else result.rounds
@@ -174,7 +174,7 @@ def _cells(way: str, one: PaperRun) -> list[str]:
 
 
 def ended(rounds: Sequence[Round], status: Status) -> str:
-    """Why each round ended, once if all for one reason; of a run without rounds, why that ended."""
+    """Reason for the end of each round, or of a run without rounds; a common reason is said once."""
     ends = [entry.status for entry in rounds] or [status]
     return ", ".join(
         _ENDS.get(end, end.value) for end in (ends if len(set(ends)) > 1 else ends[:1])
@@ -200,7 +200,7 @@ def _ratio(theirs: float, ours: float) -> str:
     return _short(theirs / max(ours, 1e-3))
 
 
-#: What writes the tables, by their names.
+#: Writers of the tables, by their names.
 TABLES: dict[str, Callable[[Runs], str]] = {
     "table1": partial(_table, "Table 1. Algorithm 1 from the Gauss map", TABLE_1, "Algorithm 1"),
     "table2": partial(

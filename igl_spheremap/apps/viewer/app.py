@@ -1,4 +1,4 @@
-"""What a program with a picture is, its panel, and the ways to run it: in a window, as a picture, as a video."""
+"""Programs with a picture, their panels, and the ways to run them: in a window, as a picture, as a video."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .grid import Grid, packed
 from .widgets import box, leave_open, paragraph, tip
 from .window import imgui, ps
 
-#: How a sentence begins that a window shows in place of a traceback.
+#: Beginning of a sentence that a window shows in place of a traceback.
 FAILED = "Something went wrong here: "
 
 
@@ -31,52 +31,52 @@ class App:
     """A picture that has frames and a panel; the panel is drawn where the grid leaves room for it."""
 
     grid: Grid
-    #: What is done between two pictures of a window, such as writing a file, and what came of it.
+    #: Work between two pictures of a window, such as writing a file, and its result.
     pending: Callable[[], str] | None = None
     message = ""
-    #: What went wrong in drawing a window, which goes on.
+    #: Failure in drawing a window, which goes on.
     failure = ""
 
     def prepare(self, listener: Callable[[Iterate], None] | None = None) -> None:
-        """Finish what runs in the background, for pictures without a window."""
+        """Finish runs in the background, for pictures without a window."""
 
     def frames(self) -> int:
-        """Number of frames that there are now."""
+        """Present number of frames."""
         return 1
 
     def last_frame(self) -> int:
-        """The frame that a picture shows if none is asked for."""
+        """The frame of a picture by default."""
         return self.frames() - 1
 
     def go_to(self, frame: int) -> None:
         """Show a frame, from 0."""
 
     def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
-        """What shows each picture of a video of about this many, and whether it is held for a second: a full turn."""
+        """Functions that show each picture of a video, and whether it is held for a second: a full turn."""
         return [(partial(self.grid.rotate, 2 * math.pi / length, 0.0), False)] * length
 
     def facts(self) -> dict[str, Any]:
-        """Figures of what is shown, for JSON."""
+        """Figures of the present picture, for JSON."""
         return {}
 
     def tick(self) -> None:
         """Move on, once for every picture of a window; never called without one."""
 
     def panel(self) -> None:
-        """Draw what is not on the grid: widgets and plots."""
+        """Draw widgets and plots beside the grid."""
 
     def close(self) -> None:
-        """End what runs in the background."""
+        """End runs in the background."""
 
 
 class ColouredApp(App):
-    """An app whose frames are what its colours can show, in the order of the menus."""
+    """An app whose frames are the subjects of its colours, in the order of the menus."""
 
     subjects: tuple[str, ...] = SUBJECTS
     subject: str
 
     def show_subject(self, subject: str) -> None:
-        """Colour what is shown by one of the subjects."""
+        """Colour the picture by one of the subjects."""
         raise NotImplementedError
 
     def frames(self) -> int:
@@ -90,7 +90,7 @@ class ColouredApp(App):
 
 
 def check_pictures(pictures: Pictures) -> None:
-    """Raise before the work starts if a window can't be opened, or a picture or a video not be written."""
+    """If a window can't be opened, or a picture or a video not be written, raise before the work starts."""
     if pictures.screenshot is not None:
         window.check_picture(pictures.screenshot)
     if pictures.video is not None:
@@ -105,7 +105,7 @@ def open_for(
 ) -> None:
     """Start polyscope for a window or for pictures, or raise a DisplayError, before anything is computed.
 
-    The error of a window names what writes a file `instead`: flags of the command line, or arguments.
+    The error of a window names flags or arguments that write a file `instead`.
     """
     try:
         check_pictures(pictures)
@@ -118,7 +118,7 @@ def open_for(
 
 
 def announce(pictures: Pictures, text: str) -> None:
-    """Say in an empty window what it waits for."""
+    """Say the cause of waiting in an empty window."""
     if pictures.offscreen:
         return
 
@@ -140,7 +140,7 @@ def present(
     size: tuple[int, int] = SIZE,
     frame: int | None = None,
 ) -> list[dict[str, Any]]:
-    """Open a window with an app, or write a picture of a frame or a video of all if `target` names one."""
+    """Open a window with an app; if `target` names one, write a picture of a frame or a video of all."""
     width, height = (check_whole(side, "size", 1) for side in check_list(size, "size", 2))
     pictures = pictures_of(target, (width, height), frame)
     open_for(pictures, "screenshot(result, 'map.png'), play(v, f, out='run.gif')")
@@ -162,7 +162,7 @@ def run_app(
 ) -> list[dict[str, Any]]:
     """Run an app in a window, or write pictures of it and return the facts of each.
 
-    `progress` shows how far a video is; `listener` hears the iterates of a run that is computed first.
+    `progress` shows the progress of a video; `listener` hears the iterates of a run that is computed first.
     """
     try:
         if not pictures.offscreen:
@@ -185,7 +185,7 @@ def run_app(
 
 
 def show_app(app: App) -> None:
-    """Run the window until it is closed; what an app wants done between two pictures is done then."""
+    """Run the window until it is closed, with an app's work between two pictures."""
     while True:
         ps.set_hide_window_after_show(True)
         window.show(lambda: _live(app))
@@ -215,7 +215,7 @@ def _live(app: App) -> None:
 
 
 def _failure_widgets(app: App, high: float = 90.0) -> None:
-    """Say what went wrong, at the lower edge, until it is read."""
+    """Show a failure at the lower edge, until it is read."""
     width, height = ps.get_window_size()
     with box("failure", (0.1 * width, height - high), (0.8 * width, high)):
         paragraph(FAILED + app.failure)
@@ -268,9 +268,9 @@ def file_stem(source: str, kind: str) -> str:
 
 
 class SaveWidgets:
-    """A name and buttons that write what is shown: as a picture, as a video, and, if it has one, the map itself.
+    """A name and buttons that write the view: as a picture, as a video, and, if it has one, the map itself.
 
-    Files that are there stay: a number is added to the name. The window goes on to show its panel.
+    Existing files stay: a number is added to the name. The window goes on to show its panel.
     """
 
     def __init__(self, app: App, name: str, result: Callable[[], SphereMap | None] | None) -> None:
@@ -293,7 +293,7 @@ class SaveWidgets:
         imgui.NewLine()
 
     def _path(self, ending: str, allowed: Sequence[str]) -> Path:
-        """A free file by the name, with an ending if it has none of those that are allowed."""
+        """A free file by the name; if it has no allowed ending, with one."""
         path = Path(self.name or "unnamed")
         if not path.suffix or path.suffix.lower() not in allowed:
             path = path.with_name(path.name + ending)
@@ -311,7 +311,7 @@ class SaveWidgets:
         return f"wrote {path}, {len(shown)} pictures"
 
     def steps(self, name: str, total: int) -> Callable[[], object]:
-        """Show in the window how far a video is; to be called for each picture."""
+        """Show the progress of a video in the window; to be called for each picture."""
         done = itertools.count(1)
 
         def advance() -> None:

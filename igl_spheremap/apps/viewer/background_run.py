@@ -1,4 +1,5 @@
-"""A map that is computed in a process of its own, so that drawing does not slow it, and what is known of its run."""
+"""A map that is computed in a process of its own, so that drawing does not slow it, and the record of its run so
+far."""
 
 from __future__ import annotations
 
@@ -40,9 +41,9 @@ class Solve(Protocol):
 
 
 class ShownRun:
-    """A run as far as it is known: the iterates that are kept, and what there is to say of them.
+    """A run so far: the iterates that are kept, and sentences on them.
 
-    `begin` has it computed in the background; `poll` takes over what has come of it so far, into a `Recording`.
+    `begin` has it computed in the background; `poll` takes over its results so far, into a `Recording`.
 
     >>> from functools import partial
     >>> import igl_spheremap as ism
@@ -66,7 +67,7 @@ class ShownRun:
         self.began = 0.0
         self._recording: Recording | None = None
         self._budget = budget
-        #: What takes over a message, by its kind.
+        #: Takers of messages, by their kinds.
         self._take: dict[str, Callable[[Any], None]] = {
             "mesh": self._take_mesh,
             "iterates": self._take_iterates,
@@ -84,8 +85,8 @@ class ShownRun:
         With options of `repair_mesh` the mesh is repaired first.
         """
         spawn = multiprocessing.get_context("spawn")  # a fork would share the OpenGL context
-        # No queue and no event: of these a process that is killed may hold a lock, or leave half a message, for which
-        # the window would wait for ever. A pipe whose other end is theirs alone ends with the process.
+        # No queue and no event: a killed process may hold a lock of these, or leave half a message, for which the
+        # window would wait for ever. A pipe whose other end is theirs alone ends with the process.
         self._messages, messages = spawn.Pipe(duplex=False)
         stopped, self._stopped = spawn.Pipe(duplex=False)
         work = (load, repair, solve, messages, stopped)
@@ -119,7 +120,7 @@ class ShownRun:
             progress(self)
 
     def poll(self, seconds: float, wait: float = 0.0) -> None:
-        """Take over what has arrived, for this many seconds at most, and wait up to `wait` seconds for a message."""
+        """Take over messages, for this many seconds at most, and wait up to `wait` seconds for one."""
         until = time.monotonic() + seconds
         while self.running and self.process is not None and time.monotonic() < until:
             try:
@@ -155,7 +156,7 @@ class ShownRun:
         return self._recording.describe()
 
     def title(self, frame: Frame) -> str:
-        """What a frame shows, in words."""
+        """The contents of a frame, in words."""
         if self.result is None or frame is not self.frames[-1]:
             return title_of(frame.iterate)
         if self.result.certificate.folding_free:
@@ -198,7 +199,7 @@ class ShownRun:
         return None
 
     def _update(self) -> None:
-        """Count what was taken over."""
+        """Count the iterates taken over."""
         if self._recording is not None and len(self._recording.steps) > len(self.foldings):
             self.frames, self.foldings = self._recording.frames, self._recording.foldings
             places = np.array([frame.index for frame in self.frames])
@@ -241,7 +242,7 @@ class ShownRun:
 def changes(foldings: IntArray, most: int = 24) -> IntArray:
     """Find the steps after which 1 + foldings has changed by a factor since the last: 2, or a power of it.
 
-    The power is the first with at most so many steps: where more change, one jump would lead hardly further.
+    The power is the first with few enough steps: with more, one jump would lead hardly further.
 
     >>> changes(np.array([100, 90, 40, 45, 0, 0]))
     array([1, 3])
@@ -252,7 +253,7 @@ def changes(foldings: IntArray, most: int = 24) -> IntArray:
 
 
 def _jumps(levels: list[float], size: float) -> list[int]:
-    """Steps after which a level is this far from what it was after the last of them, or from the first."""
+    """Steps after which a level is this far from that after the last of them, or from the first."""
     found, level = [], levels[0]
     for k, now in enumerate(levels):
         if abs(now - level) >= size:
@@ -262,7 +263,7 @@ def _jumps(levels: list[float], size: float) -> list[int]:
 
 
 class _Sender:
-    """Listener that sends every iterate, those of some seconds together: of small meshes they come fast."""
+    """Listener that sends every iterate, those of some seconds together, since small meshes send fast."""
 
     def __init__(
         self, messages: queue.Queue[Message | None], stopped: Connection, gather: float = 0.01
@@ -287,7 +288,7 @@ class _Sender:
 
 
 def _end_with_window() -> None:
-    """End this process where the other one was killed: it would wait for ever for its messages to be taken."""
+    """If the other process was killed, end this one: it would wait for ever for its messages to be taken."""
     window = multiprocessing.parent_process()
     if window is not None:
         window.join()
@@ -295,7 +296,7 @@ def _end_with_window() -> None:
 
 
 def _send_all(messages: queue.Queue[Message | None], pipe: Connection) -> None:
-    """Send messages up to None; where that fails this process ends, which the window says."""
+    """Send messages up to None; if that fails, this process ends, which the window says."""
     try:
         for message in iter(messages.get, None):
             pipe.send(message)
@@ -313,7 +314,7 @@ def _work(
 ) -> None:
     """The process: whatever happens, its last message is the result or the error.
 
-    It waits where so many messages are held, more than a run sends while a window draws a picture.
+    If too many messages are held, more than a run sends while a window draws a picture, it waits.
     """
     threading.Thread(target=_end_with_window, daemon=True).start()
     messages: queue.Queue[Message | None] = queue.Queue(in_transit)

@@ -27,13 +27,13 @@ class Body:
     """A surface that fits into the unit ball: x to the right, y up, z towards the viewer.
 
     Of an `image`, folded faces are drawn in front of the others, under which they lie. Those that would not be seen
-    have `marks`; where the image is `magnified` only those in front, for the others are no longer apart.
+    have `marks`; if the image is `magnified`, only those in front, since the others are no longer apart.
     """
 
     def __init__(self, name: str, x: FloatArray, f: IntArray, image: bool) -> None:
         self.name, self.f, self.image, self.x = name, f, image, x
         self.magnified, self.visible, self.version = False, True, 0
-        # in so many directions the farthest vertices, which must stay within the cell
+        # directions whose farthest vertices must stay within the cell
         self._farthest = x[[int(np.argmax(x @ way)) for way in sphere(162)[0]]]
         self._outside = 1
         if row_dets(*(x[f[:, k]] for k in range(3))).sum() < 0:
@@ -52,7 +52,7 @@ class Body:
         self._colours: FloatArray | None = None
 
     def extent(self, turn: FloatArray) -> tuple[float, float]:
-        """How far it reaches to a side, and up or down, when it is turned."""
+        """Its extent to a side, and up or down, when it is turned."""
         if self.image:
             return 1.0, 1.0
         across, along = np.abs(self._farthest @ turn[:2].T).max(axis=0)
@@ -69,7 +69,7 @@ class Body:
         if moved or colours is not self._shown:
             self._shown = colours
             self._paint(colours)
-        # On a sphere a checkerboard is to be seen, not the faces: those that are thin would look like scratches.
+        # On a sphere only the checkerboard is to be seen: thin faces would look like scratches.
         look = edges, self.image and colours.checks is not None
         if look != self._look:  # each call has polyscope compile its shaders anew
             self._look = look
@@ -112,7 +112,7 @@ class Body:
         self._bring_to_front(folded)
 
     def marks(self, turn: FloatArray, pixels: float) -> tuple[FloatArray, BoolArray]:
-        """Places (c, 3) of folds that are not seen where a unit takes `pixels`, and which of them face the viewer."""
+        """Places (c, 3) of folds that are not seen if a unit takes `pixels`, and whether each faces the viewer."""
         places, front = self._marks.unseen(turn[2], pixels)
         shown = front & self.visible if self.magnified else np.full(len(front), self.visible)
         return places[shown], front[shown]
@@ -150,7 +150,7 @@ class Body:
             _put(cloud, centre, radius * out, turn)
 
     def structures(self) -> list[Any]:
-        """All that polyscope draws of it."""
+        """Its structures in polyscope."""
         folded = [each for each in (self._folded,) if each is not None]
         return [self.mesh, *folded, *(cloud for cloud, _ in self.points.values())]
 
@@ -160,7 +160,7 @@ class Body:
             structure.remove()
 
     def _bring_to_front(self, folded: IntArray, most: int = 10_000) -> None:
-        """Draw folded faces before the others, with edges if they are at most so many: else nothing else were seen."""
+        """Draw folded faces before the others; if they are few, with edges: edges of many would hide all else."""
         corners = self.x[self.f[folded].ravel()]
         if len(folded) and np.array_equal(folded, self._folds):
             self._folded.update_vertex_positions(corners)

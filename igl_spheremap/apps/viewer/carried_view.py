@@ -1,4 +1,4 @@
-"""A map between two surfaces: both and what lies between them, in colours that are carried from one to the other."""
+"""A map between two surfaces: both and surfaces between them, in colours that are carried from one to the other."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _DIRICHLET = "symmetric Dirichlet energy above an isometry's"
 
 
 class CarriedView(ColouredApp):
-    """Source, what lies part of the way to the target, and target: one mesh, the overlay, in the same colours.
+    """Source, a surface on the way, and target: one mesh, the overlay, in the same colours.
 
     A film goes from the source to the target and back.
     """

@@ -1,4 +1,4 @@
-"""What users choose of a picture: its size, which way is up, what colours show. Imports no numpy, for help texts."""
+"""Users' choices for a picture: size, up direction, subject of the colours. Imports no numpy, for help texts."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ KEEP = 400.0
 UPS = ("auto", "x", "-x", "y", "-y", "z", "-z", "left", "right")
 _Y_UP = (".glb", ".gltf")
 _NO_CUSTOM = (".obj", ".off", ".ply", ".stl", ".npz", "the given mesh")
-#: What colours can show, in the order of the menus.
+#: Subjects of colours, in the order of the menus.
 SUBJECTS = ("foldings", "angle differences", "area distortion", "checkerboard")
 #: The words for them on the command line.
 SHOWN = dict(zip(("foldings", "angles", "areas", "checkerboard"), SUBJECTS, strict=True))
-#: What colours can show that a map carries from one surface to another.
+#: Subjects of colours that a map carries from one surface to another.
 CARRIED = ("checkerboard", "places", "distortion")
 
-#: What each option of a method does, which the player shows beside it.
+#: Effect of each option of a method, which the player shows beside it.
 TIPS = {
     "delta": "Factor by which a refused step is shortened.",
     "gradient_tolerance": "The descent ends when the L2 norm of the tangential gradient is at most this.",
@@ -48,7 +48,7 @@ TIPS = {
 
 @dataclass(frozen=True)
 class Pictures:
-    """What is written of a program with a picture; without a file it is a window.
+    """Files of a program with a picture; without a file it is a window.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Pictures:
     size : (int, int)
         Width and height in pixels.
     frame : int, optional
-        Which one `screenshot` shows.
+        The frame of `screenshot`.
     length, fps : int
         Different pictures of a video at most, and pictures a second.
     """
@@ -76,9 +76,9 @@ class Pictures:
 
 
 def guess_up(name: str, structure: str | None = None) -> str:
-    """How a surface stands: seen from its side where its name, or the structure that its file names, says which it is.
+    """The view of a surface: if its name, or the structure that its file names, tells its side, from that side.
 
-    Else the direction that is up by the convention of the file's format; "auto", the shape's, where there is none.
+    Else the direction that is up by the convention of the file's format; without one, "auto", the shape's.
 
     >>> guess_up("subjects/lh.pial"), guess_up("sub-01_hemi-R_pial.surf.gii"), guess_up("a.gii", "CortexLeft")
     ('left', 'right', 'left')

@@ -1,4 +1,4 @@
-"""What the colours of a surface show: foldings and places, distortion of angles and areas."""
+"""Colours of a surface: foldings and places, distortion of angles and areas."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FOLDED_MARKS = ("folded face (dot: small, ring: behind)", palette.FOLDED)
 PLACE_LEGEND = ("same colour: same place", palette.SURFACE)
 FOLDED_LEGEND = (f"{FOLDED_MARKS[0]}; same colour: same place", palette.FOLDED)
 BOARD_LEGEND = ("squares of the sphere, the same on the surface", palette.CHECKS[0])
-#: The scales of what has one.
+#: The scales of subjects.
 SCALES = {"angle differences": palette.ANGLES, "area distortion": palette.AREAS}
 
 
@@ -43,7 +43,7 @@ class Colouring:
 
 @lru_cache(maxsize=4)
 def relief(mesh: Mesh, reach: float = 0.1, darkest: float = 0.72) -> FloatArray:
-    """Brightness of the faces, hollows being darker: so the image shows what is where, as atlases of the cortex do.
+    """Brightness of the faces, darker in hollows: so the image shows the surface's places, as atlases of the cortex do.
 
     Hollows of about the size `reach` are seen, on a surface as large as the unit sphere; the deepest are `darkest`.
     """
@@ -126,7 +126,7 @@ def checkerboard(
 ) -> Colouring:
     """A checkerboard of the sphere on source and image alike, with this many squares around its poles (2, 3).
 
-    By default the poles are where the map shrinks limbs most, so that these show squares down to the tip.
+    By default the poles are at the most shrunk limbs, so that these show squares down to the tip.
     """
     if folded is None:
         folded = np.flatnonzero(folded_faces(x, mesh.f))
@@ -141,7 +141,7 @@ def checkerboard(
 
 
 def _marks(folded: IntArray) -> tuple[Legend, ...]:
-    """What names folded faces where there are some."""
+    """The meaning of folded faces, if any."""
     if not len(folded):
         return ()
     return (FOLDED_MARKS,)

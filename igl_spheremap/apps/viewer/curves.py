@@ -1,4 +1,4 @@
-"""Curves of a run in a window: what is minimised, and the number of folded faces, over the iterations."""
+"""Curves of a run in a window: the objective, and the number of folded faces, over the iterations."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PADDING, _AROUND = (24.0, 8.0), 56.0
 
 
 def energy_plot(history: Sequence[Step], shown: int, size: tuple[float, float]) -> float | None:
-    """Plot what is minimised over the iterations, with its sign; return the iteration at which it is pressed."""
+    """Plot the objective over the iterations, with its sign; return the iteration at which it is pressed."""
     at, values, name = objective(history)
     linear, sizes = linear_below(values), np.abs(values[values != 0])
     unit = linear
@@ -118,7 +118,7 @@ def _apart(
 
 
 def _whole(last: int, room: float, pixels: float = 60.0) -> list[int]:
-    """Whole numbers from 0 to the last, a round number apart, of which no two are too close for text."""
+    """Whole numbers from 0 to the last, a round number apart, no two too close for text."""
     least = last * pixels / room
     apart = next(
         size * ten for ten in 10 ** np.arange(18) for size in (1, 2, 5) if size * ten >= least

@@ -21,12 +21,12 @@ from .window import UNITS_PER_PIXEL, aim, imgui, ps, to_world
 
 Place = tuple[int, int]
 
-#: What the mouse does on every grid.
+#: Actions of the mouse on every grid.
 MOUSE = (
     "Drag to turn all, drag with the right button to shift, scroll to zoom, double-click to reset."
 )
 
-#: Pixels: width of the panel, what is left around a body, a line of text, and what a legend takes at least.
+#: Pixels: width of the panel, margin of a body, height of a line of text, and least width of a legend.
 PANEL = 290
 _MARGIN = 26
 _LINE = 20
@@ -54,12 +54,12 @@ _TURNING, _SHIFTING, _NOTCH, _ZOOMS = 0.008, 150, 1.15, (0.3, 200)
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A surface inside the unit ball, and what is shown on it.
+    """A surface inside the unit ball, with its appearance.
 
     Attributes
     ----------
     caption : str
-        What stands above it.
+        The text above it.
     x, f : arrays
         Positions (n, 3), and faces (m, 3).
     colours : Colouring
@@ -67,11 +67,11 @@ class Part:
     image : bool
         Whether it is a map, whose folded faces are drawn in front.
     lens : Lens, optional
-        Through which a sphere is seen. Where it magnifies, the whole sphere is small in the corner, its place circled.
+        Through which a sphere is seen. If it magnifies, the whole sphere is small in the corner, its place circled.
     legends : sequence
-        What the colours mean, below it.
+        The colours' meanings, below it.
     edges : float
-        Width of the edges of faces; 0 where there are none.
+        Width of the edges of faces; 0 without edges.
     dots : mapping
         Points on it by their names.
     visible : bool
@@ -118,7 +118,7 @@ class Grid:
         return min(self._foot, _FOOT * ps.get_window_size()[1])
 
     def show(self, rows: Rows) -> None:
-        """Show parts in place of what was there; polyscope is told what has changed."""
+        """Show parts in place of the earlier ones; polyscope is told of changes."""
         self.rows, self.columns = len(rows), max(map(len, rows))
         self.parts = {(i, k): part for i, row in enumerate(rows) for k, part in enumerate(row)}
         for bodies in (self.bodies, self.insets):
@@ -162,7 +162,7 @@ class Grid:
         return self.panel + column * w, row * h, w, h
 
     def draw(self) -> None:
-        """Lay out what has changed, write captions and legends; to be called every frame."""
+        """Lay out changed parts, write captions and legends; to be called every frame."""
         everything = [*self.bodies.values(), *self.insets.values()]
         state = (
             tuple(ps.get_window_size()),
@@ -195,7 +195,7 @@ class Grid:
         left, top, w, h = self.cell(*place)
         at = self.pixels(frame, places)
         inside = ((at > [left, top]) & (at < [left + w, top + h])).all(axis=1)
-        # Where marks would cover each other, only one of them is drawn.
+        # If marks would cover each other, only one of them is drawn.
         _, chosen = np.unique(
             np.column_stack((np.rint(at / _MARK), front))[inside], axis=0, return_index=True
         )
@@ -270,7 +270,7 @@ class Grid:
         ), size * UNITS_PER_PIXEL
 
     def pixels(self, frame: tuple[FloatArray, float], point: FloatArray) -> FloatArray:
-        """Pixels from the upper left at which a point of the unit ball of a frame is seen."""
+        """Pixels from the upper left to a point of the unit ball of a frame."""
         width, height = ps.get_window_size()
         centre, radius = frame
         x, y, _ = ((centre + radius * point @ self.turn.T) / UNITS_PER_PIXEL).T
@@ -303,7 +303,7 @@ class Grid:
         return None
 
     def vertex_at(self, pixel: FloatArray) -> int | None:
-        """The vertex that is seen at a pixel, on any body; None where there is none."""
+        """The vertex that is seen at a pixel, on any body, or None."""
         hit = ps.pick(screen_coords=tuple(pixel))
         if hit.is_hit and hit.structure_name in {body.name for body in self.bodies.values()}:
             return int(hit.structure_data["index"])
@@ -315,7 +315,7 @@ class Grid:
             self.ring(self.frame(place), body.x[vertex], _RING, _PICKED)
 
     def rotate(self, right: float, down: float) -> None:
-        """Turn all bodies: radians that the near side moves."""
+        """Turn all bodies by radians of the near side."""
         a, b = np.cos([right, down]), np.sin([right, down])
         about_y = np.array([[a[0], 0, b[0]], [0, 1, 0], [-b[0], 0, a[0]]])
         about_x = np.array([[1, 0, 0], [0, a[1], -b[1]], [0, b[1], a[1]]])
@@ -332,7 +332,7 @@ class Grid:
             draw_legend(canvas, left + w / 2, y, w, legend)
 
     def _circle(self, place: Place, lens: Lens) -> None:
-        """Mark the place of a lens on the small sphere, and say what it does."""
+        """Mark the place of a lens on the small sphere, and say its power."""
         self.ring(self.inset_frame(place), lens.place, _CIRCLE, palette.INK)
         left, top, w, h = self.cell(*place)
         corner = w - 2 * _INSET * w - _GAP
@@ -364,7 +364,7 @@ def _grey(count: int) -> Colouring:
 
 
 def packed(colour: palette.Colour) -> int:
-    """A colour as ImGui wants it: red in the lowest byte, opaque.
+    """A colour for ImGui: red in the lowest byte, opaque.
 
     >>> hex(packed((1.0, 0.0, 0.0)))
     '0xff0000ff'
@@ -436,7 +436,7 @@ def text_width(line: str) -> float:
 
 
 def magnification(power: float) -> str:
-    """What a lens does, with two digits.
+    """The power of a lens in words, with two digits.
 
     >>> magnification(1.0), magnification(2.34), magnification(38765.0)
     ('the whole sphere', 'magnified 2.3x', 'magnified 39,000x')

@@ -1,4 +1,4 @@
-"""Maps of a surface: the surface beside its image, or above it where there are several, to be compared."""
+"""Maps of a surface: the surface beside its image, or above several images, to be compared."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ class MapView(ColouredApp):
         self.mesh, self.subject, self.colours = mesh, subject, Colours(subject)
         self.turn = pose(mesh.unit, up)
         self._source = fit(mesh.unit, self.turn)
-        #: How much the lens magnifies; None: as fits what it is on.
+        #: Power of the lens; None: as fits its target.
         self.power: float | None = 1.0
         if len(maps) == 1:
             self.power = None
         self.cluster = 0
-        #: How the grid was turned when the lens was aimed, which brings its place to the front.
+        #: Turn of the grid when the lens was aimed, which brings its place to the front.
         self._facing = np.eye(3)
         self.result = result
         self.picked: int | None = None
@@ -83,7 +83,7 @@ class MapView(ColouredApp):
         self.show_subject(self.subject)
 
     def look(self, power: float | None = None, cluster: int | None = None) -> None:
-        """Magnify by a power, None by what fits; on a cluster if it is given, and no longer on the vertex picked."""
+        """Magnify by a power, None for the fitting one; on a given cluster, and no longer on the vertex picked."""
         self.power, self._facing = power, self.grid.turn
         if cluster is not None:
             self.cluster, self.picked = cluster, None
@@ -91,7 +91,7 @@ class MapView(ColouredApp):
         self.show_subject(self.subject)
 
     def _lenses(self) -> list[Lens]:
-        """The lenses on the maps as they are seen: on the vertex picked, else on folded faces, else on the front."""
+        """The present lenses on the maps: on the vertex picked, else on folded faces, else on the front."""
         vertex, power = self.picked, self.power
         if vertex is None and self.clusters:
             faces = self.clusters[self.cluster]
@@ -140,7 +140,7 @@ class MapView(ColouredApp):
         self.grid.show([sources, images] if several else [[sources[0], images[0]]])
 
     def pick(self, vertex: int | None) -> None:
-        """Mark a vertex on all sides; the lens follows it, as strong as it is. Without one, it is what fits again."""
+        """Mark a vertex on all sides; the lens follows it with its present power. Without one, the power fits again."""
         magnified = self.lenses[0].power
         if vertex is not None:
             self.power = magnified
@@ -153,7 +153,7 @@ class MapView(ColouredApp):
             self.show_subject(self.subject)
 
     def _describe(self) -> None:
-        """Take the figures of the vertex that was picked, else of the result, for the panel."""
+        """Take the figures of the picked vertex, else of the result, for the panel."""
         self.lines: list[str] = []
         if self.picked is not None:
             self.lines = self._vertex_lines(self.picked)
@@ -213,7 +213,7 @@ class MapView(ColouredApp):
             self.pick_at(pixel)
 
     def pick_at(self, pixel: FloatArray) -> None:
-        """Pick the vertex that is seen at a pixel, on any side; none where there is none."""
+        """Pick the vertex, if any, that is seen at a pixel, on any side."""
         self.pick(self.grid.vertex_at(pixel))
 
     def panel(self) -> None:
@@ -263,12 +263,12 @@ def _given(v: FloatArray, f: IntArray) -> Source:
 def _rebalanced(
     result: SphereMap, balance: float, v: FloatArray, f: IntArray, *, listener: Listener
 ) -> SphereMap:
-    """The result at another balance, as a process of its own computes it; v and f are the result's."""
+    """The result at another balance, for a process of its own; v and f are the result's."""
     return result.rebalance(balance, listener=listener)
 
 
 def edge_width(mesh: Mesh, subject: str, most: int = 15_000) -> float:
-    """Width of the edges on images; 0 where there are too many, or where they would hide a scale of colours."""
+    """Width of the edges on images; 0 if there are too many, or they would hide a scale of colours."""
     if subject == SUBJECTS[0] and len(mesh.f) <= most:
         return EDGE_WIDTH
     return 0.0
@@ -286,6 +286,6 @@ def count_foldings(count: int) -> str:
 
 
 def caption_of(result: SphereMap) -> str:
-    """How a map was made."""
+    """Text on the making of a map."""
     balance = f", balance {result.balance:g}" if result.balance else ""
     return f"map ({result.method}{balance})"

@@ -63,7 +63,7 @@ class Player(App):
     """A run, and the step of it that is shown: an iterate and the next one; below them, curves of the whole run.
 
     A step is called by the iterate that it starts from, counted from the Gauss map on, as in the curves. The last frame
-    is a strip: what each stage of the run began and ended with. A panel runs others.
+    is a strip: the first and last maps of the run's stages. A panel runs others.
     """
 
     mesh: Mesh | None
@@ -82,14 +82,14 @@ class Player(App):
         self.name, self.method = name, method
         self.speed, self._refused = SPEEDS[0], ""
         self.colours = Colours(SUBJECTS[0])
-        #: How much the lens magnifies; None: as fits what it is on.
+        #: Power of the lens; None: as fits its target.
         self.power: float | None = None
         self._save = SaveWidgets(self, "", lambda: self.run.result)
         self._updated = self._ticked = time.monotonic()
         self._moved, self._rests_until = False, 0.0
         self._next: ShownRun | None = None
         self.grid = Grid(foot=170)  # of text and a hundred pixels of curves
-        #: Why the last mesh that was asked for is not shown.
+        #: Why the last requested mesh is not shown.
         self.refusal: Exception | None = None
         run = start(name, method, None)
         run.name = name
@@ -106,12 +106,12 @@ class Player(App):
         self.clusters = Clusters(_NONE, _NONE)
         self._followed, self._facing = _NONE, np.eye(3)
         self.colours = Colours(self.colours.subject)
-        #: The lens now, what is shown, and the iterate that the curves mark.
+        #: The present lens, view, and iterate that the curves mark.
         self._lens, self._marked = Lens(), -1
         self._shown: tuple[object, ...] = ()
 
     def start(self, name: str, method: Method, repair: Mapping[str, Any] | None = None) -> None:
-        """Begin a run, which is shown once its mesh is read: until then the one before stays.
+        """Begin a run, which is shown once its mesh is read; until then the last one stays.
 
         With options of `repair_mesh` the mesh is repaired first.
         """
@@ -143,7 +143,7 @@ class Player(App):
         return self.frames()
 
     def go_to(self, frame: int) -> None:
-        """Show the step from an iterate, or the last one before it that was kept; or what `last_frame` says."""
+        """Show the step from an iterate, or from the last kept one before it; or the strip of `last_frame`."""
         frames = self.run.frames
         if self.mesh is None:
             return
@@ -162,7 +162,7 @@ class Player(App):
     def film(self, length: int) -> list[tuple[Callable[[], None], bool]]:
         """Frames through the run, where the map moves or the number of its foldings changes; those at stops are held.
 
-        Half of them lie where half of all that the map moves is done, half where foldings change.
+        Half of them divide the map's whole movement evenly, half the changes of foldings.
         """
         frames, kept = self.run.frames, self.run.iterations
         held = sorted({max(frames[k].index - 1, 0) for _, k in self.run.stops()})
@@ -185,7 +185,7 @@ class Player(App):
         return {**self._facts(self.after), "before": self._facts(self.before)}
 
     def _facts(self, frame: Frame) -> dict[str, Any]:
-        """What a picture of a frame shows, for JSON."""
+        """Facts of a frame's picture, for JSON."""
         step = frame.iterate.step
         return {
             "title": self.run.title(frame),
@@ -196,10 +196,9 @@ class Player(App):
         }
 
     def tick(self, rest: float = 2) -> None:
-        """Take over what was computed, and move on while playing.
+        """Take over computed iterates, and move on while playing.
 
-        Beside a computation the next picture waits for `rest` times as long as the last one took: they share
-        processors.
+        During a computation the next picture waits `rest` times the last one's time: they share processors.
         """
         began = time.monotonic()
         if self._moved:
@@ -229,7 +228,7 @@ class Player(App):
                 run.close()
 
     def show(self, before: Frame, after: Frame | None) -> None:
-        """Show two frames of the run through the same lens; where there is no second one yet, the first."""
+        """Show two frames of the run through the same lens; without a second one yet, the first."""
         self.before, self.after = before, after
         state = before, after, self.run.result, self.colours.state, self.power
         if self.mesh is None or state == self._shown:
@@ -256,7 +255,7 @@ class Player(App):
 
     def _show_strip(self, mesh: Mesh) -> None:
         """Show the surface and the sphere of the Gauss map, of an iteration on the way, of both sides of the first star
-        map, and of the result, the last three through a lens on what folded before the star map.
+        map, and of the result, the last three through a lens on the foldings before the star map.
 
         On the way half of the fall of the foldings' logarithm is done.
         """
@@ -314,7 +313,7 @@ class Player(App):
         return parts
 
     def _follow(self, frame: Frame) -> None:
-        """Follow the cluster of folded faces that goes on from the one before, or the largest."""
+        """Follow the cluster of folded faces that continues the last one, or the largest."""
         assert self.mesh is not None
         self.clusters = Clusters.of(self.mesh.f, frame.folded)
         self._followed = _NONE
@@ -323,14 +322,15 @@ class Player(App):
 
     @property
     def cluster(self) -> int:
-        """The cluster of folded faces that the lens shows: the one that goes on from what it showed, or the largest."""
+        """The lens' cluster of folded faces: the one that continues its last one, or the largest."""
         shared = np.isin(self.clusters.faces, self._followed)
         if not len(self.clusters):
             return 0
         return int(np.argmax(self.clusters.sums(shared.astype(np.float64))))
 
     def pick(self, vertex: int | None) -> None:
-        """Mark a vertex on all bodies; the lens goes to it, as strong as it is. Without one, back to the foldings."""
+        """Mark a vertex on all bodies; the lens goes to it with its present power. Without one, back to the
+        foldings."""
         if vertex is not None:
             self.power = self._lens.power
         elif self.picked is not None:
@@ -340,7 +340,7 @@ class Player(App):
             self.look(self.power)
 
     def look(self, power: float | None, cluster: int | None = None) -> None:
-        """Magnify by a power, None by what fits; another cluster of folded faces if it is given."""
+        """Magnify by a power, None for the fitting one; on a given cluster of folded faces."""
         assert self.before is not None
         if cluster is not None:
             self.picked = None
@@ -350,7 +350,7 @@ class Player(App):
         self.show(self.before, self.after)
 
     def _update(self) -> None:
-        """Take over what the runs have done since the last time."""
+        """Take over the runs' progress since the last time."""
         began = time.monotonic()
         # as long as all else took: a run waits for a window that is behind
         spent = began - self._updated
@@ -368,7 +368,7 @@ class Player(App):
             self.source = fit(self.mesh.unit, self.turn)
 
     def _up(self) -> str:
-        """Which way is up on the surface that is shown."""
+        """The up direction of the present surface."""
         if self._always_up or self.run.name == self._first:
             return self._first_up
         return guess_up(self.run.name)
@@ -389,7 +389,7 @@ class Player(App):
                 for widgets in (self._play_widgets, self._view_widgets, self._save):
                     widgets()
                     imgui.Separator()
-            # What changes its height is below what is clicked.
+            # Widgets of changing height are below those to click.
             if imgui.TreeNode("parameters"):
                 self._parameter_widgets()
                 imgui.TreePop()
@@ -464,7 +464,7 @@ class Player(App):
                 self._refused = str(error)
 
     def _state(self) -> list[str]:
-        """Lines on how far the run is, how much memory it takes, and its notes."""
+        """Lines on the run's progress, memory, and notes."""
         run = self.run
         if run.error is not None:
             return [f"{type(run.error).__name__}: {run.error}"]
@@ -567,8 +567,8 @@ def play(
     """Show a map coming about: before and after each iteration, with its folded faces in red.
 
     The surface stands beside the sphere before and after an iteration. A Moebius map magnifies a cluster of folded
-    faces, for on a sphere a limb is tiny, and so are its foldings. The map is computed in a process of its own: call
-    this below ``if __name__ == "__main__":``, for that process imports the program anew.
+    faces, since on a sphere a limb is tiny, and so are its foldings. The map is computed in a process of its own, which
+    imports the program anew: call this below ``if __name__ == "__main__":``.
 
     Parameters
     ----------
@@ -577,23 +577,23 @@ def play(
     f : (m, 3) array_like of int
         Faces.
     method : str or options of a method
-        What is watched, such as "lai2014", the paper's algorithms (the default), or "auto".
+        Method to watch, such as "lai2014", the paper's algorithms (the default), or "auto".
     out : path, optional
         Write a picture (.png, .jpg) of the last step with foldings and the end, or a video (.gif, .mp4), in place of
         opening a window; needs no display.
     up : str
-        Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
-        stands safely; "left" and "right" show it from that side, with z up.
+        Up direction: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses that in which the surface stands
+        safely; "left" and "right" show it from that side, with z up.
     size : (int, int)
         Width and height in pixels; 1280 by 760 by default.
     keep : float
-        Megabytes of positions to keep, 400 by default. Where those of all iterations take more, the window says which
-        it keeps: those at starts, ends, star maps and changes of the number of foldings first.
+        Megabytes of positions to keep, 400 by default. If those of all iterations take more, the window says which it
+        keeps: those at starts, ends, star maps and changes of the number of foldings first.
 
     Returns
     -------
     list of dict
-        What each picture shows: ``title``, ``stage``, ``round``, ``iteration`` of the stage, and ``foldings`` after the
+        Facts of each picture: ``title``, ``stage``, ``round``, ``iteration`` of the stage, and ``foldings`` after the
         step, and the same of the map ``before`` it.
 
     Raises

@@ -17,7 +17,7 @@ from .colouring import checkerboard, measured
 from .window import linear, ps
 
 QUANTITIES = ("foldings", "angle difference", "log area ratio", "checkerboard")
-#: How polyscope chooses the range of their colours.
+#: Polyscope's choice of the range of their colours.
 _RANGES = {"angle difference": "magnitude", "log area ratio": "symmetric"}
 
 
@@ -29,7 +29,7 @@ def add_to_polyscope(
     x: ArrayLike | None = None,
     shown: str = "foldings",
 ) -> tuple[Any, Any]:
-    """Add a surface and its sphere to the polyscope scene that is there, with what is known of the map as quantities.
+    """Add a surface and its sphere to the present polyscope scene, with the map's measures as quantities.
 
     Nothing is opened and no setting of the scene is changed. Both structures have the quantities "foldings" (folded
     faces in red), "angle difference" (degrees, the mean of a face's corners), "log area ratio" (natural logarithm of
@@ -50,8 +50,8 @@ def add_to_polyscope(
     Returns
     -------
     (polyscope.SurfaceMesh, polyscope.SurfaceMesh)
-        The surface with the vertices as they were given, and the sphere, whose vertices are those of the map. Its
-        transform puts it beside the surface, to the right in polyscope's home view, and as large.
+        The surface with the given vertices, and the sphere, whose vertices are those of the map. Its transform puts it
+        beside the surface, to the right in polyscope's home view, and as large.
 
     Raises
     ------

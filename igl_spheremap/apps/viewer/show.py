@@ -36,8 +36,8 @@ def show(
         Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
         stands safely; "left" and "right" show it from that side, with z up.
     subject : str
-        What the colours show when the window opens: "foldings", the default, "angle differences", "area distortion"
-        or "checkerboard".
+        Subject of the colours when the window opens: "foldings", the default, "angle differences", "area distortion" or
+        "checkerboard".
     maps : mapping of (n, 3) array_like, optional
         Maps of the surface by their names, folded or not, to be compared: they stand side by side, in the place of the
         result's own. Rows are scaled to unit length.
@@ -86,7 +86,7 @@ def screenshot(
         Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
         stands safely; "left" and "right" show it from that side, with z up.
     subject : str
-        What the colours show: "foldings", the default, "angle differences", "area distortion" or "checkerboard".
+        Subject of the colours: "foldings", the default, "angle differences", "area distortion" or "checkerboard".
     maps : mapping of (n, 3) array_like, optional
         As of `show`.
     size : (int, int)

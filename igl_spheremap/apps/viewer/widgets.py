@@ -1,4 +1,4 @@
-"""The vocabulary of all panels: boxes, menus and texts, what colours show, and the lens."""
+"""The vocabulary of all panels: boxes, menus and texts, subjects of colours, and the lens."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def box(
 def panel(title: str, width: float, keys: str) -> Iterator[None]:
     """A panel over the whole height of the left edge, with a title and a width in pixels; widgets are drawn inside.
 
-    What `keys` and the mouse do is said where the mouse is on its first line.
+    With the mouse on its first line, a tip explains `keys` and the mouse.
     """
     with box(title, (0, 0), (width, ps.get_window_size()[1]), "NoMove", "NoResize", "NoCollapse"):
         imgui.TextDisabled("(?) keys and mouse")
@@ -62,7 +62,7 @@ def panel(title: str, width: float, keys: str) -> Iterator[None]:
 
 
 def menu(label: str, shown: str, entries: Iterable[str]) -> str | None:
-    """A menu of different entries, with what is `shown` while it is closed; the entry that was chosen just now."""
+    """A menu of different entries, with the text `shown` while it is closed; the entry that was chosen just now."""
     chosen = None
     if imgui.BeginCombo(label, shown):
         for entry in entries:
@@ -73,13 +73,14 @@ def menu(label: str, shown: str, entries: Iterable[str]) -> str | None:
 
 
 def leave_open() -> None:
-    """Let ImGui close what an error left open without a word: the window says what the error was."""
+    """Let ImGui silently close widgets that an error left open: the window shows the error."""
     io = imgui.GetIO()
     io.ConfigErrorRecoveryEnableDebugLog = io.ConfigErrorRecoveryEnableTooltip = False
 
 
 class Colours:
-    """What colours show, with a scale and poles of squares that stay while maps change, and the widgets for them."""
+    """Subject of the colours, with a scale and poles of squares that stay while maps change, and the widgets for
+    them."""
 
     def __init__(self, subject: str) -> None:
         self.subject, self.squares = subject, SQUARES
@@ -93,7 +94,7 @@ class Colours:
         folded: IntArray | None = None,
         like: FloatArray | None = None,
     ) -> Colouring:
-        """The colours of a map; scale and poles are those that fit the first map, or the one that it is `like`."""
+        """The colours of a map; scale and poles fit the first map, or the map that it is `like`."""
         if like is None:
             like = x
         if self.subject == "checkerboard":
@@ -111,7 +112,7 @@ class Colours:
 
     @property
     def state(self) -> tuple[object, ...]:
-        """What decides on the colours of a map."""
+        """Facts that decide a map's colours."""
         return self.subject, self.squares, self.ramp
 
     def widgets(self) -> bool:
@@ -132,9 +133,9 @@ class Colours:
 
 
 def lens_widgets(lens: Lens, sizes: IntArray, shown: int) -> tuple[float | None, int | None] | None:
-    """Choose how much the lens magnifies, and the cluster of folded faces, of these sizes, that it shows.
+    """Choose the power of the lens, and its cluster of folded faces, of these sizes.
 
-    What was chosen just now: the power, None for what fits, and a cluster if it is another one.
+    Return the new choices: the power, None for the fitting one, and, if it is another one, a cluster.
     """
     imgui.BeginDisabled(lens.limit == 1)
     moved, chosen = imgui.SliderFloat(
@@ -172,7 +173,7 @@ def lens_widgets(lens: Lens, sizes: IntArray, shown: int) -> tuple[float | None,
 
 
 def tip(text: str, width: float = 360.0) -> None:
-    """Say what the last widget does while the mouse rests on it."""
+    """Explain the last widget while the mouse rests on it."""
     if not imgui.IsItemActive() and imgui.BeginItemTooltip():
         imgui.PushTextWrapPos(width)
         imgui.TextUnformatted(text)
@@ -181,7 +182,7 @@ def tip(text: str, width: float = 360.0) -> None:
 
 
 def warning(text: str) -> None:
-    """Write text that wraps in the colour of what is wrong."""
+    """Write text that wraps in the colour of warnings."""
     imgui.PushStyleColor(imgui.ImGuiCol_Text, (*FOLDED, 1.0))
     paragraph(text)
     imgui.PopStyleColor()

@@ -55,19 +55,19 @@ ps, imgui, implot = (
 )
 
 
-#: Title of a window that is opened without one.
+#: Title of a window without a given one.
 TITLE = "igl_spheremap"
 MATERIAL = "spheremap"
 #: World units that are as long as a pixel: the grid lays things out in pixels.
 UNITS_PER_PIXEL = 0.01
 _FIELD_OF_VIEW = 45.0  # degrees, from top to bottom
-#: Frames that show nothing new take 20 ms of a core by Mesa's software OpenGL: half of it at this rate.
+#: Unchanged frames take 20 ms of a core by Mesa's software OpenGL: half of it at this rate.
 MAX_FPS = 25
 PICTURES = (".png", ".jpg")
 #: The last bytes of their files.
 _ENDS = (b"IEND\xaeB`\x82", b"\xff\xd9")
 Picture = NDArray[np.uint8]
-#: Takes a picture and how often it is shown.
+#: Takes a picture and the number of its repeats.
 Write = Callable[[Picture, int], None]
 #: Files that hold a video.
 VIDEOS = (".gif", ".mp4")
@@ -79,7 +79,7 @@ def open_window(size: tuple[int, int] = SIZE, offscreen: bool = False, title: st
 
     The first window's title stays.
 
-    Raises a DisplayError if there is no display, no OpenGL, or this process draws the other way already.
+    If there is no display, no OpenGL, or this process draws the other way already, raises a DisplayError.
     """
     global _offscreen
     if _offscreen is None:
@@ -109,7 +109,7 @@ def _start(offscreen: bool, title: str) -> None:
     try:
         ps.init(name)
     except RuntimeError as error:
-        with contextlib.suppress(RuntimeError):  # where memory is out, this does not start either
+        with contextlib.suppress(RuntimeError):  # without memory this does not start either
             ps.init("openGL_mock")  # else polyscope complains once more when the process ends
         reason = " ".join(str(error).replace("[polyscope]", "").replace("[EXCEPTION]", "").split())
         hint = "is the display there? Pictures for files need none"
@@ -162,9 +162,9 @@ def _set_scene(offscreen: bool) -> None:
 def matcaps(ambient: float = 0.62, diffuse: float = 0.42) -> list[FloatArray]:
     """Images (256, 256, 3) of a lit ball in red, green, blue and black, which make a blendable material of polyscope.
 
-    The light comes from the viewer's upper left. A colour c is seen as c times the shade: polyscope's own
-    materials would wash it out, and then no legend fits. Faces that are turned away from the light have the brightness
-    `ambient`, to which it adds `diffuse` where they face it.
+    The light comes from the viewer's upper left. A colour c is seen as c times the shade: polyscope's own materials
+    would wash it out, and then no legend fits. Faces that are turned away from the light have the brightness `ambient`;
+    facing it adds `diffuse`.
     """
     y, x = np.mgrid[1 - 1 / 256 : -1 : -1 / 128, -1 + 1 / 256 : 1 : 1 / 128]
     size = np.maximum(np.hypot(x, y), 1)
@@ -197,7 +197,7 @@ def aim(height: int) -> None:
 
 
 def check_picture(path: str | os.PathLike[str]) -> None:
-    """Raise a FileError before the work starts if a picture can't be written; polyscope reports nothing."""
+    """If a picture can't be written, raise a FileError before the work starts; polyscope reports nothing."""
     if Path(path).suffix.lower() not in PICTURES:
         raise FileError(f"{path}: a picture is a {' or '.join(PICTURES)} file")
     check_writable(path, force=True)
@@ -214,7 +214,7 @@ def save(path: str | os.PathLike[str]) -> None:
 
 
 def _settle() -> None:
-    """Draw until panels know their size; in a window they do, and it goes on to show what it shows."""
+    """Draw until panels know their size; in a window they do, and its picture stays."""
     for _ in range(2 if _offscreen else 0):
         ps.frame_tick()
 
@@ -234,7 +234,7 @@ def show(callback: Callable[[], None]) -> None:
 
 
 def check_video(path: Path) -> None:
-    """Raise a FileError before the work starts if a video can't be written."""
+    """If a video can't be written, raise a FileError before the work starts."""
     if path.suffix.lower() not in VIDEOS:
         raise FileError(f"{path}: a video is a {' or '.join(VIDEOS)} file")
     check_writable(path, force=True)
@@ -313,7 +313,7 @@ def _mp4(path: Path, rate: int) -> Iterator[Write]:
 
 
 def ffmpeg() -> str:
-    """The program that encodes videos: the one that the environment names, that on the path, or imageio-ffmpeg's."""
+    """The program that encodes videos: the environment's, the one on the path, or imageio-ffmpeg's."""
     found = os.environ.get("IMAGEIO_FFMPEG_EXE") or shutil.which("ffmpeg")
     if found:
         return found

@@ -85,7 +85,7 @@ class Turns:
 def _rivals(
     f: FloatArray, g: FloatArray, axis: FloatArray | None = None, further: float = 2.5
 ) -> Restarts:
-    """Other turns and the mirror image of g that come as near to f as g; turns up to some times further.
+    """Other turns and the mirror image of g that come as near to f as g; turns up to `further` times as far.
 
     Turns about an axis count as one: a shape that may turn freely about it is its own mirror image, too.
     """

@@ -1,1 +1,1 @@
-"""What each command does; `parser` has the table."""
+"""The work of each command; `parser` has the table."""

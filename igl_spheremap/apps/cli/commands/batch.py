@@ -46,7 +46,7 @@ def run_batch(args: Namespace) -> Exit:
 
 def run_files(args: Namespace, name: str, jobs: Sequence[JobT], task: Task[JobT], manifest: str,
               sheet: Callable[[list[Any]], Sheet]) -> Exit:  # fmt: skip
-    """Run a task on many files by the flags that all such commands have; print and write what came of it."""
+    """Run a task on many files by the flags that all such commands have; print and write the results."""
     if args.manifest is not None:
         manifest = args.manifest
     _check_files(args, [manifest, *(path for job in jobs for path in (*job.sources, *job.targets))])
@@ -93,7 +93,7 @@ def run_files(args: Namespace, name: str, jobs: Sequence[JobT], task: Task[JobT]
 
 
 def engine_of(args: Namespace) -> Engine:
-    """Who runs the jobs, and when they end, by the flags of all commands for many files."""
+    """The executor and the limits of jobs, by the flags of all commands for many files."""
     executor = None
     if args.scheduler is not None:
         executor = connect(args.scheduler)
@@ -118,7 +118,8 @@ def list_sources(args: Namespace) -> list[str]:
 
 
 def _check_files(args: Namespace, others: Sequence[str]) -> None:
-    """Raise an error before the work starts if --summary or --report can't be written, or would replace other files."""
+    """If --summary or --report can't be written, or would replace other files, raise an error before the work
+    starts."""
     if args.summary is not None:
         with usage("--summary "):
             check_table(args.summary)

@@ -1,4 +1,4 @@
-"""`check` and `repair`: is a map, of any program, free of foldings, and how does it become so?"""
+"""`check` and `repair`: certify maps of any program, and free them of foldings."""
 
 from argparse import Namespace
 from dataclasses import replace
@@ -38,7 +38,7 @@ def run_check(args: Namespace) -> Exit:
     certificate: Certificate = checked
     # with one digit a cube would pass for a sphere
     rounded = bool(off_radius) and _farthest(off_radius) <= off_radius["rounding"] <= 1e-3
-    if rounded:  # exact signs are those of directions, however far along them the vertices are
+    if rounded:  # exact signs are those of directions, at any distance of the vertices
         certificate = replace(checked, off_sphere=checked.off_sphere[:0])
     found = Findings()
     label, text, numbers = findings.verdict(certificate, mesh.caps)
@@ -78,7 +78,7 @@ def run_check(args: Namespace) -> Exit:
 
 
 def _off_radius(x: FloatArray, checked: SphereCheck) -> dict[str, float]:
-    """How far vertices are off the sphere, in radii, and how far rounding may have moved them; empty where none is."""
+    """The vertices' distance off the sphere, in radii, and that by rounding; empty if none is off."""
     off = checked.off_sphere
     if not len(off) or checked.radius <= 0:
         return {}
@@ -107,9 +107,9 @@ def _measured(mesh: Mesh, x: FloatArray) -> list[Finding]:
 
 
 def _rounding(x: FloatArray, digits: int = 7) -> float:
-    """Bound how far a row was moved when its numbers were rounded, to float32 or to the decimals that they have.
+    """Bound the movement of a row by the rounding of its numbers, to float32 or to their decimals.
 
-    So many digits are tried: float32 holds no more.
+    Digits are tried as far as float32 holds them.
     """
     size, epsilon, step = float(np.abs(x).max()), EPS, 0.0
     if (x == x.astype(np.float32)).all():

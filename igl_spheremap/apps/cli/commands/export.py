@@ -73,7 +73,7 @@ def run_export(args: Namespace) -> None:
 
 
 def _export_texture(args: Namespace, pair: InputMap, up: str, found: Findings) -> str:
-    """Write a texture by a projection of the sphere, and say what was written."""
+    """Write a texture by a projection of the sphere, and name the files."""
     # OBJ counts texture coordinates apart from vertices, so that the mesh need not be cut for them.
     projection: Projection = "octahedral"
     if args.show:
@@ -101,7 +101,7 @@ def _export_texture(args: Namespace, pair: InputMap, up: str, found: Findings) -
 
 
 def _export_scalars(args: Namespace, pair: InputMap, up: str, found: Findings) -> str:
-    """Write a scalar map, as colours where the format has them, and say its range."""
+    """Write a scalar map, as colours if the format has them, and say its range."""
     source = pair.source
     values = vertex_maps(source.v, source.f, pair.unit)[args.show]
     if args.target.lower().endswith(_COLOURED):
@@ -143,7 +143,7 @@ def _check_export(args: Namespace) -> None:
 
 
 def _image(args: Namespace, source: InputMesh, atlas: Atlas) -> NDArray[np.uint8]:
-    """The picture of a texture: the one that is given, SOURCE's own, baked, or a checkerboard."""
+    """The picture of a texture: a given one, SOURCE's own, baked, or a checkerboard."""
     if args.image is not None:
         return read_picture(args.image)
     if args.texture is None:

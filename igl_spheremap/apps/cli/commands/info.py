@@ -1,4 +1,4 @@
-"""`info`: what a mesh is."""
+"""`info`: description of a mesh."""
 
 from argparse import Namespace
 from typing import Any

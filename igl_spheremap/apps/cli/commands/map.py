@@ -1,4 +1,4 @@
-"""`map`: map, write, certify what was written, and report."""
+"""`map`: map, write, certify the file, and report."""
 
 import os
 from argparse import Namespace

@@ -76,7 +76,7 @@ def run_match(args: Namespace) -> Exit:
 
 
 def _write(args: Namespace, result: SurfaceMap, target: InputMesh) -> str:
-    """Write OUT, and say what it holds."""
+    """Write OUT, and describe it."""
     if args.target.lower().endswith(".npz"):
         args.progress.begin(f"writing {args.target}")
         write_surface_map(args.target, result, force=args.force)

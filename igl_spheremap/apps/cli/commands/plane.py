@@ -57,7 +57,7 @@ def run_flatten(args: Namespace) -> Exit:
 
 
 def _map_by(args: Namespace, solve: Callable[..., PlaneMap]) -> Exit:
-    """Map, write, certify what was written, and report."""
+    """Map, write, certify the file, and report."""
     check_outputs(args, surface=not is_patch(args.target) and args.target != STREAM)
     check_plots(args)
     if args.target.lower().endswith(".glb"):
@@ -176,7 +176,7 @@ def _carried_cuts(args: Namespace, mesh: LoadedMesh) -> IntArray:
 
 
 def _left_by_cuts(disk: RepairedMesh, v: FloatArray, f: IntArray, args: Namespace) -> RepairedMesh:
-    """Say what lies beyond the cuts; leave out the faces along them, too, if each vertex is to come once."""
+    """Report the part beyond the cuts; if each vertex is to come once, leave out the faces along them, too."""
     actions, kept = disk.actions, disk.face_source
     once = is_patch(args.target)
     while (
@@ -228,7 +228,7 @@ def _disk_options(args: Namespace) -> dict[str, Any]:
 
 
 def find_plane_map(args: Namespace) -> tuple[InputMesh, FloatArray] | None:
-    """A surface and its map to the plane, if that is what the command line names; None if it is not."""
+    """If the command line names a surface and its map to the plane, these; else None."""
     name = sphere_name(args)
     if STREAM in (args.source, args.sphere) or args.repair:
         return None
@@ -238,7 +238,7 @@ def find_plane_map(args: Namespace) -> tuple[InputMesh, FloatArray] | None:
     except (MeshError, FileError):
         if is_patch(name):
             raise
-        return None  # what is wrong with it was found before
+        return None  # its faults were found before
     v, f = images.cut(mesh.v, mesh.f, name)
     rows = images.vertex
     if rows is None:
@@ -249,7 +249,7 @@ def find_plane_map(args: Namespace) -> tuple[InputMesh, FloatArray] | None:
 def load_map(args: Namespace, mirror: bool = False) -> InputMap | tuple[InputMesh, FloatArray]:
     """The map that the command line names: to the sphere, or else to the plane.
 
-    Where its file holds the surface itself, as a file with texture coordinates does, it is one to the plane.
+    If its file holds the surface itself, as one with texture coordinates does, it is a map to the plane.
     """
     try:
         pair = load_pair(args, mirror)
@@ -266,7 +266,7 @@ def load_map(args: Namespace, mirror: bool = False) -> InputMap | tuple[InputMes
 
 
 def check_plane_map(args: Namespace, source: InputMesh, p: FloatArray) -> Exit:
-    """Certify a map of a disk to the plane, and report what it does."""
+    """Certify a map of a disk to the plane, and report its figures."""
     name = sphere_name(args)
     args.progress.begin(f"certifying {name}")
     disk = check_disk(source.v, source.f, caps=source.caps)

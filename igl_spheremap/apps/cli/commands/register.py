@@ -84,7 +84,7 @@ def _of_the_file(result: SphereMap) -> SphereMap:
 def read_features(
     words: list[str], source: InputMesh, target: InputMesh
 ) -> tuple[list[str], tuple[FloatArray, FloatArray]]:
-    """The columns of all `NAME=SOURCE,TARGET`, and their names, which a number follows where a file has several."""
+    """The columns of all `NAME=SOURCE,TARGET`, and their names; if a file has several, a number follows."""
     columns: tuple[list[FloatArray], list[FloatArray]] = [], []
     names: list[str] = []
     for word in words:
@@ -110,7 +110,7 @@ def read_features(
 
 
 def _describe(found: Findings, result: Registration, names: Sequence[str]) -> None:
-    """How well the features agree after each stage."""
+    """Agreement of the features after each stage."""
     found.figures.update(
         rotation=result.rotation,
         candidates=[candidate.correlation for candidate in result.candidates],

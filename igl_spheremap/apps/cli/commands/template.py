@@ -51,7 +51,7 @@ from .batch import engine_of
 
 _PAGE, _FILM = "index.html", "frames.gif"
 _COMMON = ("out", "json", "quiet")
-#: Uses of the command besides the one that makes a group, and the flags that each takes.
+#: Uses of the command besides making a group, and the flags that each takes.
 _TAKEN = {
     "series": (
         "feature",
@@ -166,7 +166,7 @@ def _follow(args: Namespace) -> Exit:
 def _given(
     args: Namespace, archive: str
 ) -> tuple[list[str], dict[str, str], tuple[str, ...], list[FeatureFiles] | None]:
-    """The surfaces that are taken, those that the user leaves out and why, names and files of features."""
+    """The surfaces to use, those that the user leaves out and why, names and files of features."""
     import_optional("PIL", "the page of a group", "io")
     names = expand(args.sources)
     excluded = _excluded(args, names)
@@ -181,7 +181,7 @@ def _given(
 
 
 def _excluded(args: Namespace, names: Sequence[str]) -> dict[str, str]:
-    """Which surfaces the user leaves out, and why."""
+    """The surfaces that the user leaves out, and why."""
     unknown = [name for name in args.exclude if name not in names]
     if unknown:
         raise UsageError(f"--exclude {unknown[0]} is not one of the surfaces that were given")
@@ -217,7 +217,7 @@ def _features(
 
 
 def _describe(args: Namespace, group: Group) -> None:
-    """What was found, and who is left out."""
+    """The results, and the members left out."""
     found, model = Findings(), group.figures()
     found.add(
         "members",
@@ -321,7 +321,7 @@ def _covariates(columns: Mapping[str, NDArray[Any]], name: str) -> FloatArray | 
 
 
 def _figures(test: PointTest) -> dict[str, float]:
-    """The share of the points below the level, the smallest p, and what there is where the test is surest."""
+    """The share of the points below the level, the smallest p, and the figures there."""
     surest = int(test.statistic.argmax())
     return {
         "points": float((test.p <= LEVEL).mean()),
@@ -334,7 +334,7 @@ def _figures(test: PointTest) -> dict[str, float]:
 
 
 def _test(args: Namespace) -> Exit:
-    """Test what depends on each column of a table, the others being covariates."""
+    """Test the dependence on each column of a table, with the others as covariates."""
     group = read_group(args.out)
     check_own_page(Path(args.out) / _PAGE)
     columns, kept, left_out = read_design(args.design, [member.name for member in group.members])

@@ -113,7 +113,7 @@ def _of_side(args: Namespace, structure: str) -> Namespace:
 
 
 def _carried(args: Namespace) -> _Side:
-    """The data of a surface, and what comes of them at --to; where there are none, none come."""
+    """The data of a surface, and their values at --to; without data, none."""
     pair = load_pair(args, args.reflect)
     there = read_target_sphere(args.to, pair.source)
     given = pair.source
@@ -147,7 +147,7 @@ def carry(matrix: csr_array, values: FloatArray, labels: bool) -> FloatArray:
 
 
 def _describe(args: Namespace, found: Findings, side: _Side) -> None:
-    """What was carried from where, how far it reaches, and how well its integrals are kept."""
+    """Names, sources and ranges of carried data, and the change of their integrals."""
     weights = side.weights
     found.mesh("source", side.pair.source)
     found.add(

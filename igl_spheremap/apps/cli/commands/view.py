@@ -1,4 +1,4 @@
-"""`view` and `play`: a map, or how it comes about, in a window, as a picture or as a video."""
+"""`view` and `play`: a map, or the steps of its run, in a window, as a picture or as a video."""
 
 import os
 from argparse import Namespace
@@ -20,7 +20,7 @@ from ..inputs import InputMesh, load_pair, load_source, map_of, read_source, up_
 from ..output import Findings, check_outputs, pictures_of
 from .plane import find_plane_map
 
-#: Flags that say how a map is made.
+#: Flags of a map's method.
 _MAKING = ("--method", "--balance")
 
 
