@@ -162,7 +162,7 @@ def target(help: str) -> tuple[Argument, ...]:
 
 def method(default: str) -> Argument:
     """The choice of a method."""
-    return choice("--method", METHODS, "how the map is made", default=default)
+    return choice("--method", METHODS, "the method of the map", default=default)
 
 
 def balance(default: float) -> Argument:
@@ -199,13 +199,17 @@ def pictures(size: tuple[int, int] = SIZE, shown_by: str | None = None) -> tuple
         argument("--screenshot", "OUT.png", "write one picture; needs no display"),
         goes_with(
             "--screenshot",
-            argument("--frame", "K", "which frame, from 0; -1 is the last", type=int),
+            argument("--frame", "K", "number of the frame, from 0; -1 is the last", type=int),
         ),
         argument("--video", "OUT", "write OUT.gif, or OUT.mp4 (by ffmpeg); needs no display"),
         goes_with(
             "--video",
             argument(
-                "--length", "N", "about how many pictures", type=POSITIVE_COUNT, default=LENGTH
+                "--length",
+                "N",
+                "approximate number of pictures",
+                type=POSITIVE_COUNT,
+                default=LENGTH,
             ),
         ),
         goes_with(
@@ -253,7 +257,7 @@ DATA_HELP = (
 )
 DATA = argument("--data", "FILE", f"{DATA_HELP}; without it the positions")
 FEATURE = several(
-    "--feature", "NAME=SOURCE,TARGET", "files of data that are compared; without it shape is"
+    "--feature", "NAME=SOURCE,TARGET", "files of data to compare; without it the shape"
 )
 TO = argument(
     "--to",
@@ -289,34 +293,30 @@ METHOD_OPTIONS = (
     choice(
         "--polish",
         (*get_args(Polish), "none"),
-        "lower the angle differences of a good map: where that gains "
+        "lower the angle differences of a good map: if that gains "
         "enough (auto), always, or never, as in a batch",
     ),
     choice(
         "--gauge",
         dict.fromkeys((*get_args(Gauge), *get_args(PaperGauge))),
-        "where the tips of limbs too deep for "
-        "float64 go (auto): ends of the axes, or centred and shortened; free: the Moebius freedom too (lai2014)",
+        "place of tips of limbs too deep for "
+        "float64 (auto): ends of the axes, or centred and shortened; free: no fixed Moebius gauge (lai2014)",
     ),
     choice(
         "--edge-weights",
         get_args(EdgeWeights),
         "of intrinsic Delaunay triangles, or the paper's (lai2014)",
     ),
-    choice(
-        "--metric", get_args(PaperMetric), "what the energy's derivatives are divided by (lai2014)"
-    ),
+    choice("--metric", get_args(PaperMetric), "divisor of the energy's derivatives (lai2014)"),
 )
 UP = choice(
     "--up",
     UPS,
-    "which way is up, in pictures and .glb files; without it by the file's name and format, or "
+    "the up direction in pictures and .glb files; without it by the file's name and format, or "
     "its shape",
 )
 REPORT = argument("--report", "PAGE", "write x.html, or a page in a folder: figures and pictures")
-RATINGS = argument(
-    "--ratings", "FILE", "leave out what is rated fail in this table, which a page saved"
-)
+RATINGS = argument("--ratings", "FILE", "leave out surfaces rated fail in this table of a page")
 SOURCES = argument(
     "sources", "IN", "mesh files, globs in quotes, or @FILE with one of them a line", nargs="*"
 )
@@ -341,11 +341,9 @@ ENGINE = (
             "default": True,
         },
     ),
-    switch("--retry-failed", help="run again what failed"),
+    switch("--retry-failed", help="run failed jobs again"),
     argument("--timeout", "SECONDS", "end a job that takes longer", type=POSITIVE),
-    argument(
-        "--retries", "N", "how often a job is run again whose process died", type=COUNT, default=1
-    ),
+    argument("--retries", "N", "repeats of a job whose process died", type=COUNT, default=1),
 )
 #: Arguments of all commands that make files of many.
 MANY = (
@@ -368,7 +366,7 @@ PLANE = (
         argument(
             "--rim",
             "VERTEX|X,Y,Z",
-            "the hole that stays is the one nearest to this "
+            "leave open the hole nearest to this "
             "vertex or point (--rim=-1,0,0); without it the longest",
             type=rim,
         ),
@@ -413,7 +411,7 @@ PLANE = (
     REPORT,
     UP,
     argument(
-        "--plot", "FILE", "draw the image and what happens to angles and areas: .png, .svg or .pdf"
+        "--plot", "FILE", "draw the image and the changes of angles and areas: .png, .svg or .pdf"
     ),
     *OUTPUT,
 )

@@ -146,7 +146,7 @@ COMMANDS = (
     Command(
         "info",
         "info",
-        "Measure any mesh: its parts, holes and handles, sizes and angles, and what --repair would do.",
+        "Measure any mesh: its parts, holes and handles, sizes and angles, and the effect of --repair.",
         (
             "igl-spheremap info sample:octopus",
             "igl-spheremap info scan.stl",
@@ -173,11 +173,11 @@ COMMANDS = (
         (
             *shared.source(),
             argument(
-                "sphere", "SPHERE", "its map; without it it is made, or found in an .npz", nargs="?"
+                "sphere", "SPHERE", "its map; without it a new one, or that of an .npz", nargs="?"
             ),
             shared.method("auto"),
             shared.balance(CONFORMAL),
-            choice("--show", SHOWN, "what the colours show", default="foldings"),
+            choice("--show", SHOWN, "subject of the colours", default="foldings"),
             *shared.pictures(),
             *shared.OUTPUT,
         ),
@@ -469,7 +469,7 @@ COMMANDS = (
                 "which meet at the same share of their lengths",
                 nargs=2,
             ),
-            switch("--soft", help="come near the landmarks, if they can't be met"),
+            switch("--soft", help="if the landmarks can't be met, come near them"),
             shared.FEATURE,
             argument(
                 "--feature-weight",
@@ -487,9 +487,9 @@ COMMANDS = (
             ),
             goes_with(
                 _SHOWING,
-                choice("--colours", CARRIED, "what pictures show on both", default=CARRIED[0]),
+                choice("--colours", CARRIED, "subject of the pictures of both", default=CARRIED[0]),
             ),
-            switch("--show", help="open a window with both and what is between them"),
+            switch("--show", help="open a window with both and the surfaces between"),
             *shared.pictures(CARRIED_SIZE, shown_by=_SHOWING),
             *shared.OUTPUT,
         ),
@@ -521,7 +521,7 @@ COMMANDS = (
                 "data over the vertices of each IN, as "
                 "{folder}/{stem}.thickness or {folder}/{stem}.npz:NAME",
             ),
-            argument("--modes", "K", "how many principal modes", type=POSITIVE_COUNT, default=10),
+            argument("--modes", "K", "number of principal modes", type=POSITIVE_COUNT, default=10),
             argument(
                 "--to",
                 "ico:K",
@@ -543,13 +543,13 @@ COMMANDS = (
             argument(
                 "--design",
                 "TABLE",
-                "test what depends on each column of this .tsv or .csv table beside the others; "
+                "test the dependence on each column of this .tsv or .csv table beside the others; "
                 "the first one names the members of the group in DIR",
             ),
             argument(
                 "--of",
                 "DATA",
-                "what is tested: shapes, scores, or a feature of the group",
+                "tests shapes, scores, or a feature of the group",
                 default="shapes",
             ),
             argument("--permutations", "N", "of a test", type=POSITIVE_COUNT, default=1000),
@@ -578,7 +578,7 @@ COMMANDS = (
             argument(
                 "--out",
                 "PATTERN",
-                "where each sphere goes: {folder}, {name} and {stem} are those of IN, such as "
+                "path of each sphere: {folder}, {name} and {stem} are those of IN, such as "
                 "{folder}/lh.sphere.conformal or spheres/{stem}.ply",
                 required=True,
             ),
@@ -617,7 +617,7 @@ COMMANDS = (
             shared.several(
                 "--names",
                 "CONVENTION",
-                f"by whose files are named: {', '.join(CONVENTIONS)}; without it bids",
+                f"conventions of file names: {', '.join(CONVENTIONS)}; without it bids",
                 choices=CONVENTIONS,
             ),
             shared.several(
@@ -630,7 +630,7 @@ COMMANDS = (
                 "--reflect",
                 help="register mirror images (x to -x) to the templates of the other side",
             ),
-            choice("--hemi", ("L", "R"), "the side, where neither the name nor the file tells it"),
+            choice("--hemi", ("L", "R"), "the side, if neither the name nor the file tells it"),
             argument(
                 "--pial",
                 "FILE",
@@ -701,7 +701,7 @@ COMMANDS = (
             argument(
                 "--out",
                 "DIR",
-                "where results and finished runs are kept; run again to continue",
+                "folder of results and finished runs; run again to continue",
                 type=Path,
                 default=Path("reproduction"),
             ),

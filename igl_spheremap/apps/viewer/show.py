@@ -33,7 +33,7 @@ def show(
     result : SphereMap
         A map.
     up : str
-        Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
+        Up direction: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
         stands safely; "left" and "right" show it from that side, with z up.
     subject : str
         Subject of the colours when the window opens: "foldings", the default, "angle differences", "area distortion" or
@@ -83,7 +83,7 @@ def screenshot(
     path : path
         Ends in .png or .jpg; an existing file is replaced.
     up : str
-        Which way is up: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
+        Up direction: "x", "-x", "y", "-y", "z" or "-z"; "auto", the default, chooses the way in which the surface
         stands safely; "left" and "right" show it from that side, with z up.
     subject : str
         Subject of the colours: "foldings", the default, "angle differences", "area distortion" or "checkerboard".
