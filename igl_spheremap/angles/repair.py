@@ -133,7 +133,7 @@ class _Repair:
             if candidate.mean <= POOR:
                 break
         if not field:
-            last = self.embed(Start("embedding", self.x))
+            last = self.embed(Start("embedding", self.x, certificate=self.certificate))
             if last is not None:
                 field = [last]
         return field
@@ -167,7 +167,10 @@ class _Repair:
         """Repair a map locally; None if the plan forbids embedding, or it fails."""
         if self.plan.embeds:
             with self.attempt("embedding"):
-                y, certificate = repair_locally(self.mesh, start.x, after=start.after_moves)
+                before = start.certificate
+                if before is None:
+                    before = Certificate.of(start.x, self.mesh.f)
+                y, certificate = repair_locally(self.mesh, start.x, before, after=start.after_moves)
                 done = replace(start, name="embedding", x=y, certificate=certificate)
                 return self.certify(done)
         return None

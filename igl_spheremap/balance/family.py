@@ -160,9 +160,10 @@ def stretched(mesh: Mesh, x: FloatArray, backend: str) -> FloatArray:
     if laid_out is None:
         return x
     y = onto_sphere(laid_out, shorten_limbs(laid_out, mesh.angles, _STRETCHED)[0])
-    if Certificate.of(y, mesh.f).folding_free:
+    certificate = Certificate.of(y, mesh.f)
+    if certificate.folding_free:
         return y
-    return repair_locally(mesh, y)[0]
+    return repair_locally(mesh, y, certificate)[0]
 
 
 def log_factor(source: FlatFaces, x: FloatArray, averages: int = 2) -> FloatArray:

@@ -211,7 +211,7 @@ def repair_foldings(
         notify = None
         if listener is not None:
             notify = partial(record, Stage.REPAIR)
-        y, after = repair_locally(mesh, y, notify)
+        y, after = repair_locally(mesh, y, before, notify)
         record(Stage.REPAIRED, y)
     else:
         after = Certificate.of(y, mesh.f)

@@ -40,7 +40,7 @@ def repair_last(
     before, run = Certificate.of(x, mesh.f), replace(run, gauge=gauge)
     count = f"{before.foldings:,} of {len(mesh.f):,} faces"
     if keeps_its_place or has_few_foldings(before, mesh.f):
-        x, certificate = repair_locally(mesh, x)
+        x, certificate = repair_locally(mesh, x, before)
         if gauge == "centred":
             x, certificate = restore_gauge(mesh, x)
         note = f"minimiser, {count} repaired"

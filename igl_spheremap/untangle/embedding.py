@@ -176,15 +176,9 @@ def _embed_cluster(
 
 def fix_orientation(x: FloatArray, f: IntArray) -> FloatArray:
     """The one of map and mirror image with more positively oriented faces."""
-    return oriented(x, f)[0]
-
-
-def oriented(x: FloatArray, f: IntArray) -> tuple[FloatArray, IntArray]:
-    """`fix_orientation`, and the orientations of the faces after it."""
-    signs = orientation_signs(x, f)
-    if (signs >= 0).sum() >= len(f) / 2:
-        return x, signs
-    return x * [1, 1, -1], -signs
+    if (orientation_signs(x, f) >= 0).sum() >= len(f) / 2:
+        return x
+    return x * [1, 1, -1]
 
 
 def dilate(f: IntArray, marked: BoolArray, rings: int) -> BoolArray:

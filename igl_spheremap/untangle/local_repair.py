@@ -15,15 +15,15 @@ from ..mesh.edges import marked, touching
 from ..mesh.measure import corner_angles
 from ..sphere.moebius import fix_gauge
 from ..sphere.rows import binary_sizes, column_crosses, column_dots, unit_rows, weighted_sum
-from ..verify.certificate import Certificate
+from ..verify.certificate import Certificate, after_change
 from ..verify.distortion import mean_angle_difference
-from ..verify.signs import column_signs, folded_faces, orientation_signs
+from ..verify.signs import column_signs, folded_faces
 from .embedding import (
     REMOVED_RINGS,
     PositionsListener,
     dilate,
     embed_nearby,
-    oriented,
+    fix_orientation,
     progressive_embedding,
     with_rows,
 )
@@ -50,21 +50,24 @@ def has_few_foldings(certificate: Certificate, f: IntArray) -> bool:
 def repair_locally(
     mesh: Mesh,
     x: FloatArray,
+    before: Certificate,
     listener: PositionsListener | None = None,
     after: FloatArray | None = None,
 ) -> tuple[FloatArray, Certificate]:
     """A map free of foldings: by small moves, embedding of remaining folds, and relaxation of moved vertices.
 
-    `listener` is called with the map after each round of small moves, and after each batch of embedded vertices.
-    `after` is the result of small moves, if it is known. Unless embedding has to move more, all is done on a patch
-    around the foldings.
+    `before` is the certificate of the map, whose numbers are finite. `listener` is called with the map after each round
+    of small moves, and after each batch of embedded vertices. `after` is the result of small moves, if it is known.
+    Unless embedding has to move more, all is done on a patch around the foldings.
     """
-    x, signs = oriented(x, mesh.f)
-    y = x
+    if 2 * before.foldings > len(mesh.f):
+        x = fix_orientation(x, mesh.f)
+        before = Certificate.of(x, mesh.f)
+    y, folded = x, np.append(before.flipped, before.degenerate)
     if after is not None:
-        y, signs = after, orientation_signs(after, mesh.f)
+        y, folded = after, np.flatnonzero(folded_faces(after, mesh.f))
     rings = REMOVED_RINGS + _MOVED_RINGS  # around faces that small moves fold, too
-    patch = mesh.edges.patch_around(mesh.f[signs <= 0], rings)
+    patch = mesh.edges.patch_around(mesh.f[folded], rings)
     notify = None
     if listener is not None:
         whole = y
@@ -80,27 +83,29 @@ def repair_locally(
     moved = patch.vertices[(part != x[patch.vertices]).any(axis=1)]
     if after is not None:
         moved = np.flatnonzero((y != x).any(axis=1))
-    y = _relaxed(mesh, y, moved)
-    certificate = Certificate.of(y, mesh.f)
+    y, faces = _relaxed(mesh, y, moved)
+    certificate = after_change(before, x, y, mesh.f, faces)
     if not certificate.folding_free:
         y = progressive_embedding(y, mesh.f, listener)
-        y = _relaxed(mesh, y, np.flatnonzero((y != x).any(axis=1)))
+        y, _ = _relaxed(mesh, y, np.flatnonzero((y != x).any(axis=1)))
         certificate = Certificate.of(y, mesh.f)
     return y, certificate
 
 
-def _relaxed(mesh: Mesh, x: FloatArray, moved: IntArray) -> FloatArray:
-    """A map relaxed towards the mesh's angles around vertices that have moved."""
+def _relaxed(mesh: Mesh, x: FloatArray, moved: IntArray) -> tuple[FloatArray, IntArray]:
+    """A map relaxed towards the mesh's angles around vertices that have moved, and the faces there."""
     near = mesh.edges.within(moved, RELAXED_RINGS)
-    f = mesh.f[mesh.edges.faces_at(near)]
+    faces = mesh.edges.faces_at(near)
+    f = mesh.f[faces]
     loss = AngleLoss(corner_angles(mesh.unit, f).T)
-    return relax_angles(x, f, loss, marked(near, len(x)), sweeps=30, tolerance=0.01)
+    return relax_angles(x, f, loss, marked(near, len(x)), sweeps=30, tolerance=0.01), faces
 
 
 def unfolded(mesh: Mesh, x: FloatArray) -> FloatArray:
     """The map itself, or repaired locally if a face folds."""
-    if folded_faces(x, mesh.f).any():
-        return repair_locally(mesh, x)[0]
+    certificate = Certificate.of(x, mesh.f)
+    if certificate.foldings:
+        return repair_locally(mesh, x, certificate)[0]
     return x
 
 
@@ -193,7 +198,7 @@ def restore_gauge(mesh: Mesh, x: FloatArray) -> tuple[FloatArray, Certificate]:
         mean = mean_angle_difference(mesh, x)
         worse = is_worse(mean_angle_difference(mesh, y), mean)
         if not worse and not certificate.folding_free:
-            y, certificate = repair_locally(mesh, y)
+            y, certificate = repair_locally(mesh, y, certificate)
             worse = is_worse(mean_angle_difference(mesh, y), mean)
     if worse or not certificate.folding_free:
         return x, Certificate.of(x, mesh.f)

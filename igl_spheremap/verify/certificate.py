@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -97,7 +98,7 @@ class Certificate:
         scaled = x
         if len(off_sphere):
             scaled = scale_rows(x)
-        degree = _degree(x, scaled, f, signs)
+        degree, *_ = _degrees(f, (x, scaled, signs)) or (0,)
         return cls(
             np.flatnonzero(signs < 0),
             np.flatnonzero(signs == 0),
@@ -275,24 +276,59 @@ def certify(x: ArrayLike | MapLike, f: ArrayLike | Mesh | None = None) -> Certif
     return Certificate.of_plane(p, faces, disk_rim(faces, places))
 
 
-def _degree(x: FloatArray, y: FloatArray, f: IntArray, signs: IntArray) -> int:
-    """Sum of the signs of the faces over one direction in general position, exactly; `y` has the rows of x, scaled."""
-    for q in _directions(y, f, signs):
-        over = _faces_near(y, f, q)
-        if not len(over):
-            return 0
-        corners = [x[f[over, k]] for k in range(3)]
-        side = determinant_signs(
-            np.tile(q, (3 * len(over), 1)),
-            np.concatenate(corners),
-            np.concatenate([corners[k - 2] for k in range(3)]),
-        ).reshape(3, -1)
-        sign = signs[over]
-        inside = (side * sign).min(axis=0, initial=1)
-        on_edge = np.where(sign != 0, inside == 0, (side == 0).all(axis=0))
-        if not on_edge.any():  # else the count is not defined here: take another direction
-            return int(sign[inside > 0].sum())
-    return 0
+@phase("certificate")
+def after_change(
+    certificate: Certificate, x: FloatArray, y: FloatArray, f: IntArray, changed: IntArray
+) -> Certificate:
+    """The certificate of `y`, given that of `x`, a map that differs at some faces only, ascending; it measures these.
+
+    Over any direction the signs of all other faces have the same sum for both maps.
+    """
+    corners, part = np.unique(f[changed], return_inverse=True)
+    part, before, now = part.reshape(-1, 3), x[corners], y[corners]
+    signs, new = orientation_signs(before, part), orientation_signs(now, part)
+    degrees = _degrees(part, (before, before, signs), (now, now, new))
+    faulty = len(certificate.off_sphere) + len(certificate.not_finite) > 0
+    if degrees is None or faulty or not (np.abs(row_lengths(now) - 1) <= UNIT_TOLERANCE).all():
+        return Certificate.of(y, f)
+    return replace(
+        certificate,
+        flipped=np.union1d(np.setdiff1d(certificate.flipped, changed), changed[new < 0]),
+        degenerate=np.union1d(np.setdiff1d(certificate.degenerate, changed), changed[new == 0]),
+        degree=certificate.degree + degrees[1] - degrees[0],
+    )
+
+
+#: A map's rows, the same rows scaled, and the orientations of its faces.
+_Oriented = tuple[FloatArray, FloatArray, IntArray]
+
+
+def _degrees(f: IntArray, *maps: _Oriented) -> list[int] | None:
+    """For each map the sum of the signs of its faces over one direction, in general position for all, exactly."""
+    for q in _directions(maps[0][1], f, maps[0][2]):
+        found = [_signs_over(q, f, *each) for each in maps]
+        if None not in found:
+            return cast(list[int], found)
+    return None
+
+
+def _signs_over(
+    q: FloatArray, f: IntArray, x: FloatArray, y: FloatArray, signs: IntArray
+) -> int | None:
+    """Sum of the signs of the faces over a direction; None if it is on an edge. `y` has the rows of x, scaled."""
+    over = _faces_near(y, f, q)
+    corners = [x[f[over, k]] for k in range(3)]
+    side = determinant_signs(
+        np.tile(q, (3 * len(over), 1)),
+        np.concatenate(corners),
+        np.concatenate([corners[k - 2] for k in range(3)]),
+    ).reshape(3, -1)
+    sign = signs[over]
+    inside = (side * sign).min(axis=0, initial=1)
+    on_edge = np.where(sign != 0, inside == 0, (side == 0).all(axis=0))
+    if on_edge.any():  # the sum is not defined here
+        return None
+    return int(sign[inside > 0].sum())
 
 
 def _directions(x: FloatArray, f: IntArray, signs: IntArray) -> Iterator[FloatArray]:

@@ -99,13 +99,15 @@ def test_single_foldings_are_repaired_where_they_are(folded, spheroid):
     # no step depends on its angles
     assert str(repaired.rounds[1]) == "embedding: 0 folded faces"
     far = np.linalg.norm(x - x[mesh.f[7, 0]], axis=1) > 0.5
-    assert (repair_locally(mesh, x)[0][far] == x[far]).all()
+    locally, certificate = repair_locally(mesh, x, certify(x, mesh.f))
+    assert (locally[far] == x[far]).all()
+    assert certificate.folding_free is certify(locally, mesh.f).folding_free is True
     assert _mean(mesh, repaired.sphere) < 1.02 * _mean(mesh, spheroid[2])
 
 
 def test_a_repaired_map_is_in_the_gauge(folded):
     mesh, operators, x = folded
-    assert np.linalg.norm(mesh.A @ repair_locally(mesh, x)[0]) > 1e-12
+    assert np.linalg.norm(mesh.A @ repair_locally(mesh, x, certify(x, mesh.f))[0]) > 1e-12
     repaired = _repaired(mesh, operators, x)
     assert np.linalg.norm(mesh.A @ repaired.sphere) < 1e-12
     assert np.abs(fix_gauge(mesh, repaired.sphere) - repaired.sphere).max() < 1e-12
@@ -114,7 +116,8 @@ def test_a_repaired_map_is_in_the_gauge(folded):
 @pytest.mark.parametrize("share", [0.25, 0.35, 0.5])
 def test_what_rounding_folds_in_the_gauge_is_repaired_or_left(share, long_arms):
     mesh, _, x, repaired, _ = long_arms
-    y, _ = repair_locally(mesh, center(repaired.sphere, (1 - share) * mesh.A + share / len(x)))
+    moved = center(repaired.sphere, (1 - share) * mesh.A + share / len(x))
+    y, _ = repair_locally(mesh, moved, certify(moved, mesh.f))
     z, certificate = restore_gauge(mesh, y)
     assert certify(z, mesh.f).folding_free is certificate.folding_free is True
     assert np.linalg.norm(mesh.A @ z) < max(1e-3, np.linalg.norm(mesh.A @ y) / 10)

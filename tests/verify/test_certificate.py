@@ -9,6 +9,7 @@ from triangulations import icosphere, random_rotation
 import igl_spheremap as ism
 from igl_spheremap import MeshError
 from igl_spheremap.sphere.rows import unit_rows
+from igl_spheremap.verify.certificate import after_change
 
 X, F = icosphere(2)
 
@@ -28,6 +29,30 @@ def test_a_planted_fold_is_found_where_it_is():
     assert not certificate.folding_free
     assert len(certificate.flipped)
     assert set(certificate.flipped) <= set(touched)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_certificate_of_a_changed_map_is_that_of_the_whole_map(seed):
+    rng = np.random.default_rng(seed)
+    for size in (0.0, 0.1, 1.0, 3.0):
+        x = unit_rows(X + 0.1 * rng.normal(size=X.shape)) * rng.choice([-1.0, 1.0])
+        y, moved = x.copy(), rng.choice(len(X), 60)
+        y[moved] = unit_rows(x[moved] + size * rng.normal(size=(60, 3)))
+        y[moved[0]] = y[moved[1]]
+        changed = np.flatnonzero(np.isin(F, moved).any(axis=1))
+        found, whole = after_change(ism.certify(x, F), x, y, F, changed), ism.certify(y, F)
+        assert found.flipped.tolist() == whole.flipped.tolist()
+        assert found.degenerate.tolist() == whole.degenerate.tolist()
+        assert (found.degree, found.faces) == (whole.degree, whole.faces)
+
+
+def test_a_change_that_leaves_the_sphere_is_named():
+    y = X.copy()
+    y[7] *= 2
+    changed = np.flatnonzero((F == 7).any(axis=1))
+    assert after_change(ism.certify(X, F), X, y, F, changed).off_sphere.tolist() == [7]
+    y[7] = np.nan
+    assert after_change(ism.certify(X, F), X, y, F, changed).not_finite.tolist() == [7]
 
 
 def test_a_mirrored_map_is_all_flipped_and_has_degree_minus_one():
