@@ -19,13 +19,18 @@ from ..operators.factor.memory import fits_memory
 
 #: Corner pairs of a face whose 2 x 2 blocks are kept; the others are their transposes.
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+#: Entries (a, b) of a block, in the order in which they are numbered.
+_PARTS = ((0, 1), (0, 0), (1, 0), (1, 1))
 
 
 class VertexSystem:
     """Symmetric matrices of 2 x 2 blocks, one for each vertex and edge of a triangle mesh, which may have a boundary.
 
-    Unknown a of vertex i is number 2 i + a. `limbs` says that the mesh may have narrow limbs, for the choice of an
-    elimination order.
+    Unknown a of vertex i is number 2 i + a. An edge's block has the rows of its larger vertex, and so lies in the lower
+    triangle. Entries are numbered part by part, the entry (a, b) of all blocks; vertices' blocks come first. In these
+    the first part, (0, 1), mirrors (1, 0): its n entries, numbered -n to -1, are left out.
+
+    `limbs` says that the mesh may have narrow limbs, for the choice of an elimination order.
     """
 
     _analysis: Analysis | None = None
@@ -35,22 +40,20 @@ class VertexSystem:
 
     def assemble(self, blocks: FloatArray, at_vertices: FloatArray | None = None) -> FloatArray:
         """Entries of the sum of faces' blocks (6, 2, 2, m) for the corner pairs `PAIRS`, and vertices' (2, 2, n)."""
-        values = np.asarray(
-            np.bincount(self._numbers, blocks.ravel())[:-1],
-            dtype=np.float64,
-        )
+        values = np.bincount(self._targets, blocks.ravel())[self.n :]
         if at_vertices is not None:
-            for (a, b), numbers in zip(((0, 0), (1, 0), (1, 1)), self._at_vertices, strict=True):
-                values[numbers] += at_vertices[a, b]
-        return values
+            for a, b in _PARTS[1:]:
+                values[self._of_vertices(a, b)] += at_vertices[a, b]
+        return np.asarray(values, dtype=np.float64)
 
     def damped(
         self, values: FloatArray, share: float | FloatArray, added: float | FloatArray = 0.0
     ) -> FloatArray:
         """Entries with the diagonal raised by a share of itself and by `added`, each one number or one a vertex."""
         values = values.copy()
-        for numbers in self._at_vertices[::2]:
-            values[numbers] = (1 + share) * values[numbers] + added
+        for a in (0, 1):
+            diagonal = self._of_vertices(a, a)
+            values[diagonal] = (1 + share) * values[diagonal] + added
         return values
 
     def factorize(self, values: FloatArray, within_memory: bool = False) -> Factor:
@@ -83,56 +86,44 @@ class VertexSystem:
 
     @cached_property
     def _edges(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Larger and smaller vertex of each edge, and the edge between the corners of each off-diagonal pair."""
+        """Larger and smaller vertex of each edge, and the edge opposite each corner (m, 3)."""
         keys, edge, *_ = shared_edges(self.f, self.n)
-        return keys % self.n, keys // self.n, edge.reshape(-1, 3).T[::-1]
+        return keys % self.n, keys // self.n, edge.reshape(-1, 3)
+
+    def _first(self, a: int, b: int) -> int:
+        """Number, plus n, of the entry (a, b) of the first vertex's block."""
+        return _PARTS.index((a, b)) * (self.n + len(self._edges[0]))
+
+    def _of_vertices(self, a: int, b: int) -> slice:
+        """Numbers of the entries (a, b) of vertices' blocks."""
+        return slice(self._first(a, b) - self.n, self._first(a, b))
 
     @cached_property
-    def _layout(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Rows and columns of the entries; and for each (a, b) the offset from a block's number to its entry (a, b).
-
-        Vertices' blocks come before edges'. The entries (0, 0) of all blocks come first, then (0, 1), (1, 0) and (1,
-        1). Vertices' blocks lack (0, 1), as it mirrors (1, 0).
-        """
-        n, (larger, smaller, _) = self.n, self._edges
-        loops, blocks = np.arange(n), n + len(larger)
-        rows, columns = 2 * np.concatenate((loops, larger)), 2 * np.concatenate((loops, smaller))
-        return (
-            np.concatenate((rows, rows[n:], rows + 1, rows + 1)),
-            np.concatenate((columns, columns[n:] + 1, columns, columns + 1)),
-            np.array([[0, blocks - n], [2 * blocks - n, 3 * blocks - n]]),
-        )
-
-    @cached_property
-    def _at_vertices(self) -> IntArray:
-        """Numbers of the entries (0, 0), (1, 0) and (1, 1) of each vertex's block."""
-        return self._layout[2].ravel()[[0, 2, 3], None] + np.arange(self.n)
-
-    @cached_property
-    def _numbers(self) -> IntArray:
-        """Number of the entry to which each entry of the faces' blocks is added; one past the last if to none."""
-        edge, (rows, _, first) = iter(self.n + self._edges[2]), self._layout
-        found = np.empty((6, 2, 2, len(self.f)), dtype=np.int64)
+    def _targets(self) -> IntArray:
+        """Number, plus n, of the entry to which each entry of the faces' blocks is added."""
+        number = np.empty((6, 2, 2, len(self.f)), dtype=np.int64)
         for k, (i, j) in enumerate(PAIRS):
-            if i == j:
-                np.add(first[:, :, None], self.f[:, i], out=found[k])
-                found[k, 0, 1] = len(rows)
-            else:
-                mirrored = self.f[:, i] < self.f[:, j]
-                np.add(
-                    np.where(mirrored, first.T[:, :, None], first[:, :, None]),
-                    next(edge),
-                    out=found[k],
-                )
-        return found.ravel()
+            block, mirrored = self.f[:, i], self.f[:, i] < self.f[:, j]
+            if i != j:
+                block = self.n + self._edges[2][:, 3 - i - j]
+            for a, b in _PARTS:
+                first = np.where(mirrored, self._first(b, a), self._first(a, b))
+                np.add(first, block, out=number[k, a, b])
+        return number.ravel()
 
     @cached_property
     def _entries(self) -> Entries:
-        rows, columns, _ = self._layout
-        loops, (larger, smaller, _) = np.arange(self.n), self._edges
-        ends = np.concatenate((loops, larger, smaller)), np.concatenate((loops, smaller, larger))
-        graph = sp.csr_matrix((np.ones(len(ends[0])), ends), shape=(self.n, self.n))
-        return Entries(graph, rows, columns, unknowns=2, repeated=True, limbs=self._limbs)
+        n, loops, (larger, smaller, _) = self.n, np.arange(self.n), self._edges
+        rows, columns = np.append(loops, larger), np.append(loops, smaller)
+        ends = np.append(rows, smaller), np.append(columns, larger)
+        return Entries(
+            sp.csr_matrix((np.ones(len(ends[0])), ends), shape=(n, n)),
+            np.concatenate([2 * rows + a for a, _ in _PARTS])[n:],
+            np.concatenate([2 * columns + b for _, b in _PARTS])[n:],
+            unknowns=2,
+            repeated=True,
+            limbs=self._limbs,
+        )
 
 
 def gram_blocks(left: FloatArray, right: FloatArray) -> FloatArray:
