@@ -56,6 +56,11 @@ class Placed:
     hole: int | None = None
 
     @property
+    def inwards(self) -> FloatArray:
+        """Depth of each vertex if coordinates were nowhere finer: it grows along a limb up to its tip."""
+        return self.depth + self.finer
+
+    @property
     def points(self) -> Anchored:
         """The positions with their anchors."""
         return Anchored(exponential(self.log), self.anchor)

@@ -58,7 +58,7 @@ class Anchored(NamedTuple):
 
 
 def to_ball(points: Anchored) -> LongFloat:
-    """Inverse stereographic projection in long doubles, 0 to (0, 0, 1), without overflow near infinity.
+    """Inverse stereographic projection in long doubles, 0 to (0, 0, 1), infinity to (0, 0, -1), without overflow.
 
     Close to an anchor two of the coordinates keep all digits of the position.
 

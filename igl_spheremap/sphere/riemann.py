@@ -227,13 +227,21 @@ def moebius_through(x: ArrayLike, points: ArrayLike, targets: ArrayLike) -> Floa
 
 
 def _basis(corners: ArrayLike, name: str) -> ComplexArray:
-    """The 2 x 2 matrix whose columns, and whose columns' sum, are three points in homogeneous coordinates."""
+    """`projective_frame` of three points of the sphere, which must differ."""
     rows = _unit(check_rows(corners, 3, name))
     p = np.stack(_homogeneous(rows))
     for i, j in ((0, 1), (0, 2), (1, 2)):
         if np.abs(rows[i] - rows[j]).max() < HALF_DIGITS:
             raise MeshError(f"{name} {i} and {j} coincide; give three different ones")
-    return p[:, :2] * np.linalg.solve(p[:, :2], p[:, 2])
+    return projective_frame(p)
+
+
+def projective_frame(p: ComplexArray) -> ComplexArray:
+    """The first two columns (2, 2) of three points in homogeneous coordinates, scaled so that their sum is the third.
+
+    As a Moebius map it takes infinity, 0 and 1 to the three points.
+    """
+    return np.asarray(p[:, :2] * np.linalg.solve(p[:, :2], p[:, 2]), dtype=np.complex128)
 
 
 def _unit(x: ArrayLike) -> FloatArray:

@@ -10,14 +10,14 @@ from triangulations import icosphere
 from igl_spheremap import spherical_conformal_map
 from igl_spheremap.angles.close_angles import close_angles, proper_angles
 from igl_spheremap.angles.deep_limbs import shorten_limbs, tips_beyond
-from igl_spheremap.angles.layout import Layout, centred, lengths_and_directions, onto_sphere
+from igl_spheremap.angles.layout import Layout, Placed, centred, lengths_and_directions, onto_sphere
 from igl_spheremap.angles.poles import at_poles
 from igl_spheremap.io.float32 import as_mapped
 from igl_spheremap.mesh.arrays import HALF_DIGITS
 from igl_spheremap.mesh.check import check_mesh
 from igl_spheremap.mesh.measure import corner_angles, log_edges
 from igl_spheremap.newton.system import VertexSystem
-from igl_spheremap.sphere.log_plane import exponential, to_ball
+from igl_spheremap.sphere.log_plane import exponential, logarithm, to_ball
 from igl_spheremap.sphere.rows import from_chart, to_chart
 from igl_spheremap.verify.certificate import Certificate
 
@@ -154,7 +154,7 @@ def test_tips_go_to_ends_of_axes_by_a_moebius_map(limbs):
     closed = close_angles(system(mesh), proper_angles(corner_angles(mesh.unit, mesh.f)), hole=0)
     placed = centred(mesh, Layout.of(mesh.f, closed, 0))
     floor = 5.0
-    roots = [each.tip for each in tips_beyond(placed.depth, mesh.f, floor) if each.meets < 0]
+    roots = [tip.vertex for tip in tips_beyond(placed, floor) if tip.meets < 0]
     moved = at_poles(placed, floor)
     x, y = (onto_sphere(p, p.points) for p in (placed, moved))
     tips = sorted(roots, key=lambda tip: -placed.depth[tip])[:3]
@@ -211,16 +211,16 @@ def test_tips_are_those_of_the_merge_tree():
     v, f = icosphere(4)
     peaks = np.array([[0, 0, 1.0], [1, 0, 0], [0.6, 0, 0.8]])
     depth = (np.array([50, 45, 48]) - 40 * np.arccos(np.clip(v @ peaks.T, -1, 1))).max(axis=1)
-    found = {
-        each.tip: (each.meets, set(each.vertices.tolist())) for each in tips_beyond(depth, f, 40)
-    }
+    nowhere = logarithm(np.zeros(len(v)))
+    placed = Placed(f, nowhere, depth, lambda tip: nowhere)
+    found = {tip.vertex: (tip.meets, set(tip.members.tolist())) for tip in tips_beyond(placed, 40)}
     a, b, c = (int(np.argmax(v @ p)) for p in peaks)
     assert set(found) == {a, b, c}
     assert found[a][0] == -1
     assert found[c][0] == a
     assert found[b][0] in (a, c)
     assert found[a][1] == set(np.flatnonzero(depth > 4).tolist())
-    assert {each.tip for each in tips_beyond(depth, f, 49)} == {a}
+    assert {tip.vertex for tip in tips_beyond(placed, 49)} == {a}
 
 
 def test_a_random_body_beyond_float64_comes_back_certified_and_near_its_angles():
