@@ -31,7 +31,7 @@ _PACKAGES = {"PIL": "pillow"}  # where the name to install is not the name to im
 class Remedy:
     """A call that mends a fault; without a function, options of the call that failed.
 
-    As a text it is what the reader types: a call in Python, flags in the shell, see `said_by`.
+    As a text it is the reader's input: a call in Python, flags in the shell, see `said_by`.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ def said_by(say: Say) -> Iterator[None]:
 
 
 class MeshError(ValueError):
-    """A mesh, or an array that goes with it, is not what a call takes; most take a closed genus-0 triangle mesh.
+    """A call does not take a mesh, or an array that goes with it; most take a closed genus-0 triangle mesh.
 
     The message is one line: the fault, its place (the first indices), and the repair.
 
@@ -193,7 +193,7 @@ class OfListener(BaseException):
 
 
 class DisplayError(RuntimeError):
-    """Nothing can be drawn here; the message is one line that says what is missing."""
+    """Nothing can be drawn here; the message is one line that names the missing part."""
 
 
 class WorkersUnavailable(RuntimeError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from sys import modules
 
 TYPE_CHECKING = False
-# at run time this import, or that of `typing`, would take three times what all else takes here
+# at run time this import, or that of `typing`, would take three times as long as all else here
 if TYPE_CHECKING:
     from collections.abc import Callable
 

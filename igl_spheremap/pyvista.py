@@ -73,7 +73,7 @@ class SphereMapAccessor:
         balance : float
             0 keeps angles, 1 areas; the default is that of `igl_spheremap.balanced_spherical_map`.
         method : str or options of a method
-            How the conformal map is computed that it starts from.
+            The method of the conformal map that it starts from.
 
         Returns
         -------

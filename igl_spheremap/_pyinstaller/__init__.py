@@ -1,4 +1,4 @@
-"""Where PyInstaller finds its hook, by the entry point in pyproject.toml."""
+"""The folder of PyInstaller's hook, by the entry point in pyproject.toml."""
 
 
 def folders() -> list[str]:

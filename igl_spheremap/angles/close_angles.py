@@ -1,8 +1,8 @@
 """Corner angles that close up in the plane, nearest to given ones: without positions nothing can underflow.
 
 One face, the hole, is cut out. Angles close if each face sums to pi, each inner vertex to 2 pi, and the ratios of sines
-around each inner vertex multiply to 1: then lengths and directions exist, at any depth of any limb. Gauss-Newton on
-the angles: every step is one solve with two unknowns a vertex and the Laplacian's pattern.
+around each inner vertex multiply to 1. Then lengths and directions exist, at any depth of any limb. Gauss-Newton on the
+angles: every step is one solve with two unknowns a vertex and the Laplacian's pattern.
 
 References
 ----------

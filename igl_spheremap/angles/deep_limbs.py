@@ -5,8 +5,8 @@ can't be shorter than exp(-35). Within a disc about the tip of such a limb the d
 
     d log s = kappa(log r) d log r,    .05 <= kappa <= 1, constant on bins of one neper or more.
 
-A dynamic programme over the bins, and over the tree of limbs and their branches, finds the kappas that keep every
-vertex above a floor at the least sum of angle differences.
+A dynamic programme over the bins, and over the tree of limbs and branches, finds the kappas that keep every vertex
+above a floor at the least sum of angle differences.
 
 `shorten_limbs` finds the tips (`tips_beyond`), makes a `DeepLimb` of the disc about each, measures its `Costs`, solves
 its `Table`, and draws the vertices towards the rim by the kappas of that.

@@ -5,8 +5,8 @@ tree has no edge longer than the one that joins them. So positions relative to a
 distance from it, however small that is: the deepest limbs keep their shape. They are complex logarithms, the log
 distance and the direction: distances range over thousands of nepers, and float64 ends at 709.
 
-The depth of a vertex, in nepers, is minus the logarithm of the length of its edges on the sphere; beside an end of an
-axis where a tip lies (poles.py), of their length over the distance from it, as coordinates are finer there.
+The depth of a vertex, in nepers, is minus the logarithm of the length of its edges on the sphere. Beside an end of an
+axis with a tip (poles.py), coordinates are finer: there their length is divided by the distance from it.
 """
 
 from __future__ import annotations
@@ -104,8 +104,8 @@ def _targets(
 ) -> FloatArray:
     """The mesh's angles, changed as stereographic projection from the hole changes those of a map.
 
-    Folded faces keep the mesh's angles, and so do those with edges that are `short`: projection changes angles by about
-    the length of edges, so by a hundredth of a degree at most there, and rounding changes them by eps over the length.
+    Folded faces keep the mesh's angles, and so do those with `short` edges: projection changes angles by about the
+    length of edges, there at most by a hundredth of a degree; rounding changes them by eps over the length.
     """
     pole = -unit_rows(x[f[hole]].sum(axis=0, keepdims=True))
     z = to_chart(x, pole)

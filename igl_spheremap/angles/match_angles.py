@@ -63,7 +63,7 @@ class Aitken:
     Attributes
     ----------
     further : float
-        Gain of all further steps, as a share of the value; infinite where it is not known.
+        Gain of all further steps, as a share of the value; infinite if unknown.
     """
 
     def __init__(self, least_gain: float) -> None:

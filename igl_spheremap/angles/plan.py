@@ -19,8 +19,8 @@ from .match_angles import is_worth_steps
 
 #: Degrees: a map of larger mean angle difference is poor, and layouts start, too, until a candidate is not poor.
 POOR = 2.4
-#: How to repair a map of which many faces fold: embed it ("embedded"); embed it only if several layouts start, since
-#: embedding breaks symmetry ("laid out"); or leave it as it is ("left").
+#: Repair of a map with many folded faces: embed it ("embedded"); if several layouts start, embed it, since embedding
+#: breaks symmetry ("laid out"); or leave it ("left").
 Large = Literal["embedded", "laid out", "left"]
 
 
@@ -94,8 +94,8 @@ def plan_repair(
     """The first row of `Auto`'s table whose condition a map of this harmonic energy meets.
 
     Harmonic energy over flat image area is 1 for a conformal map. Smooth bodies reach 1.01 and noisy scans 1.04; it
-    begins at 1.07 on machine parts, whose long faces cut through the sphere or fold. Angles are measured, and layouts
-    may start, above `conformal`, or where more than few faces fold.
+    begins at 1.07 on machine parts, whose long faces cut through the sphere or fold. Above `conformal`, or if more than
+    few faces fold, angles are measured, and layouts may start.
     """
     n, few = len(x), has_few_foldings(certificate, mesh.f)
     folded = f"{certificate.foldings:,} of {len(mesh.f):,} faces fold"

@@ -36,8 +36,8 @@ def race(
     """The best of several candidates, after rounds of steps that make none worse.
 
     Each round keeps the better half. A candidate goes on while its next round is expected to lower the mean angle
-    difference by more than the share `price`. Expected is what its last steps predict, but no more than its last round
-    gained. Rounds end when the last candidate stops.
+    difference by more than the share `price`. The expectation is the prediction of its last steps, but at most its last
+    round's gain. Rounds end when the last candidate stops.
     """
     while len(field) > 1 or field[0].further > price:
         field = sorted(field, key=attrgetter("mean"))[: max(1, len(field) // 2)]

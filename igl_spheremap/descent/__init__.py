@@ -1,1 +1,1 @@
-"""How an energy is minimised: one loop, with any energy, metric and solver."""
+"""Minimisation of an energy: one loop, with any energy, metric and solver."""

@@ -36,16 +36,16 @@ _FAR_LESS = 0.5
 
 
 def preconditioned_cayley(problem: Problem, start: Evaluated) -> Iterator[State]:
-    """Yield a centred start and every state after it; end where no step lowers the energy.
+    """Yield a centred start and every state after it; end when no step lowers the energy.
 
     The steps are Cayley steps along P^-1 H: near a conformal map, of any surface, they are almost Newton's.
 
     Near a conformal map a tangent field is a sum of gradients of spherical harmonics and of such gradients turned by a
     right angle. The energy has the Hessian l (l + 1) - 2 on those of degree l; those of degree 1 are the Moebius maps,
     which the gauge fixes. With P = L + tiny M, factorised, P^-1 times the Hessian is 1 + 2 / (l (l + 1)) on gradients
-    and 1 - 2 / (l (l + 1)) on turned ones, since the coordinates of these fields are harmonics of degrees l - 1 and l +
-    1, and of degree l. So a step along P^-1 H, which replaces H in eq. (11), is Newton's for fine fields, but leaves a
-    third of a field of degree 2. The ten fields of degree 2 are divided by their own Hessian instead. Then a step
+    and 1 - 2 / (l (l + 1)) on turned ones. The reason: coordinates of these fields are harmonics of degrees l - 1 and l
+    + 1, and of degree l. So a step along P^-1 H, which replaces H in eq. (11), is Newton's for fine fields, but leaves
+    a third of a field of degree 2. The ten fields of degree 2 are divided by their own Hessian instead. Then a step
     leaves a sixth of degree 3, and less of all others. If bad triangles make the energy rise, the search of Algorithm 1
     shortens the step.
 
@@ -64,8 +64,8 @@ def preconditioned_cayley(problem: Problem, start: Evaluated) -> Iterator[State]
         D = problem.metric.solve(g)  # algorithm (13)
         quadrupoles = _correct_quadrupoles(D, x, g)
         D -= weighted_sum(problem.A, D)
-        # Of the square of a step, at most a fifth is left after it, and a twentieth of the part of degree 2 if that
-        # part's Hessian is within a sixth of the round sphere's.
+        # After a step at most a fifth of its square is left, and a twentieth of the part of degree 2 if that part's
+        # Hessian is within a sixth of the round sphere's.
         square = 0.5 * float(np.einsum("i,i->", density, row_dots(D, D)))
         left = (abs(square - quadrupoles) + quadrupoles / 4) / 5  # algorithm (16)
         slope = -inner(g, D)

@@ -121,8 +121,8 @@ class SobolevH1(Metric):
 class SobolevH2(Metric):
     """P B^-1 P with P = L + B, and B the image areas of the vertices.
 
-    A spherical harmonic of degree l has the eigenvalue (l (l + 1) + 1)^2 on any source: fields of finite length
-    are continuous, and a penalty at single vertices has a gradient that does not fold their neighbourhood.
+    A spherical harmonic of degree l has the eigenvalue (l (l + 1) + 1)^2 on any source. So fields of finite length are
+    continuous, and the gradient of a penalty at single vertices does not fold their neighbourhood.
     """
 
     factor: Factor
@@ -208,7 +208,7 @@ def remove_boosts(
     vanishes at the same maps as in the L2 metric.
 
     The chord energy of eq. (6) can always be lowered by Moebius maps that crowd the mesh into a point under one big
-    triangle, so that its minimisers are useless; the boosts ``e - (e . x) x`` are the directions that lead there.
+    triangle, so its minimisers are useless. The boosts ``e - (e . x) x`` lead there.
 
     >>> from igl_spheremap.sphere.rows import tangent
     >>> x = np.vstack((np.eye(3), -np.eye(3)))

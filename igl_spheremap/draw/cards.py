@@ -64,7 +64,7 @@ def card_section(
 ) -> str:
     """A section of cards: a heading, histograms of their figures, remarks, and the cards.
 
-    Of fewer than ten, histograms would only push the cards down.
+    Below ten, histograms would only push the cards down.
     """
     shown = ""
     if len(cards) >= 10:

@@ -86,7 +86,7 @@ def look_at(
     """Lens on faces of a map, given as rows of vertex indices.
 
     One face takes the angle `face` to each side of the place, k faces sqrt(k) as much, so that faces of all clusters
-    look equally large, and no more than `most`: the rest of the view shows their surroundings. That percentage of the
+    look equally large, but no more than `most`. The rest of the view shows their surroundings. That percentage of the
     corners lies within; others may be the ends of long faces.
     """
     corners = x[np.unique(faces)]

@@ -256,7 +256,7 @@ def raster(
 
     If pictures of several surfaces share what is `shown`, the `frame` of all of them, they have one scale.
 
-    Folded faces, given by their indices, have their own colour; unless they cover much of the surface, they hide all
+    Folded faces, given by their indices, have their own colour. Unless they cover much of the surface, they hide all
     before them in the nearer half, and have at least `least` pixels along a side.
 
     >>> triangle = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]])

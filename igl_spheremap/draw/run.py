@@ -77,8 +77,8 @@ def plot_run(
 def objective(history: Sequence[Step], near: float = 1.0) -> tuple[IntArray, FloatArray, str]:
     """Places in the history, values and name of the last objective.
 
-    It is an energy that ends near 4 pi minus this, its value for a smooth conformal map, as the harmonic energy with or
-    without landmarks does; or another energy minus its minimum.
+    If the energy ends near 4 pi, its value for a smooth conformal map, as the harmonic energy with or without
+    landmarks, it is that minus 4 pi; else the energy minus its minimum.
 
     >>> from igl_spheremap.result.run import Stage, Step
     >>> energies = (Stage.ALGORITHM_1, 13.0), (Stage.BALANCE, 5.0), (Stage.BALANCE, 3.0)

@@ -103,7 +103,7 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
 def _load(path: Path) -> tuple[Any, Any, NDArray[Any]]:
     """The axes of maps and of vertices, and the maps, one a row.
 
-    The header is read without nibabel's checks, which print what they mend.
+    The header is read without nibabel's checks, which print their mends.
     """
     content = path.read_bytes()
     with nibabel_for("CIFTI") as nibabel:

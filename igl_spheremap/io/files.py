@@ -41,7 +41,7 @@ def read_mesh(path: PathLike, *, triangulate: bool = False) -> LoadedMesh:
     Returns
     -------
     LoadedMesh
-        Unpacks to ``v, f``, both unchecked; ``metadata`` holds what `write_mesh` can keep.
+        Unpacks to ``v, f``, both unchecked; ``metadata`` holds data that `write_mesh` can keep.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def _parts_of(path: Path, triangulate: bool) -> tuple[LoadedMesh, list[IntArray]
     """The mesh of a file, and the faces of its closed parts."""
     with opening(path):
         content = sha256(path.read_bytes()).digest()
-    if format_in(path).name == "glTF":  # what it holds may lie in other files
+    if format_in(path).name == "glTF":  # its contents may lie in other files
         return _split.__wrapped__(path, content, triangulate)
     return _split(path, content, triangulate)
 

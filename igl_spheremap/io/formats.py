@@ -45,7 +45,7 @@ class Format:
 
 
 def _root(name: bytes) -> bytes:
-    """How files of XML begin: the root stands behind a declaration and comments."""
+    """Beginning of files of XML: the root stands behind a declaration and comments."""
     return rb"(\xef\xbb\xbf)?\s*(?=<).*?<" + name
 
 
@@ -58,7 +58,7 @@ _KINDS = (
 IMAGES = (".nii", ".nii.gz", ".mgz", ".mgh")
 #: Ends of names of CIFTI-2 files of numbers; of those of labels another one.
 CIFTI_SCALARS, CIFTI_SERIES = ".dscalar.nii", ".dtseries.nii"
-#: How names of FreeSurfer's files begin.
+#: Beginnings of names of FreeSurfer's files.
 HEMISPHERES = ("lh.", "rh.")
 #: All formats of meshes. A further one is a module with `read` and `write`, and a row here.
 FORMATS = (
@@ -242,7 +242,7 @@ def _known(data: bool) -> tuple[str, tuple[Format, ...]]:
 
 
 def head_of(path: Path, size: int = 4096) -> tuple[bytes, bool]:
-    """The bytes in which a file says what it is, and whether gzip packs them."""
+    """The bytes that name a file's format, and whether gzip packs them."""
     with path.open("rb") as file:
         head = file.read(size)
     packed = head.startswith(GZIP)

@@ -18,9 +18,9 @@ from .records import Metadata, RawMesh, of_triangles
 from .text import indices, numbers, read_rows
 
 _TRIANGLES = b"\xff\xff\xfe"
-#: How the geometry of the volume begins, behind the triangles.
+#: Beginning of the geometry of the volume, behind the triangles.
 _VOLUMES = struct.pack(">i", 20), struct.pack(">iii", 2, 0, 20)
-#: How curvature files begin, and files of quads.
+#: Beginnings of curvature files, and files of quads.
 CURVATURE = b"\xff\xff\xff"
 
 

@@ -18,7 +18,7 @@ from .nifti import array_behind, nibabel_for
 from .reading import unpacked
 from .records import RawMesh, of_triangles
 
-#: How files begin that are not of NIfTI's first version.
+#: Beginnings of files that are not of NIfTI's first version.
 _MGH, _NIFTI2 = b"\0\0\0\1", (b"\x1c\2\0\0", b"\0\0\2\x1c")
 
 
@@ -136,7 +136,7 @@ def _load(path: Path) -> tuple[NDArray[Any], FloatArray]:
             kind = nibabel.freesurfer.mghformat.MGHHeader
         elif data.startswith(_NIFTI2):
             kind = nibabel.Nifti2Header
-        # without nibabel's checks, which print what they mend
+        # without nibabel's checks, which print their mends
         header = kind.from_fileobj(BytesIO(data), check=False)
         shape = header.get_data_shape()
         if len(shape) > 4:

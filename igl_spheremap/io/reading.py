@@ -127,7 +127,7 @@ def expansion_limit(stored: int, times: int = 64, least: int = 1 << 20) -> int:
 
 
 def unpacked(path: Path, times: int = 64) -> bytes:
-    """The bytes of a file, or those that it packs by gzip, up to so many times its size."""
+    """The bytes of a file, or those that it packs by gzip, up to some times its size."""
     data = path.read_bytes()
     if not data.startswith(GZIP):
         return data

@@ -1,7 +1,7 @@
 """Text files of numbers: read strictly, written so that they read back unchanged.
 
-A file of a million lines is read without an object for each line: lines are offsets, their tokens are counted
-by numpy, and only the tokens that are wanted become numbers.
+A file of a million lines is read without an object for each line. Lines are offsets, numpy counts their tokens, and
+only wanted tokens become numbers.
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ def _far_from_conformal(mesh: Mesh, x: FloatArray) -> Iterator[str]:
 
 
 def _angles_off(mesh: Mesh, difference: FloatArray, far: float = 10.0) -> str | None:
-    """How far a map is from conformal, by its differences in degrees; None if the mesh explains all but `far`.
+    """A map's distance from conformal, by its differences in degrees; None if the mesh explains all but `far`.
 
     The sum of the differences at a vertex is its curvature less that of its image: if faces are small on the sphere,
     no map can lower it, so it is the mesh's own share.

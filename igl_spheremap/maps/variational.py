@@ -166,7 +166,7 @@ def fidelity_map(
 ) -> SphereMap:
     """Minimise the harmonic energy plus a fidelity term of your own by Algorithm 1.
 
-    The gradient of the sum is taken in a metric of smooth fields: in the L2 metric the gradient of a term on single
+    The gradient of the sum is taken in a metric of smooth fields. In the L2 metric the gradient of a term on single
     vertices, or on a curve, is zero elsewhere, and a step along it folds the faces around them at once.
 
     Parameters
@@ -174,9 +174,9 @@ def fidelity_map(
     v, f : (n, 3) and (m, 3) array_like
         The mesh, as of `check_mesh`.
     fidelity : callable
-        Takes a map, an (n, 3) float64 array of unit rows that it can't change, and returns the term's value, a number
-        beside a harmonic energy of about 4 pi, and the (n, 3) array of its derivatives by the coordinates; their part
-        normal to the sphere does not count. No step leads to an infinite or NaN value.
+        Takes a map, an (n, 3) float64 array of unit rows that it can't change, and returns the term's value, beside a
+        harmonic energy of about 4 pi, and the (n, 3) array of its derivatives by the coordinates. Their part normal to
+        the sphere does not count. No step leads to an infinite or NaN value.
     start : (n, 3) array_like, optional
         Start; rows are scaled to unit length. The conformal map by default.
     gauge : {"free", "centred"}
@@ -186,8 +186,8 @@ def fidelity_map(
     may_fold : bool
         Leave the minimiser's folds. By default they are repaired, by moves of the vertices around.
     sobolev_gradient_tolerance : float
-        Norm of the gradient at which the run ends, 1e-3 by default, both taken in the metric of smooth fields: it is
-        not an L2 norm as the ``gradient_tolerance`` of other methods, which single vertices would dominate.
+        Norm of the gradient at which the run ends, 1e-3 by default, both in the metric of smooth fields. The
+        ``gradient_tolerance`` of other methods is an L2 norm, which single vertices would dominate.
     max_iterations : int
         Maximum number of iterations, 500 by default.
     plateau : float
@@ -446,9 +446,9 @@ def descend(
     gauge: PaperGauge,
     history: History,
 ) -> SphereMap:
-    """Minimise a problem's energy by Algorithm 1, and repair what then folds, unless it may.
+    """Minimise a problem's energy by Algorithm 1, and repair its folds, unless these are allowed.
 
-    Where the map has shrunk to a point, the run begins again, and no step may fold.
+    If the map has shrunk to a point, the run begins again, and no step may fold.
     """
     rounds: list[Round] = []
     for steps_may_fold in (True, False):

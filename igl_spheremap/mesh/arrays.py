@@ -98,7 +98,7 @@ def check_rows(
 
 
 def _rounded(given: ArrayLike, array: NDArray[Any], rows: FloatArray) -> BoolArray:
-    """Which of the given numbers differ from their float64 `rows`; `array` is numpy's version of them."""
+    """Whether each given number differs from its float64 in `rows`; `array` is numpy's version of them."""
     if array.dtype.kind == "f" and array.dtype.itemsize > rows.itemsize:
         return np.asarray((rows.astype(array.dtype) != array) & ~np.isnan(array))
     large = np.abs(rows) >= _LARGEST_WHOLE

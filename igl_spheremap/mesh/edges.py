@@ -68,7 +68,7 @@ class HalfEdges:
         return f"HalfEdges({len(self.diagonal)} vertices, {len(self.faces)} faces)"
 
     def twins(self) -> Indices:
-        """Of each half-edge the one that runs back, (3 m,)."""
+        """The half-edge that runs back, for each half-edge, (3 m,)."""
         twin = np.empty(len(self.half), dtype=np.int32)
         twin[self.half] = self.twin
         return twin[: self.faces.size]
@@ -135,7 +135,7 @@ def next_corners(corner: NDArray[np.integer]) -> tuple[IntArray, IntArray]:
 
 
 def sides(f: IntArray) -> tuple[IntArray, IntArray]:
-    """The vertices where each half-edge starts, and where it ends."""
+    """The first and last vertex of each half-edge."""
     return f[:, [1, 2, 0]].ravel(), f[:, [2, 0, 1]].ravel()
 
 

@@ -11,7 +11,7 @@ from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.edges import components, edge_keys, marked, shared_edges, sides
 
 #: A mean edge in the unit of lengths, which are whole numbers: their sums are exact, so the choice among equally long
-#: loops does not depend on the mesh's units, and paths of up to 2^17 such edges stay below 2^53.
+#: loops does not depend on the mesh's units. Paths of up to 2^17 such edges stay below 2^53.
 _MEAN_EDGE = 2.0**36
 
 

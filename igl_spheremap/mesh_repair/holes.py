@@ -47,11 +47,11 @@ def cap(
     """New vertices and faces that close a rim of positions (k, 3); new vertices are numbered from k on.
 
     Rings, each spaced wider by a factor `growth` than the one around it, and a fan inside. The first rings continue the
-    surface along the conormals `onward` (k, 3) of the edges from each vertex to the next, which are averaged over
-    neighbours `smoothings` times: a cap that is bent against the surface along a jagged rim has angles that do not add
-    up to a turn around its vertices. The others run to their centre. Triangles at
-    the rim are as large as its edges, which keeps the error of the angles there small; a cap has fewer than 8/3
-    vertices for each edge of the rim. A rim of three edges takes one face.
+    surface along the conormals `onward` (k, 3) of the edges from each vertex to the next, averaged over neighbours
+    `smoothings` times. A cap bent against the surface along a jagged rim has angles that do not add up to a turn around
+    its vertices. The others run to their centre. Triangles at the rim are as large as its edges, which keeps the error
+    of the angles there small; a cap has fewer than 8/3 vertices for each edge of the rim. A rim of three edges takes
+    one face.
     """
     k = len(p)
     if k == 3:

@@ -163,7 +163,7 @@ def cut_polygons(v: FloatArray, corners: IntArray, sizes: IntArray) -> CutPolygo
 
 
 def _shape(p: FloatArray, triangles: IntArray, normal: FloatArray) -> FloatArray:
-    """Twice the area over the square of the longest side, negative where a triangle faces against its normal."""
+    """Twice the area over the square of the longest side, negative for a triangle against its normal."""
     a, b, c = (p[triangles[:, k]] for k in range(3))
     longest = np.max([np.square(side).sum(axis=1) for side in (b - a, c - b, a - c)], axis=0)
     return np.einsum("ij,ij->i", np.cross(b - a, c - a), normal) / longest

@@ -30,7 +30,7 @@ from .surface import Surface, holes_text, percent
 from .topology import usable_faces
 from .welding import weld_tolerance
 
-#: How one part of a file is read.
+#: The way to read one part of a file.
 _ONE_PART = Remedy("read_mesh", given="'FILE:K'")
 
 
@@ -185,7 +185,8 @@ class Refusal:
         self.refuse(f"open surface: {what}, {self._edges(edges)}{seam}", listed_words(hints))
 
     def _edges(self, edges: IntArray) -> str:
-        """Three edges of (k, 2), by the input's numbers, and where the first is if a repair has renumbered them."""
+        """Three edges of (k, 2), by the input's numbers; if a repair has renumbered them, also the place of the
+        first."""
         rows = self._work.vertex_source[edges]
         known = rows[(rows >= 0).all(axis=1)][:3].tolist()
         text = "e.g. edge " + ", ".join(f"{i}-{j}" for i, j in known)

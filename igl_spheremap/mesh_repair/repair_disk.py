@@ -41,9 +41,9 @@ def repair_disk(
         Keep the boundary loop nearest to this vertex, or to this point; by default the longest.
     cut : int or (k,) or (k, 2) array_like of int, optional
         Cut the surface along a tree of shortest paths that joins its boundary loops and these vertices, two or more, or
-        as many loops and tips as a number says: each tip is the vertex farthest from the tree so far. So 2 cuts a tube
-        lengthways. Two columns are edges to cut along; if they divide the surface,
-        `keep_largest` keeps the largest part. The cut's vertices are doubled.
+        a number of loops and tips. Each tip is the vertex farthest from the tree so far. So 2 cuts a tube lengthways.
+        Two columns are edges to cut along; if they divide the surface, `keep_largest` keeps the largest part. The cut's
+        vertices are doubled.
 
     Returns
     -------

@@ -120,10 +120,10 @@ def repair_mesh(
     Cuts polygons into triangles in their planes, welds vertices along open edges that coincide, and splits faces on
     whose open edges other vertices lie (T-junctions). Drops faces with a repeated index, surplus copies of faces,
     vertices with NaN and the faces at them, and unreferenced vertices. Makes the orientation consistent and outward.
-    Separates sheets that touch at a vertex or meet in an edge: each keeps its own two faces there, one that touches
-    itself is separated by the angles of its faces, and faces that have no partner at an edge are dropped. Coincident
-    vertices elsewhere are left alone: thin sheets have them. New vertices and faces, which close holes and handles, are
-    made on request only.
+    Separates sheets that touch at a vertex or meet in an edge: each keeps its own two faces there, and the angles of
+    its faces separate one that touches itself. Faces without a partner at an edge are dropped. Coincident vertices
+    elsewhere are left alone: thin sheets have them. New vertices and faces, which close holes and handles, are made on
+    request only.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def repair_mesh(
         Faces as of `check_mesh`, or polygons: (m, k) indices, or PyVista's row with each face's number of corners.
     weld : float
         Vertices along open edges are welded up to this distance, a share of the diagonal of the bounding box, at most
-        .01, and lie on open edges up to it; the first of each group gives its place. By default only those at the same
+        .01, and lie on open edges up to it. The first of each group gives its place. By default only those at the same
         place are.
     keep_largest : bool
         Keep the largest component and drop the others, whose share of the area `actions` say; by default several are

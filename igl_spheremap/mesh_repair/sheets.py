@@ -16,8 +16,8 @@ def part_sheets(v: FloatArray, f: IntArray) -> tuple[IntArray, IntArray, IntArra
 
     At each edge faces are paired, those that run along it with those that run against it. A sheet that has two faces
     there goes on from one into the other. Other faces are sorted by angle around the edge: where directions alternate,
-    neighbours with the body between them are paired, which separates bodies that touch, and where the edge stays
-    non-manifold, neighbours with nothing between them. Where they don't alternate, the straightest pairs are taken.
+    neighbours with the body between them are paired, which separates bodies that touch. If the edge stays non-manifold,
+    neighbours with nothing between them are paired. If directions don't alternate, the straightest pairs are taken.
     Left-over faces, and those of edges that stay non-manifold, are dropped.
     """
     faces = np.arange(len(f))

@@ -1,4 +1,4 @@
-"""A surface of any topology under repair: each step repairs one kind of fault, and says what it did."""
+"""A surface of any topology under repair: each step repairs one kind of fault, and reports it."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Surface:
         self._area = float(self._areas(f).sum())
 
     def clean(self, keep_largest: bool, weld: float = 0.0) -> None:
-        """Repair what needs no new geometry."""
+        """Repair all that needs no new geometry."""
         self.cleaned = True
         self._drop_not_finite()
         self._weld_open_edges(weld)

@@ -15,7 +15,7 @@ from .loop import Model, Trial
 
 
 class FaceEnergy(Protocol):
-    """An energy of maps of a mesh to the sphere that is a sum over its faces, infinite where one is folded."""
+    """An energy of maps of a mesh to the sphere that is a sum over its faces, infinite for a folded one."""
 
     @property
     def f(self) -> IntArray:
@@ -48,7 +48,7 @@ class FaceProblem:
     Parameters
     ----------
     energy : FaceEnergy
-        Keeps faces from folding, as it is infinite where one is folded.
+        Keeps faces from folding, as it is infinite for a folded one.
     terms : sequence of VertexTerm
         Added to the energy.
     slack : (m,) float64 array, optional
@@ -83,7 +83,7 @@ class FaceProblem:
         return unit_rows(points)
 
     def folded(self, x: FloatArray, faces: IntArray | slice) -> BoolArray:
-        """Which of some faces are folded, by exact signs; no map may have such faces."""
+        """Whether each of some faces is folded, by exact signs; no map may have such faces."""
         return folded_faces(x, self.energy.f[faces])
 
     def value(self, x: FloatArray) -> float:

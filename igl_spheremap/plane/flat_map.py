@@ -215,7 +215,7 @@ def _placed(disk: Disk, p: FloatArray) -> tuple[FloatArray, Certificate]:
 
 
 def _judged(found: PlaneMap) -> Run:
-    """The record of a layout's run, which says so where lengths are far off: by a factor of ten the map has failed."""
+    """The record of a layout's run, which says if lengths are far off: by a factor of ten the map has failed."""
     worst = float(np.abs(found.log_length_ratios()).max())
     if worst < np.log(10):
         return found.run

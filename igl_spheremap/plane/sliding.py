@@ -104,7 +104,7 @@ def doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArray
 def slid_map(disk: Disk, listener: Listener, power: float = 0.5) -> tuple[FloatArray, Run]:
     """A conformal map by sliding alone: without foldings, unless rounding folds every start.
 
-    Of a `power` below that of balanced maps slivers may spoil the angles of single faces: with .9 the means of angle
+    The `power` is below that of balanced maps: slivers may spoil the angles of single faces. With .9 the mean angle
     differences of 53 disks whose doubles fold are 4 percent larger (benchmarks/tried.md has others).
     """
     source, system = FlatFaces.of(disk.unit, disk.f), VertexSystem(disk.f, len(disk.v))

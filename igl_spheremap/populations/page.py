@@ -98,8 +98,9 @@ def write_population_page(
 ) -> Path:  # fmt: skip
     """Write a page with all rows and a picture of each, the worst first, and return its path.
 
-    It is one file if `place` ends in .html, with pictures of the `most` worst, of some 15 kB each; else `index.html` in
-    that folder with the pictures beside it, which are kept for the next page. They are drawn by processes.
+    If `place` ends in .html, it is one file with pictures of the `most` worst, of some 15 kB each. Else it is
+    `index.html` in that folder with the pictures beside it, which are kept for the next page. They are drawn by
+    processes.
     """
     path = check_page(place)
     make_folder(path.parent)
@@ -193,7 +194,7 @@ def view_words(row: JobRow) -> Sequence[str]:
 
 
 def share_certified(rows: Sequence[JobRow]) -> str:
-    """How many of the rows are certified, as "3 of 4"."""
+    """The number of certified rows, as "3 of 4"."""
     return f"{sum(row.status == 'certified' for row in rows):,} of {len(rows):,}"
 
 

@@ -33,7 +33,7 @@ class Atlas:
     uv : (k, 2) float64 array
         Between 0 and 1, v upwards; one row per vertex of the atlas. Uncut faces across the date line go beyond.
     f : (m, 3) int64 array
-        Faces of the atlas: those of the mesh, cut where they crossed the seam.
+        Faces of the atlas: those of the mesh, cut at the seam.
     weights : (k, n) sparse matrix
         Takes values at the mesh's vertices (positions, normals, data) to values at those of the atlas.
     vertex : (k,) int64 array
@@ -290,7 +290,7 @@ _CHARTS: dict[str, Callable[[CutMesh], FloatArray]] = {
 
 @dataclass(frozen=True, eq=False)
 class CutMesh:
-    """A mesh with the points where its edges cross some planes as further vertices."""
+    """A mesh with the crossings of its edges and some planes as further vertices."""
 
     # the old vertices, then new ones on old edges, exactly 0 in the coordinate that cut
     x: FloatArray

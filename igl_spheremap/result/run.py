@@ -335,14 +335,14 @@ class Run:
         Wall seconds from arrays to result.
     timings : dict
         Wall seconds by phase ("check", "Laplacian", "factorisation", "solves", "start", "steps", "gauge",
-        "certificate", "repair", ...), each without what other phases took inside it. Files don't keep them.
+        "certificate", "repair", ...), each without the phases inside it. Files don't keep them.
     backend : str
         The factorisation that was used; empty if none was.
     notes : tuple of str
         Remarks on the run, such as other edge weights in place of unusable ones.
     gauge : str
         "centred": Moebius-centred on the source's area (or on weights given to `SphereMapper.map`) and turned to the
-        Gauss map; if that would fold huge faces, the map is not quite centred, and a note says so. "turned", of
+        Gauss map. If that would fold huge faces, the map is not quite centred, and a note says so. "turned", of
         balanced maps: turned to the Gauss map only. "poles", of bodies with limbs beyond float64: the tips of the
         deepest, three at most, at ends of the axes. "given", of `sphere_map` and `repair_foldings`: as given. "free",
         of landmark maps, of p-harmonic maps with p above 2, and of `Lai2014` if asked: as the minimisation left it.

@@ -1,7 +1,7 @@
 """Stereographic projection at any depth: positions in the plane as complex logarithms, points in long doubles.
 
-A complex logarithm is a log distance and a direction. Where limbs are deep, distances in the plane range over thousands
-of nepers (factors of e), and float64 ends at 709.
+A complex logarithm is a log distance and a direction. With deep limbs, distances in the plane range over thousands of
+nepers (factors of e), and float64 ends at 709.
 """
 
 from __future__ import annotations

@@ -123,8 +123,8 @@ def center(x: FloatArray, weights: FloatArray, within: float = ROUNDING) -> Floa
 def fix_gauge(mesh: Mesh, x: FloatArray) -> FloatArray:
     """Moebius map of `x` in the package's gauge.
 
-    The source's area has its barycentre at the origin, and the rotation is the one that agrees best with the Gauss
-    map, in the source's area.
+    The source's area has its barycentre at the origin, and the rotation agrees best with the Gauss map, in the source's
+    area.
     """
     return turn_to_gauss_map(mesh, center(x, mesh.A))
 

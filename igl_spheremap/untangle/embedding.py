@@ -6,8 +6,8 @@ there, a larger region is removed, in the end the whole sphere down to a regular
 
 References
 ----------
-Praun and Hoppe 2003, *Spherical Parametrization and Remeshing*. Shen, Jiang, Zorin and Panozzo 2019,
-*Progressive Embedding*. What is proved and what is only observed: docs/guarantee.md.
+Praun and Hoppe 2003, *Spherical Parametrization and Remeshing*. Shen, Jiang, Zorin and Panozzo 2019, *Progressive
+Embedding*. docs/guarantee.md separates proofs from observations.
 """
 
 from __future__ import annotations

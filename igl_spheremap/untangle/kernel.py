@@ -224,7 +224,7 @@ def _newton(planes: _HalfPlanes, z: FloatArray, steps: int = 8, radius: float = 
 def solve_symmetric(
     xx: FloatArray, xy: FloatArray, yy: FloatArray, g: FloatArray, least: float = 0.0
 ) -> FloatArray:
-    """Solutions (k, 2) of k symmetric systems of two unknowns; 0 where determinant over trace^2 is `least` or less."""
+    """Solutions (k, 2) of k symmetric systems of two unknowns; 0 if determinant over trace^2 is `least` or less."""
     det = xx * yy - xy * xy
     scale = np.where(det > least * (xx + yy) ** 2, det, np.inf)
     return (

@@ -137,7 +137,7 @@ def target_format(args: Namespace) -> Format:
 
 
 def write_target(args: Namespace, write: Callable[[str | Path], _T]) -> _T:
-    """Write OUT by a function of a path, and return what that returns; OUT may be stdout."""
+    """Write OUT by a function of a path, and return its result; OUT may be stdout."""
     args.progress.begin(f"writing {args.target}")
     if not target_format(args).ordered:
         args.progress.write(

@@ -102,7 +102,7 @@ class _Parser(ArgumentParser):
         raise UsageError(f"{message} (see {self.prog} --help)")
 
     def parse(self, words: list[str]) -> Namespace:
-        """Parse a command line; a UsageError names what may have been meant by an unknown command or flag."""
+        """Parse a command line; a UsageError names the likely meaning of an unknown command or flag."""
         if words[0] == "help":
             words = [*words[1:], "--help"]
         first = words[0]

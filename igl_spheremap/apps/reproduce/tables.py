@@ -14,7 +14,7 @@ from .runs import PaperRun, Runs
 
 @dataclass(frozen=True)
 class PaperRow:
-    """One row of a table of Lai et al.; None where the text has no number.
+    """One row of a table of Lai et al.; None for missing numbers.
 
     `iterations` are those of each step of Algorithm 2. "Their" algorithm is that of [1], Gu and Yau.
     """

@@ -28,7 +28,7 @@ FAILED = "Something went wrong here: "
 
 
 class App:
-    """A picture that has frames and a panel; the panel is drawn where the grid leaves room for it."""
+    """A picture that has frames and a panel; the panel is drawn in the grid's free strip."""
 
     grid: Grid
     #: Work between two pictures of a window, such as writing a file, and its result.

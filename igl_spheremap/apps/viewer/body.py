@@ -26,8 +26,8 @@ _UNLIT = "flat"
 class Body:
     """A surface that fits into the unit ball: x to the right, y up, z towards the viewer.
 
-    Of an `image`, folded faces are drawn in front of the others, under which they lie. Those that would not be seen
-    have `marks`; if the image is `magnified`, only those in front, since the others are no longer apart.
+    On an `image`, folded faces, which lie under others, are drawn in front. Those that would not be seen have `marks`;
+    if the image is `magnified`, only those in front, since the others are no longer apart.
     """
 
     def __init__(self, name: str, x: FloatArray, f: IntArray, image: bool) -> None:

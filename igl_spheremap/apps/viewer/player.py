@@ -254,9 +254,9 @@ class Player(App):
         ]])  # fmt: skip
 
     def _show_strip(self, mesh: Mesh) -> None:
-        """Show the surface and the sphere of the Gauss map, of an iteration on the way, of both sides of the first star
-        map, and of the result, the last three through a lens on the foldings before the star map.
+        """Show the Gauss map, an iteration on the way, both sides of the first star map, and the result.
 
+        Each is a surface and a sphere. A lens on the foldings before the star map magnifies the last three.
         On the way half of the fall of the foldings' logarithm is done.
         """
         frames, end = self.run.frames, len(self.run.frames) - 1
@@ -322,7 +322,7 @@ class Player(App):
 
     @property
     def cluster(self) -> int:
-        """The lens' cluster of folded faces: the one that continues its last one, or the largest."""
+        """The lens' cluster of folded faces: that which continues its last one, or the largest."""
         shared = np.isin(self.clusters.faces, self._followed)
         if not len(self.clusters):
             return 0

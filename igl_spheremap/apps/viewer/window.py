@@ -98,7 +98,7 @@ def open_window(size: tuple[int, int] = SIZE, offscreen: bool = False, title: st
 
 def _start(offscreen: bool, title: str) -> None:
     name = backend(offscreen)
-    # Mesa's software OpenGL then leaves a core to what is computed beside the window
+    # Mesa's software OpenGL then leaves a core to computations beside the window
     if not offscreen:
         os.environ.setdefault("LP_NUM_THREADS", str(max(0, (os.cpu_count() or 1) - 2)))
     ps.set_program_name(title)
@@ -120,7 +120,7 @@ def _start(offscreen: bool, title: str) -> None:
 
 
 def backend(offscreen: bool) -> str:
-    """Name of polyscope's backend, which does not crash: polyscope does where libEGL is missing."""
+    """Name of a backend of polyscope that does not crash, as polyscope does without libEGL."""
     if not sys.platform.startswith("linux"):
         return "openGL3_glfw"
     if not offscreen:

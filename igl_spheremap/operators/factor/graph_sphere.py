@@ -72,9 +72,9 @@ def _anywhere(n: int) -> np.ndarray:
 def aggregate(graph: sp.csr_matrix) -> tuple[np.ndarray, int]:
     """Label of each vertex and number of aggregates, which hold about seven vertices each.
 
-    Each vertex whose hash is the largest among its neighbours is a seed, and every vertex joins a nearest seed: a
-    Voronoi diagram of the graph, by one breadth-first search from all seeds at once. Seeds are not neighbours, so that
-    in a connected graph there are at most n / 2. `graph` has a symmetric pattern and a full diagonal.
+    Each vertex whose hash is the largest among its neighbours is a seed. Every vertex joins a nearest seed: a Voronoi
+    diagram of the graph, by one breadth-first search from all seeds at once. Seeds are not neighbours, so that in a
+    connected graph there are at most n / 2. `graph` has a symmetric pattern and a full diagonal.
 
     >>> path = sp.diags_array([np.ones(8), np.ones(9), np.ones(8)], offsets=[-1, 0, 1]).tocsr()
     >>> labels, count = aggregate(path)

@@ -73,8 +73,8 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12, sample: int = 2) -> Diss
     graph = renumbered(P, local)
     graph.data = np.ones(graph.nnz)
     depth = max(1, int(np.ceil(np.log2(max(n, 2) / leaf))))
-    # The best separator would hold a vertex with so many neighbours: that many vertices would fill more than it does.
-    # (Amestoy, Davis and Duff 2004, Algorithm 837: AMD, put such rows last, too.)
+    # The best separator would hold a vertex with that many neighbours: these would fill more than it does. (Amestoy,
+    # Davis and Duff 2004, Algorithm 837: AMD, put such rows last, too.)
     hub = np.diff(graph.indptr) > 10 * np.sqrt(n)
     body, x = np.flatnonzero(~hub), np.zeros((3, n))
     without_hubs = graph

@@ -19,8 +19,8 @@ def meet(
 ) -> tuple[Level, FloatArray]:
     """Bring a level's landmarks to goals on the sphere, or as near as possible, without foldings.
 
-    If landmarks are stuck, the most strained `share` of the faces is split, and the returned level has their parts:
-    there need not be a triangulation by great circles with given edges and some vertices in given places.
+    If landmarks are stuck, the most strained `share` of the faces is split, and the returned level has their parts.
+    There need not be a triangulation by great circles with given edges and some vertices in given places.
     """
     y = _flow(level, y, goals)
     for _ in range(rounds):

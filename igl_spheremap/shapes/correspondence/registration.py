@@ -141,7 +141,7 @@ def register(
     Parameters
     ----------
     source, target : SphereMap
-        Two surfaces with their maps. Of shapes with limbs, take area-preserving maps, of cortices ``balance=0.85``.
+        Two surfaces with their maps. For shapes with limbs take area-preserving maps, for cortices ``balance=0.85``.
     features : (the source's values, the target's values), optional
         Data over the vertices of each, (n,) or (n, k) with the same k. By default the depth potential of each surface,
         see `depth_potential`. Data are smoothed on the surfaces, by .7 radians at first and by .05 in the end, and

@@ -76,7 +76,7 @@ def sphere_strain(level: Level) -> BalancedEnergy:
 class ComposedStrain:
     """Strain of the source's faces on the target, plus a share of the strain of its sphere.
 
-    The first one can't tell a face from its mirror image; the second one is infinite where a face is folded. Metrics of
+    The first one can't tell a face from its mirror image; the second one is infinite for a folded face. Metrics of
     sphere and surface are blended on either side.
 
     Parameters

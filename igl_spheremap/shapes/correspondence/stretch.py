@@ -18,8 +18,8 @@ LOST = 100.0
 class Distortion:
     """Distance of a map between surfaces of equal area from an isometry, face by face of its overlay.
 
-    With the singular values s1 >= s2 of the linear map of a face, after both surfaces were scaled to the same area, all
-    three measures are the same for the map and its inverse. If one of the areas is zero, they are infinite.
+    A face's linear map, after both surfaces were scaled to the same area, has singular values s1 >= s2. All three
+    measures are the same for the map and its inverse. If one of the areas is zero, they are infinite.
 
     Attributes
     ----------

@@ -1,6 +1,6 @@
 """Edges of one spherical triangulation followed through the faces of another.
 
-All decisions are exact signs of determinants, so ties are exact, too: a vertex may lie at a vertex or on an edge of the
+All decisions are exact signs of determinants, so ties are exact, too. A vertex may lie at a vertex or on an edge of the
 other mesh, and edges may run along each other.
 """
 

@@ -96,8 +96,8 @@ def model_figures(
 ) -> ModelFigures:
     """Compactness, generalisation and specificity of models of 1 ... `count` modes, by deviations as `principal_modes`.
 
-    Of more than `most_alone` members a tenth is left out at a time. Random shapes have normal scores of a fixed seed;
-    the mean of 1,000 has a standard error of 3 percent of their deviation.
+    Beyond `most_alone` members a tenth is left out at a time. Random shapes have normal scores of a fixed seed; the
+    mean of 1,000 has a standard error of 3 percent of their deviation.
     """
     variances, scores = _principal(away, weights, len(away))
     share = np.cumsum(variances) / variances.sum()

@@ -286,7 +286,7 @@ def _varying(tested: FloatArray, Qz: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def _spanning(columns: FloatArray) -> FloatArray:
-    """Orthonormal columns that span given ones (k, members, j), zero where there are more than these span."""
+    """Orthonormal columns that span given ones (k, members, j); surplus ones are zero."""
     U, sizes, _ = np.linalg.svd(columns, full_matrices=False)
     return U * (sizes > _RANK)[:, None]
 

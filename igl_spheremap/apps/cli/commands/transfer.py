@@ -132,7 +132,7 @@ def _carried(args: Namespace) -> _Side:
 
 
 def carry(matrix: csr_array, values: FloatArray, labels: bool) -> FloatArray:
-    """Apply a matrix to one map; NaN, for no data, has no weight, and stays where the largest weight is its own.
+    """Apply a matrix to one map; NaN, for no data, has no weight; if the largest weight is its own, it stays.
 
     >>> carry(csr_array([[0.75, 0.25], [0.25, 0.75]]), np.array([3.0, np.nan]), False)
     array([ 3., nan])
