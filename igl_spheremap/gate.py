@@ -190,7 +190,7 @@ def _kind(part: Any) -> Kind | None:
 
 
 def _of(*kinds: type) -> Callable[[object], bool]:
-    """Whether a value is of these classes, of which a bool is none."""
+    """Whether a value is of these classes; a bool is of none."""
     return lambda value: isinstance(value, kinds) and not isinstance(value, bool)
 
 

@@ -20,7 +20,7 @@ class Effort:
         each step that is tried. Only bodies with limbs of 60 nepers and more take 20.
     holes : int, default 5
         If a map is poor, at most this many faces are cut out in turn, to lay the mesh out in the plane around each.
-        Large meshes take fewer (`holes_of`), of which fewer take steps (`layouts`).
+        Large meshes take fewer (`holes_of`), and fewer still take steps (`layouts`).
     least_gain : float, default 0.015
         Steps end when all further ones together would lower the mean angle difference by less than this share, on
         small meshes; on large ones, where a step costs more, by up to eight times as much (`price`).

@@ -97,7 +97,7 @@ class BalancedEnergy:
         """Gradient (k, n) as vertices of a map without foldings move along axes (k, d, n), and the Hessian's blocks.
 
         The blocks (6, k, k, m) belong to the corner pairs `PAIRS`; `convex` projects the Hessian of each face. It is
-        that of the flat triangles: it leaves out how axes turn on the sphere.
+        that of the flat triangles, without the turns of axes on the sphere.
         """
         m, corners, images = len(self.f), self.source.corners, self.images(x)
         gradient, blocks = np.empty((len(axes), 3, m)), np.empty((6, len(axes), len(axes), m))

@@ -86,7 +86,7 @@ def small_png(path: Path) -> bytes:
     return stream.getvalue()
 
 
-#: How every page begins; a page that somebody wrote may quote it further down.
+#: Beginning of every page; a page that somebody wrote may quote it further down.
 BEGIN = "<!DOCTYPE html>\n<!-- igl_spheremap -->\n"
 
 

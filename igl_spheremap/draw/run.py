@@ -113,7 +113,7 @@ def _minimised(step: Step) -> str:
 
 
 def linear_below(values: FloatArray, wide: float = 30.0) -> float:
-    """Size of values below which an axis that shows all of them is linear, and logarithmic beyond.
+    """Limit between the linear and the logarithmic part of an axis that shows all values.
 
     If a logarithmic axis serves, 0; if values have no wider ratio, so that a linear one does, infinity.
 
@@ -136,7 +136,7 @@ def _marker(values: NDArray[Any]) -> str | None:
 
 
 def round_starts(history: Sequence[Step]) -> list[tuple[int, str]]:
-    """Places in the history of first iterates of rounds of Algorithm 2, and the stages of these."""
+    """First iterates of the rounds of Algorithm 2, as places in the history, and their stages."""
     return [
         (k, step.stage) for k, step in enumerate(history) if k and step.round > history[k - 1].round
     ]

@@ -205,8 +205,8 @@ def template_files(
     ValueError
         If there is no such template.
     FileError
-        If nothing is found; the message names the folders that were searched, and a command that fetches the files; or
-        if the side is not known.
+        If the side is not known, or nothing is found: the message names the searched folders, and a command that
+        fetches the files.
     """
     if name not in TEMPLATES:
         raise ValueError(f"{name!r} is not a template: choose from {', '.join(TEMPLATES)}")
@@ -301,7 +301,7 @@ def _folder(where: str) -> Path | None:
 
 
 def coarser(x: FloatArray, f: IntArray) -> tuple[FloatArray, IntArray]:
-    """The sphere that was cut into this one, of which each face became four: its vertices are the first ones.
+    """The sphere whose faces, each cut into four, make this one: its vertices come first.
 
     >>> from igl_spheremap.samples import sphere
     >>> x, f = coarser(*sphere(162))

@@ -124,7 +124,7 @@ class LegacyFile(Bytes):
             self.take(size)
 
     def cells(self, count: int, size: int) -> Polygons:
-        """Read cells; of the two numbers in their line, the meaning changed with version 5."""
+        """Read cells; version 5 changed the meaning of the two numbers in their line."""
         if self.version < 5:
             faces = counted_corners(self.numbers(size, "int"))
             if faces is None or len(faces[1]) != count:

@@ -195,8 +195,8 @@ class Stereographic(Method):
     Parameters
     ----------
     puncture : int, optional
-        Face that holds the pole; by default, of four well-shaped ones of middling size, the one whose map has the least
-        energy.
+        Face that holds the pole; by default the face with the map of least energy, of four well-shaped ones of middling
+        size.
     backend : str, default "auto"
         Factorisation, see `igl_spheremap.operators.factor.factorize`; "auto" takes the best that is installed.
 

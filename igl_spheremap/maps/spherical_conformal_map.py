@@ -49,8 +49,8 @@ def spherical_conformal_map(
         plane). A name runs the method with its defaults; a record, such as ``ism.Lai2014(rounds=1)``, with options:
         see `Auto`, `Lai2014`, `GuYau`, `Stereographic`.
     tolerance : float, default 1e-3
-        This and the next five are options of "auto", of which `Auto` says more; other methods take theirs by record.
-        Steps end when the energy is this far above its minimum, in units of the mesh's own discretisation error.
+        This and the next five are options of "auto", see `Auto`; other methods take theirs by record. Steps end when
+        the energy is this far above its minimum, in units of the mesh's own discretisation error.
     max_iterations : int, default 30
         Most steps to the harmonic map.
     backend : str, default "auto"
@@ -125,7 +125,7 @@ def spherical_conformal_map(
 
 
 def _chosen(method: str | Method, auto: Auto) -> Method:
-    """The record of a method's options; `auto` has those of the default method that were given one by one."""
+    """The record of a method's options; `auto` has the default method's, given one by one."""
     if method == auto.name:
         return auto
     if auto.settings():

@@ -283,9 +283,9 @@ def _check_sphere(
 ) -> HalfEdges:
     """Half-edges; a MeshError unless each edge has two opposite faces, and the faces form one sphere.
 
-    `refuse` makes a `mesh_repair.refusal.Refusal`, each method of which raises the error for one fault. With faces
-    connected across edges and every vertex used, V - E + F = 2 - 2 g - (extra vertex fans),
-    so that the Euler characteristic 2 rules out handles and pinched vertices at once.
+    `refuse` makes a `mesh_repair.refusal.Refusal`, whose methods raise the errors of the faults. With faces connected
+    across edges and every vertex used, V - E + F = 2 - 2 g - (extra vertex fans), so that the Euler characteristic 2
+    rules out handles and pinched vertices at once.
     """
     if n < 4:
         raise MeshError(

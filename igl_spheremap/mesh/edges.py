@@ -28,7 +28,7 @@ class Patch:
     f : (j, 3) int64 array
         Its faces.
     rim : (k,) bool array
-        Vertices of which the mesh has further faces.
+        Vertices with further faces in the mesh.
     """
 
     vertices: IntArray

@@ -13,10 +13,10 @@ from ..mesh.edges import half_edges_from
 def simple_rims(rim: Sequence[int], vertex: Sequence[int]) -> Iterator[tuple[list[int], int]]:
     """Split a rim into parts in which no vertex comes twice; return each with the entry that closes it.
 
-    `vertex` is that of each entry of the rim. Two holes that touch at a vertex have one rim, which passes the vertex
-    twice; its return closes a part. The part's first entry and the entry that closes it share the vertex: the caps of
-    both parts and the faces between them make one fan around it. Other entries stay apart, because the cap of one part
-    can't close two fans.
+    `vertex` has the vertex of each entry. Two holes that touch at a vertex have one rim, which passes the vertex twice;
+    its return closes a part. The part's first entry and the entry that closes it share the vertex: the caps of both
+    parts and the faces between them make one fan around it. Other entries stay apart, because the cap of one part can't
+    close two fans.
 
     >>> list(simple_rims([10, 11, 12, 13, 14, 15], [0, 1, 2, 0, 3, 4]))
     [([10, 11, 12], 13), ([13, 14, 15], 13)]

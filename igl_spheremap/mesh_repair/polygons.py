@@ -90,7 +90,7 @@ def counted_corners(numbers: IntArray, least: int = 0) -> tuple[IntArray, IntArr
 class CutPolygons:
     """Triangles (k, 3) as places among the corners of polygons, and the polygon of each, in the order of polygons.
 
-    `concave` (m,) says of which polygons a corner turns inwards.
+    `concave` (m,) marks polygons with a corner that turns inwards.
     """
 
     triangles: IntArray

@@ -131,7 +131,7 @@ def _with_pairs(
 
 
 def numbered(owner: IntArray, n: int) -> tuple[IntArray, BoolArray]:
-    """Numbers of fans, given the vertex of each: the first fan has that of the vertex, the others come from n on.
+    """Numbers of fans, given the vertex of each: the first fan keeps the vertex's, the others come from n on.
 
     >>> numbered(np.array([4, 0, 4]), 5)[0].tolist()
     [4, 0, 5]

@@ -229,7 +229,7 @@ class Surface:
             self._note("split", touching, "vertex", "where sheets touch", "vertices")
 
     def fill_holes(self, kept: int | None = None) -> None:
-        """Close every rim by a cap, except the one that is to be kept."""
+        """Close every rim by a cap, except one to keep."""
         left = []
         if kept is not None:
             left.append(self.rims.pop(kept))

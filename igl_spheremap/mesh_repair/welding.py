@@ -10,7 +10,7 @@ from . import LARGEST_WELD
 
 
 def welded(v: FloatArray, f: IntArray, tolerance: float) -> tuple[IntArray, IntArray]:
-    """The vertices on open edges, and for each the first of those that it is joined with.
+    """The vertices on open edges, and for each the first vertex of its joined group.
 
     Vertices within `tolerance` diagonals of the bounding box are joined, and so all that such pairs link.
     """

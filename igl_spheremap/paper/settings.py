@@ -118,11 +118,11 @@ class Lai2014(Method):
     def as_printed(cls, **options: Any) -> Lai2014:
         """Algorithms 1 and 2 as the paper prints them, without any safeguard.
 
-        The four steps of Algorithm 2 around the six of Algorithm 1, from the Gauss map as it is, until the L2 norm of
-        the tangential gradient A F of eqs. (9) and (13) is at most epsilon = 1e-10, as in the paper's tables, or 5,000
-        iterations are done, the most that they show. Double precision hardly ever meets 1e-10, so most runs end as
-        MAX_ITERATIONS. Others end as COLLAPSED, at a map to one point, which has the energy 0: coarse meshes do, even
-        if the Gauss map has no foldings. The result is not turned or centred: the certificate is of the last
+        It runs the four steps of Algorithm 2 around the six of Algorithm 1, from the Gauss map as it is. A minimisation
+        ends when the L2 norm of the tangential gradient A F of eqs. (9) and (13) is at most epsilon = 1e-10, as in the
+        paper's tables, or after 5,000 iterations, their most. Double precision hardly ever meets 1e-10, so most runs
+        end as MAX_ITERATIONS. Others end as COLLAPSED, at a map to one point, which has the energy 0: coarse meshes do,
+        even if the Gauss map has no foldings. The result is not turned or centred: the certificate is of the last
         iteration's very numbers.
 
         Choices that the paper leaves open are these. The source has unit area, which sets the scale of gradients and

@@ -52,7 +52,7 @@ def double_map(
 def _symmetric(
     x: FloatArray, other: FloatArray, weights: FloatArray, along_axis: bool
 ) -> FloatArray:
-    """The mean of a map and its reflected exchange, turned so that the reflection is that of the z axis.
+    """The mean of a map and its reflected exchange, turned so that the reflection negates z.
 
     The reflection R = 1 - 2 n n^T comes closest to the exchange: n is the eigenvector of the least eigenvalue of the
     symmetric part of sum_i w_i x_i other_i^T; If tips of limbs are at ends of an axis, n is the axis next to it. There,

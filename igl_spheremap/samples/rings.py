@@ -91,7 +91,7 @@ def loft(
 def _ring_counts(
     radius: Callable[[FloatArray], FloatArray], length: float, n_vertices: int
 ) -> IntArray:
-    """Vertices on each ring: 1 at the poles, elsewhere as many as make triangles near-equilateral."""
+    """Vertices on each ring: 1 at the poles, elsewhere a number that makes triangles near-equilateral."""
     s = np.linspace(0.0, length, 2001)
     area = 2.0 * np.pi * length * np.mean(radius(s))
     edge = np.sqrt(area / (np.sqrt(0.75) * n_vertices))

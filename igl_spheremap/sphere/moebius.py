@@ -1,4 +1,4 @@
-"""Moebius maps of the sphere, the one that balances given weights, and the gauge of every result.
+"""Moebius maps of the sphere, the balance of given weights by one, and the gauge of every result.
 
 The gauge picks one of all maps that differ by a Moebius map: the centred one, turned to agree best with the Gauss map.
 """

@@ -85,7 +85,7 @@ def candidate_faces(
 ) -> Iterator[int]:
     """Well-shaped faces of middling size, spread over the mesh: good ones to puncture.
 
-    They are every `stride`-th in the order of quality of the faces `compared`, of which fewer would miss the good ones.
+    They are every `stride`-th in the order of quality of the faces `compared`; fewer would miss the good ones.
     """
     sample = spread(len(mesh.f), compared)
     side, w = _in_their_planes(mesh, mesh.f[sample])

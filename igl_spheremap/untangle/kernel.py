@@ -85,7 +85,7 @@ def stars_of(f: IntArray, chosen: BoolArray, face_ids: IntArray | None = None) -
 class _HalfPlanes:
     """Half-planes {z : offset + normal . z > 0} of stars in charts x = centre + size (z_1 e_1 + z_2 e_2).
 
-    `size` is that of the star, so that its corners have coordinates z of about 1.
+    `size` is the star's: its corners have coordinates z of about 1.
     """
 
     normal: FloatArray  # (e, 2), unit

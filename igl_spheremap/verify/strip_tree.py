@@ -26,9 +26,9 @@ def close_pairs(
 ) -> Iterator[tuple[IntArray, IntArray]]:
     """Pairs i < j of edges of a closed polygon that may meet, neighbours left out, in blocks; edge i begins at p[i].
 
-    The comparison begins with the runs of which there are at most `longest`: all their 8,256 pairs, in one call. Each
-    has four `parts`: with halves the rectangles of small polygons take longer than all comparisons. A `block` of pairs
-    is compared at once, so that temporaries take some megabytes.
+    The comparison begins with runs that number at most `longest`: all their 8,256 pairs, in one call. Each has four
+    `parts`: with halves the rectangles of small polygons take longer than all comparisons. A `block` of pairs is
+    compared at once, so that temporaries take some megabytes.
 
     >>> zigzag = np.array([[0.0, 0], [9, 1], [0, 2], [9, 3], [0, 4], [9, 5], [-1, 6], [-1, -1]])
     >>> sum(len(i) for i, j in close_pairs(zigzag))

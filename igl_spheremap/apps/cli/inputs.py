@@ -262,7 +262,7 @@ def read_data(path: str, mesh: InputMesh) -> FloatArray:
 
 
 def read_maps(path: str, mesh: InputMesh) -> dict[str, FloatArray]:
-    """The maps of a file, or the one of FILE:NAME, by name, (n,) each."""
+    """The maps of a file, or that of FILE:NAME, by name, (n,) each."""
     maps = read_named(path, mesh.metadata.get("structure"))
     for key, values in maps.items():
         if len(values) != len(mesh.v):

@@ -96,7 +96,7 @@ def command_of(args: Namespace) -> str:
 def check_report(args: Namespace, name: str = "report.html") -> None:
     """If --report names neither a page nor a folder, or would replace a file, raise an error before the work starts.
 
-    Pages of earlier reports are replaced. `name` is that of a page in a folder.
+    Pages of earlier reports are replaced. `name` is a page's name in a folder.
     """
     if args.report is None:
         return

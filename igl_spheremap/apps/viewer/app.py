@@ -270,7 +270,7 @@ def file_stem(source: str, kind: str) -> str:
 class SaveWidgets:
     """A name and buttons that write the view: as a picture, as a video, and, if it has one, the map itself.
 
-    Existing files stay: a number is added to the name. The window goes on to show its panel.
+    Existing files stay: a number is added to the name. The window keeps its panel.
     """
 
     def __init__(self, app: App, name: str, result: Callable[[], SphereMap | None] | None) -> None:

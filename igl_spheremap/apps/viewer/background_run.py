@@ -187,7 +187,7 @@ class ShownRun:
         return int(kept[np.clip(k, 0, len(kept) - 1)])
 
     def change(self, iteration: int, way: int) -> int | None:
-        """The next step (way 1) or the one before (-1) at which the foldings change much, or none."""
+        """The next (way 1) or last (-1) step with a large change of foldings, or none."""
         after, before = (
             self.changes[self.changes > iteration],
             self.changes[self.changes < iteration],

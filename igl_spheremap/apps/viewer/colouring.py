@@ -87,8 +87,8 @@ def colouring(
 ) -> Colouring:
     """Colours of a subject for source and image alike; caps are grey.
 
-    `ramp` is the scale, by default the one that fits the map; the legend says how much lies beyond its ends. `folded`
-    saves the time to find the folded faces.
+    `ramp` is the scale, by default a fitting one; the legend says how much lies beyond its ends. `folded` saves the
+    time to find the folded faces.
     """
     if subject not in SUBJECTS:
         raise ValueError(f"unknown subject {subject!r}: choose one of {', '.join(SUBJECTS)}")
@@ -170,7 +170,7 @@ def mercator_corners(y: FloatArray, f: IntArray, poles: FloatArray) -> FloatArra
     """Longitude and Mercator latitude (3 m, 2) of each corner of each face, in turns around the poles (2, 3).
 
     The north pole is first; the two need not be opposite to one another. A face across the date line has longitudes
-    beyond it: there is no jump inside a face. A vertex at a pole has the latitude of the one next to it.
+    beyond it: there is no jump inside a face. A vertex at a pole has its neighbour's latitude.
 
     >>> import numpy as np
     >>> y = np.array([[1.0, 0, 0], [0, 1, 0], [0, 0.6, 0.8]])

@@ -47,8 +47,8 @@ _RING = 9.0
 _PICKED = (0.85, 0.0, 0.55)
 #: Radius of the marks of folded faces that are not seen, in pixels.
 _MARK = 4.0
-#: By the mouse: radians a pixel, so that a drag over 400 pixels is half a turn; pixels that shift a body by its radius;
-#: the factor of a notch of the wheel; and the least and the largest magnification.
+#: Of the mouse: radians a pixel (400 pixels are half a turn); pixels that shift a body by its radius; the factor of a
+#: notch of the wheel; least and largest magnification.
 _TURNING, _SHIFTING, _NOTCH, _ZOOMS = 0.008, 150, 1.15, (0.3, 200)
 
 

@@ -75,7 +75,7 @@ class Coincidences:
     Attributes
     ----------
     faces : (m, 3) int64 array
-        The faces, of which `left` are left.
+        The faces; `left` marks the present ones.
     owners : (2, m) int64 array
         The face of A and of B that each is a part of.
     on : (2, k, 3) float64 array

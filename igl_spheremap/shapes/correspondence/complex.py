@@ -12,8 +12,7 @@ class Complex:
     """Triangles by their numbers, and the triangles around each vertex.
 
     Each side at a vertex whose triangles are all here has two of them, which run it in opposite directions. Collapses
-    keep that. `collapsed` returns the faces that it would make, each in the place of the one of its number; `put` makes
-    them.
+    keep that. `collapsed` returns its new faces by the numbers of those that they replace; `put` makes them.
 
     Attributes
     ----------

@@ -128,7 +128,7 @@ class Level:
 
 
 def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
-    """Bisect edges; return the faces, the ends (k, 2) of these edges, and the face of which each face is a part.
+    """Bisect edges; return the faces, the ends (k, 2) of these edges, and the old face of each face.
 
     `length` (m, 3) are the lengths of the edges opposite the corners, 0 for edges that may not be bisected. If an edge
     is the longest of both its faces, it is bisected; the midpoints are vertices n, n + 1, ...

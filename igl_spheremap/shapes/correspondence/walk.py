@@ -30,7 +30,7 @@ class Triangulation:
     start, end, twin, edge : (3 m,) int64 arrays
         Of each half-edge: its vertices, the half-edge that runs back, and the number of its edge.
     forward : (3 n - 6,) int64 array
-        Of each edge, the half-edge from its smaller to its larger vertex.
+        The half-edge from the smaller to the larger vertex of each edge.
     """
 
     def __init__(self, mesh: Mesh, x: FloatArray) -> None:

@@ -50,7 +50,7 @@ def laid(
     before: FloatArray | None = None,
     restarts: Restarts = NO_RESTARTS,
 ) -> Laid:
-    """Register from the end of the registration before, perhaps turned, or from the rotation that leads to least."""
+    """Register from the end of the registration before, perhaps turned, or from the best rotation."""
     problem = Laying(source, target)
     if before is None:
         y = problem.laid(_best_start(problem))
@@ -97,7 +97,7 @@ def tried(source: SphereMap, target: SphereMap) -> Laid:
 
 
 def _best_start(problem: Laying, further: float = 1.5) -> FloatArray:
-    """The rotation that leads to least, of those that bring the surfaces nearly nearest in space.
+    """The rotation with the least energy times distance, of those that bring the surfaces nearly nearest in space.
 
     The right one of an octopus with its arms exchanged may leave 1.05 times the distance of the nearest.
     """

@@ -42,7 +42,7 @@ def principal_modes(away: FloatArray, weights: FloatArray, count: int) -> Modes:
 def _principal(away: FloatArray, weights: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
     """Variances (k,) and scores (members, k) of at most `count` modes, by the smaller one of two matrices of products.
 
-    These are those of members with each other, or of coordinates with each other.
+    One has products of members with each other, the other of coordinates.
     """
     rows = (away * np.sqrt(weights / weights.sum())[:, None]).reshape(len(away), -1)
     members, columns = rows.shape

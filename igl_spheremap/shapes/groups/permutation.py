@@ -314,7 +314,7 @@ def _notes(
 
 
 def _spanned(columns: FloatArray) -> FloatArray:
-    """Orthonormal columns that span the given ones, each less its mean: as many as are independent of each other."""
+    """Orthonormal columns that span the given ones, each less its mean; dependent ones are dropped."""
     peaks = np.abs(columns).max(axis=0)
     scaled = columns / np.where(peaks > 0, peaks, 1.0)
     centred = np.where(np.ptp(scaled, axis=0) > ROUNDING, scaled - scaled.mean(axis=0), 0.0)

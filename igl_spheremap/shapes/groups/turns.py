@@ -28,7 +28,7 @@ Rows = tuple[tuple[float, ...], ...]
 
 
 class Restarts(NamedTuple):
-    """The starts that a registration tries besides the end of the one before.
+    """Further starts of a registration beside the end of the last.
 
     Attributes
     ----------
