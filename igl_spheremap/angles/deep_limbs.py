@@ -9,7 +9,7 @@ A dynamic programme over the bins, and over the tree of limbs and branches, find
 above a floor at the least sum of angle differences.
 
 `shorten_limbs` finds the tips (`tips_beyond`), makes a `DeepLimb` of the disc about each, measures its `Costs`, solves
-its `Table`, and draws the vertices towards the rim by the kappas of that.
+its `Table`, and draws the vertices towards the rim by its kappas.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Tip(NamedTuple):
     vertex: int
     #: The tip of the deeper limb that the limb meets; -1 if there is none.
     meets: int
-    #: The vertices of the limb, up to where it meets that one.
+    #: The vertices of the limb, up to its meeting with that one.
     members: IntArray
 
 
@@ -73,8 +73,8 @@ def tips_beyond(placed: Placed, floor: float, onset: float = 4.0) -> list[Tip]:
 
     The elder rule of persistent homology: where two limbs meet, the one of the less deep tip ends. Limbs begin where
     edges are shorter than exp(-onset), as all are on a compact body of 80,000 faces, even if coordinates are finer
-    there: a limb that has to be shortened is shortened along its whole length. A limb ends as one of its own if its tip
-    is deeper by `onset` than the place where it meets another.
+    there: a limb that has to be shortened is shortened along its whole length. A limb whose tip is deeper by `onset`
+    than its meeting with another is one of its own.
     """
     if placed.depth.max() <= floor:
         return []
@@ -108,7 +108,7 @@ def tips_beyond(placed: Placed, floor: float, onset: float = 4.0) -> list[Tip]:
 
 
 def _neighbours(f: IntArray, n: int) -> tuple[list[int], list[int]]:
-    """Where the neighbours of each vertex begin in a list, and that list."""
+    """First place of each vertex's neighbours in a list, and that list."""
     edges = np.ones(3 * len(f)), (f.ravel(), np.roll(f, -1, 1).ravel())
     graph = sp.csr_matrix(edges, shape=(n, n))
     graph = (graph + graph.T).tocsr()
@@ -167,7 +167,7 @@ class DeepLimb:
 
     @cached_property
     def is_apart(self) -> BoolArray:
-        """Which vertices of the disc are not at the tip."""
+        """Whether each vertex of the disc is off the tip."""
         return np.isfinite(self.log.real[self.disc])
 
     @cached_property

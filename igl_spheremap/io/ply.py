@@ -192,7 +192,7 @@ def _read_binary(
 def _columns(file: Bytes, element: PlyElement) -> Sequence[tuple[NDArray[Any], IntArray | int]]:
     """The values of each column, those of all rows in one array, and how many of them a row has.
 
-    All rows are taken at once where lists are as long as in the first row, else one by one.
+    If lists are as long as in the first row, all rows are taken at once, else one by one.
     """
     begin, fields = file.at, list[Any]()
     for k, (values, _) in enumerate(_by_row(file, element, min(1, element.size))):

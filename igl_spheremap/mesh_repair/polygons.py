@@ -70,9 +70,9 @@ def polygons_in(f: ArrayLike) -> tuple[IntArray, IntArray] | None:
 
 
 def counted_corners(numbers: IntArray, least: int = 0) -> tuple[IntArray, IntArray] | None:
-    """The corners in one row, and their number for each face, where this stands before each face's corners.
+    """The corners in one row, and their number for each face, which stands before the face's corners.
 
-    None where numbers are left over, or a face has fewer than `least` corners.
+    If numbers are left over, or a face has fewer than `least` corners, None.
     """
     if is_padded(numbers):
         rows = numbers.reshape(-1, 4).astype(np.int64)

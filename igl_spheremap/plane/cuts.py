@@ -40,7 +40,7 @@ def carry_cuts(
     start, stop = sides(f)
     length = np.maximum(row_lengths(x[start] - x[stop]), TINY)
     graph = csr_matrix((length, (start, stop)), shape=(len(x), len(x)))
-    # a path of more than three times the distance of its ends is rare: it is looked for in a second search
+    # a path of more than three times the distance of its ends is rare: a second search looks for it
     paths = [_path(graph, a, b, 3.0 * float(np.linalg.norm(x[a] - x[b]))) for a, b in ends]
     return np.unique(np.sort(np.concatenate(paths)), axis=0)
 

@@ -55,7 +55,7 @@ def _symmetric(
     """The mean of a map and its reflected exchange, turned so that the reflection negates z.
 
     The reflection R = 1 - 2 n n^T comes closest to the exchange: n is the eigenvector of the least eigenvalue of the
-    symmetric part of sum_i w_i x_i other_i^T; If tips of limbs are at ends of an axis, n is the axis next to it. There,
+    symmetric part of sum_i w_i x_i other_i^T. If tips of limbs are at ends of an axis, n is the axis next to it. There,
     and in the middle of the disk, coordinates are finer than float64 elsewhere.
     """
     M = weighted_moment(weights, x, other)

@@ -66,8 +66,8 @@ def _balance(
 ) -> tuple[FloatArray, FloatArray]:
     """The conformal barycentre, and the rows moved by the Moebius map that takes it to the origin.
 
-    Newton's steps end where the weighted mean is at most `within`, or a step is `rounding`: 45 ulps of the unit ball.
-    No map took more than 12.
+    Newton's steps end when the weighted mean is at most `within`, or a step is `rounding`: 45 ulps of the unit ball. No
+    map took more than 12.
     """
     w = weights / weights.sum()
     centre, y, mean = np.zeros(3), x, weighted_sum(w, x)
@@ -75,8 +75,8 @@ def _balance(
         size = float(np.linalg.norm(mean))
         if size <= within:
             break
-        # Newton on the convex energy of the hyperbolic ball, whose gradient is the mean of the moved points.
-        # It is singular where all weight is at one point, but for the rounding on its diagonal.
+        # Newton on the convex energy of the hyperbolic ball, whose gradient is the mean of the moved points. Without
+        # the rounding on its diagonal it is singular if all weight is at one point.
         hessian = 2 * (np.eye(3) - weighted_moment(w, y, y)) + rounding * np.eye(
             3
         )  # algorithm (19)
@@ -142,8 +142,7 @@ def turn_to_gauss_map(mesh: Mesh, x: FloatArray) -> FloatArray:
 def orientation_target(mesh: Mesh) -> FloatArray:
     """The vectors that a map in the gauge is turned to: normals plus 1/1000 of the position from the barycentre.
 
-    Positions decide the rotation where normals leave it open (a flat body has only two of them), and can't be seen
-    elsewhere.
+    If normals leave the rotation open (a flat body has only two), positions decide it; elsewhere they can't be seen.
     """
     outward = mesh.unit - weighted_sum(mesh.A, mesh.unit)
     inside_out = np.vdot(mesh.A, row_dots(mesh.normals, outward)) < 0
