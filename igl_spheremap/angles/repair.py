@@ -9,7 +9,7 @@ A plan (plan.py) lets a map stay as it is, or says which maps start; they race (
    that small moves don't repair start after the others, and a map that mostly folds starts last.
 4. *newton*: damped Newton steps lower the angle differences of the whole map (effort.py limits their cost).
 
-A map enters or replaces another one only if it is certified. A step that fails leaves the map as it is, and a note.
+Only a certified map enters or replaces another one. A step that fails leaves the map as it is, and a note.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ def _trials(x: FloatArray, f: IntArray) -> Iterator[FloatArray]:
 
 
 def as_mapped(x: FloatArray, f: IntArray, pole: FloatArray) -> Placed:
-    """A map as stereographic projection from the point opposite to a pole, a (1, 3) unit row, takes it to the plane."""
+    """Stereographic image of a map in the plane, from the point opposite to a pole, a (1, 3) unit row."""
     # in a chart the plane touches the sphere, for `to_ball` it holds the equator
     z = to_chart(x, pole) / 2
     turn = np.vstack((*tangent_axes(pole), pole))

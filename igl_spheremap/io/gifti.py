@@ -64,7 +64,7 @@ def _check_blocks(content: bytes, stored: int) -> None:
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     """Write a surface in float32; ``structure``, ``coordinate_system`` and the mark are kept.
 
-    ``geometric_type`` is "Anatomical" if none is given.
+    If none is given, ``geometric_type`` is "Anatomical".
     """
     kind = {"GeometricType": metadata.get("geometric_type", "Anatomical")}
     points = _array(

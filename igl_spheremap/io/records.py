@@ -117,9 +117,9 @@ class LoadedMesh:
     Attributes
     ----------
     v : (n, 3) float64 array
-        Vertex positions; whether they are finite is not checked.
+        Vertex positions, not checked to be finite.
     f : (m, 3) int64 array
-        0-based faces; whether they form a closed surface is not checked.
+        0-based faces, not checked to form a closed surface.
     metadata : dict
         Data that the format's writers can keep: ``structure`` and ``coordinate_system`` (GIFTI), ``volume``
         (FreeSurfer), ``point_data``, arrays by name with a row a vertex (VTK); and ``caps``, faces that only close

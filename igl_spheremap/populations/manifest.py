@@ -36,7 +36,7 @@ class Fingerprint:
 def fingerprint(path: str, known: Fingerprint | None = None) -> Fingerprint | None:
     """The fingerprint of a file, None if it is not a regular file that can be read.
 
-    The digest of a `known` one is taken without reading the file if size and time are still the same.
+    If size and time are still the same, the digest of a `known` one is taken without reading the file.
     """
     try:
         if not os.path.isfile(path):  # opening a pipe may wait forever, a device may have no end

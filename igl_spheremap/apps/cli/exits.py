@@ -180,7 +180,7 @@ class Interrupt:
         self._before: dict[signal.Signals, Any] = {}
 
     def __call__(self, event: object) -> None:
-        """End the run if a signal came."""
+        """If a signal came, end the run."""
         if self.asked:
             raise StopIteration
 

@@ -113,7 +113,7 @@ def show_surface(
         colours = np.tile(SURFACE, (len(surface.f), 1))
     colours = colours * shading(surface.v, surface.f, view, ambient)[:, None]
     (x0, y0, _), radius = frame(y)
-    # about as many as the pictures of a row have in a PNG, so that no thin limb is lost
+    # about the pixels of a row's pictures in a PNG, so that no thin limb is lost
     pixels = 1600 // ax.get_subplotspec().get_gridspec().ncols
     picture = raster(y, surface.f, colours, pixels, folded)
     ax.imshow(

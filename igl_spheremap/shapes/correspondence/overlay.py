@@ -132,7 +132,7 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
 def _snapped(b: SphereMap, x: FloatArray) -> FloatArray:
     """Move vertices of a map, in a copy of its sphere, to other points that are as near as rounding.
 
-    Their edges then coincide exactly, too. A vertex keeps its place if its faces would fold otherwise.
+    Their edges then coincide exactly, too. If its faces would fold otherwise, a vertex keeps its place.
     """
     y, own = b.sphere.copy(), np.arange(len(b.sphere))
     distance, nearest = cKDTree(x).query(y, distance_upper_bound=SHORT)
