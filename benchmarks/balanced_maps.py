@@ -1,4 +1,4 @@
-"""Certify balanced maps at every iterate, measure them, and compare them with what other programs make.
+"""Certify balanced maps at every iterate, measure them, and compare them with other programs' maps.
 
     python -m benchmarks balanced_maps maps [FOLDER] [--bodies 32]
     python -m benchmarks balanced_maps programs FILE ...
@@ -127,7 +127,7 @@ def measured(v, f):
 
 
 def figures(result, cost, steps):
-    """What the table shows; faces whose source has no area have no ratio."""
+    """Figures of the table; faces whose source has no area have no ratio."""
     area, angle = np.abs(result.log_area_ratios()), np.abs(result.angle_differences())
     area = area[np.isfinite(area)]
     return {

@@ -95,7 +95,7 @@ def attempt(
 
 
 def compared(surface: PaperSurface, name: str, one: PaperRun) -> list[str]:
-    """What is said of a map."""
+    """Figures of a map."""
     size = np.abs(one.result.angle_differences())
     return [
         surface.name,
@@ -448,7 +448,7 @@ def curvature_error(mesh: Mesh, u: FloatArray) -> FloatArray:
 
 
 def surfaces(rows: Sequence[Any], meshes: Path | None) -> list[PaperSurface]:
-    """What stands for the surfaces of one of the paper's tables."""
+    """Substitutes of the surfaces of one of the paper's tables."""
     return [load_surface(row.surface, meshes) for row in rows]
 
 

@@ -1,4 +1,4 @@
-"""What several benchmarks share: meshes, clocks, figures of a map, and processes of their own."""
+"""Common code of benchmarks: meshes, clocks, figures of a map, and processes of their own."""
 
 from __future__ import annotations
 
@@ -53,13 +53,13 @@ def fsaverage5() -> Path | None:
 
 
 def timed(call: Callable[[], Any]) -> tuple[Any, float]:
-    """What a call returns, and its CPU seconds."""
+    """A call's result, and its CPU seconds."""
     began = time.process_time()
     return call(), time.process_time() - began
 
 
 def measured(call: Callable[[], Any]) -> tuple[Any, dict[str, float]]:
-    """What a call returns, with its CPU seconds, and the process's peak of memory and how much it grew, in MB."""
+    """A call's result, with its CPU seconds, and the process's peak of memory and its growth, in MB."""
     before = peak_memory()
     result, cpu = timed(call)
     peak = peak_memory()
@@ -147,7 +147,7 @@ def limit_time(seconds: int) -> None:
 def octave(
     folder: str, code: str, seconds: int | None = None, **arrays: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """What MATLAB code makes of arrays in Octave, and its CPU seconds; an environment variable names its folder."""
+    """Result of MATLAB code for arrays in Octave, and its CPU seconds; an environment variable names its folder."""
     if folder not in os.environ or shutil.which("octave-cli") is None:
         raise ImportError(
             f"Octave is not installed, or {folder} does not name the folder of its code"

@@ -46,7 +46,7 @@ class Part:
     sha256: str
 
     def file(self, folder: Path) -> Path:
-        """Where the part is kept."""
+        """The file of the part."""
         return (
             folder
             / self.set

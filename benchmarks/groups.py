@@ -1,4 +1,4 @@
-"""Groups of planted bodies: what template finds of known amounts, beside harmonics in SPHARM-PDM's frames.
+"""Groups of planted bodies: known amounts that template finds, beside harmonics in SPHARM-PDM's frames.
 
     python -m benchmarks groups [--members 40] [--vertices 1000] [--to ico:4] [--draws 1000]
     python -m benchmarks groups --sizes 10 100 [--vertices 300] [--to ico:2]
@@ -64,7 +64,7 @@ class Planted:
 
 
 def found(scores, amounts):
-    """Correlation of each amount with what is linear in three scores."""
+    """Correlation of each amount with linear functions of three scores."""
     rows = np.column_stack((scores[:, :3], np.ones(len(scores))))
     fits = rows @ np.linalg.lstsq(rows, amounts, rcond=None)[0]
     return [
@@ -161,7 +161,7 @@ def bodies(count, vertices):
 
 
 def sizes(counts, vertices, to):
-    """What groups of files cost by the command, page and film included."""
+    """Cost of groups of files by the command, page and film included."""
     print(
         "| members | rounds | s a member | all, CPU minutes | a worker's memory, MB | the largest process's, MB "
         "| manifest, MB | page, MB |\n|---|---|---|---|---|---|---|---|"

@@ -103,7 +103,7 @@ class Task:
 
     @cached_property
     def kind(self) -> str:
-        """What a map of it goes to."""
+        """The target of its map."""
         edges = np.sort(self.f[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         closed = (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
         return "map" if self.target is not None else "sphere" if closed else "disk"
@@ -218,7 +218,7 @@ def read_positions(task: Task, path: Path) -> np.ndarray:
 
 
 def figures_of(task: Task, x: np.ndarray) -> dict:
-    """Verdict, exact counts, and what happens to angles, areas and edges."""
+    """Verdict, exact counts, and changes of angles, areas and edges."""
     note = ""
     if task.kind == "disk":
         rim = ism.check_disk(task.v, task.f).rim

@@ -1,4 +1,4 @@
-"""Surfaces that are no spheres: what caps cost in angles, and handles found, with their lengths and CPU seconds.
+"""Surfaces that are no spheres: the cost of caps in angles, and handles found, with their lengths and CPU seconds.
 
 ``--holes`` cuts geodesic discs of 1, 10 and 30 percent of the area from samples and files, and compares the angle
 differences of what is left with those of these faces in the map of the closed surface. ``--handles`` plants arches on

@@ -36,7 +36,7 @@ def peers(row: str) -> list[str]:
 
 
 def once(program: str, mesh: str) -> dict[str, str]:
-    """What was measured once."""
+    """Figures that were measured once."""
     with (RESULTS / "once.tsv").open(encoding="utf-8", newline="") as file:
         return next(
             row

@@ -59,7 +59,7 @@ _SAMPLES = (
 
 @dataclass(frozen=True)
 class Row:
-    """What a setting made of a body."""
+    """A setting's result on a body."""
 
     kind: str
     body: str

@@ -127,7 +127,7 @@ def mean_curvature_flow(v: Array, f: Array) -> Array:
 
 
 def factorised_matrix(v: Array, f: Array) -> sp.csr_matrix:
-    """What the map factorises."""
+    """The matrix that the map factorises."""
     mesh = ism.check_mesh(v, f)
     return laplacian(mesh.unit, mesh.f) + sp.diags_array(
         1e-9 * vertex_areas(mesh.unit, mesh.f), format="csr"

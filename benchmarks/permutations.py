@@ -1,4 +1,4 @@
-"""What `permutation_test` finds where nothing is, and where something is.
+"""Findings of `permutation_test` without and with an effect.
 
     python -m benchmarks permutations [--experiments 1500]
     python -m benchmarks permutations --planted 300

@@ -1,4 +1,4 @@
-"""What a window costs a run: frames and iterates a second, with the player's window live, and without drawing.
+"""Cost of a window to a run: frames and iterates a second, with the player's window live, and without drawing.
 
 python -m benchmarks player [--vertices 200000] [--seconds 8]      # needs a display; `xvfb-run` makes one
 """

@@ -110,7 +110,7 @@ def course(v: np.ndarray, f: np.ndarray, way: Way) -> np.ndarray:
 
 
 def quantities(rows: np.ndarray) -> dict[str, np.ndarray]:
-    """What epsilon may bound, by iteration."""
+    """Quantities that epsilon may bound, by iteration."""
     energy, L2, frobenius, step = rows.T
     step, change = step[1:] / np.sqrt(3), np.abs(np.diff(energy)) / (1 + np.abs(energy[:-1]))
     steps, changes = means(step), means(change)

@@ -1,4 +1,5 @@
-"""What repair and polish make of maps, what embedding takes, what numbering decides, and what stays without foldings.
+"""Results of repair and polish, the time of embedding, the effect of numbering, and the maps that stay without
+foldings.
 
     python -m benchmarks repairs maps MESH ...
     python -m benchmarks repairs polish MESH ...
@@ -51,7 +52,7 @@ def main(argv: list[str]) -> None:
 
 
 def maps(sources: list[str]) -> None:
-    """Foldings and means of the harmonic map, of what was placed or embedded, and of the result."""
+    """Foldings and means of the harmonic map, of the placed or embedded map, and of the result."""
     ism.spherical_conformal_map(*ism.samples.make("octopus", n_vertices=1500))
     print(
         "| mesh | vertices | harmonic map: folds / mean | placed: folds / mean | result: mean / 99 % | CPU, s |"

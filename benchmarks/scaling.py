@@ -56,7 +56,7 @@ def main(argv: list[str]) -> None:
 
 
 def figures(operation: str, v: np.ndarray, f: np.ndarray) -> dict[str, object]:
-    """What is measured at one level."""
+    """Measures at one level."""
     result, spent = measured(lambda: ism.spherical_conformal_map(v, f))
     folded = result.rounds[0].foldings_after if result.rounds else 0
     if operation != "map":

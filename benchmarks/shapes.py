@@ -1,4 +1,4 @@
-"""Figures of docs/shapes.md: coefficients, rotations and registrations, against what is known exactly.
+"""Figures of docs/shapes.md: coefficients, rotations and registrations, against exact values.
 
     python -m benchmarks shapes --meshes FOLDER --fsaverage FOLDER [--only harmonics rotation hemispheres pial warps]
 

@@ -1,4 +1,4 @@
-"""Maps a second of many small meshes by a plain loop, processes and Dask workers, and what a large study costs.
+"""Maps a second of many small meshes by a plain loop, processes and Dask workers, and the cost of a large study.
 
     python -m benchmarks throughput [--meshes 25] [--vertices 2562] [--rounds 6]
 

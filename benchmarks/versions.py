@@ -39,7 +39,7 @@ _FROM = (0, 200, 1000, 4000)
 
 @dataclass(frozen=True)
 class Row:
-    """A mesh, and what both versions made of it."""
+    """A mesh, and both versions' results."""
 
     of: str
     mesh: str
@@ -156,7 +156,7 @@ def worker(version: Path, options: Namespace, constants: list[str]) -> subproces
 
 
 def answer(process: subprocess.Popen[str], kind: str, source: str) -> dict[str, Any]:
-    """What a process measures of a mesh."""
+    """A process's measures of a mesh."""
     print(kind, source, file=process.stdin, flush=True)
     if not (line := process.stdout.readline()):  # type: ignore[union-attr]
         raise SystemExit(f"{kind} of {source}: {' '.join(map(str, process.args))} ended")  # type: ignore[arg-type]
@@ -207,7 +207,7 @@ def measured(kind: str, source: str, polish: str) -> dict[str, Any]:
 
 
 def row(kind: str, source: str, turns: list[list[dict[str, Any]]]) -> Row:
-    """What both versions made of a mesh, turn by turn."""
+    """Both versions' results for a mesh, turn by turn."""
     old, new = (min(version, key=lambda one: one["cpu"]) for version in zip(*turns, strict=True))
     ratios = tuple(after["cpu"] / before["cpu"] for before, after in turns)
     return Row(

@@ -1,4 +1,4 @@
-"""All that a user may name: both doors, what they return and raise, flags of commands, exit statuses; a line each.
+"""All that a user may name: both doors, their results and errors, flags of commands, exit statuses; a line each.
 
 ``python tests/api.py`` writes them to ``tests/api.txt``, with which `test_api.py` compares them: a name that changes is
 seen in the change that moves it.
@@ -32,14 +32,14 @@ def signature(function):
 
 
 def default(field):
-    """What a field of a record holds if nothing is said."""
+    """The default of a field of a record."""
     if field.default is not MISSING:
         return f" = {field.default!r}"
     return "" if field.default_factory is MISSING else f" = {field.default_factory()!r}"
 
 
 def attributes(public):
-    """What a class and those of the package that it derives from define."""
+    """Definitions of a class and of its bases in the package."""
     return {
         key: value
         for base in reversed(public.__mro__)
@@ -49,7 +49,7 @@ def attributes(public):
 
 
 def of_class(name, public):
-    """What instances of a class have."""
+    """Attributes of instances of a class."""
     bases = ", ".join(base.__name__ for base in public.__bases__ if base is not object)
     yield f"{name}: class({bases})"
     if issubclass(public, Enum):
@@ -127,7 +127,7 @@ def of_doors():
 
 
 def of_shell():
-    """Commands, their arguments with what they default to, and exit statuses."""
+    """Commands, their arguments with defaults, and exit statuses."""
     for command in sorted(COMMANDS, key=lambda one: one.name):
         yield f"igl-spheremap {command.name}"
         for names, options in command.arguments:

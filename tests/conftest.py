@@ -1,4 +1,4 @@
-"""The corpus of meshes, where there is one, what only POSIX systems have, and Ctrl-C as on a terminal."""
+"""The corpus of meshes, if any, features of POSIX systems, and Ctrl-C as on a terminal."""
 
 import gc
 import os
@@ -20,7 +20,7 @@ def pytest_configure():
 
 
 def pytest_collection_modifyitems(items):
-    """Skip what needs the corpus, or a POSIX system, where there is none."""
+    """Without the corpus, or a POSIX system, skip the tests that need it."""
     here = {"corpus": CORPUS.is_dir(), "posix": os.name == "posix"}
     for item in items:
         for name, found in here.items():
@@ -36,7 +36,7 @@ def pytest_collection_finish():
 
 @pytest.fixture(autouse=True)
 def nothing_is_left_out(monkeypatch):
-    """Raise what a repair would only note: a step that fails costs no user the map, but is a defect."""
+    """Raise errors that a repair would only note: a step that fails costs no user the map, but is a defect."""
 
     def fail(name, error):
         raise AssertionError(f"the step {name} failed") from error

@@ -1,4 +1,4 @@
-"""Where the meshes of docs/corpus.md lie, if they do."""
+"""The folder, if any, of the meshes of docs/corpus.md."""
 
 import os
 from pathlib import Path

@@ -30,7 +30,7 @@ def turned(n):
 
 
 def write_template(folder, size=642, hemi="lh"):
-    """A template's surface, sphere and labels, on the left or mirrored; returns what `--to` takes."""
+    """A template's surface, sphere and labels, on the left or mirrored; returns the value of `--to`."""
     x, f = sphere(size)
     mirror, g = (np.array([-1.0, 1, 1]), f[:, ::-1]) if hemi == "rh" else (np.ones(3), f)
     write_mesh(folder / f"{hemi}.pial", body(x) * mirror, g)

@@ -125,7 +125,7 @@ def run(command, cwd=None, **environment):
 
 
 def _places():
-    """The environment of a process that finds the package, these tests, and what demos share."""
+    """The environment of a process that finds the package, these tests, and the demos' common code."""
     places = (
         *(str(ROOT / folder) for folder in ("", "tests", "demos")),
         os.environ.get("PYTHONPATH", ""),

@@ -7,7 +7,7 @@ KILL = 9  # signal.SIGKILL, a name that Windows lacks
 
 
 def process():
-    """The number of this process; what libraries print does no harm."""
+    """The number of this process; prints of libraries do no harm."""
     print("noise", flush=True)
     os.write(1, b"noise")
     return os.getpid()

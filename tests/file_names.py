@@ -1,4 +1,4 @@
-"""Names of files, by what their formats keep."""
+"""Names of files, by the data that their formats keep."""
 
 import pytest
 

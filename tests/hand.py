@@ -65,7 +65,7 @@ class Widget:
 
 
 class Hand:
-    """What a script uses a window with; `widgets` and `texts` are those of the last frame.
+    """A script's hand on a window; `widgets` and `texts` are those of the last frame.
 
     While it is `strict`, it fails where the window says that something went wrong.
     """
@@ -86,7 +86,7 @@ class Hand:
             assert not (self.strict and self.failures()), self.failures()
 
     def failures(self):
-        """What the window says that went wrong."""
+        """The failure that the window shows."""
         return [text for text in self.texts if text.startswith(FAILED)]
 
     def wait(self, condition, seconds=60):
@@ -177,7 +177,7 @@ class Hand:
         self.drag(slider.at(), slider.at(share))
 
     def type(self, label, text, enter=True):
-        """Replace what stands in a field."""
+        """Replace the text of a field."""
         self.click(label)
         self.key(imgui.ImGuiKey_A, control=True)
         imgui.GetIO().AddInputCharactersUTF8(text)

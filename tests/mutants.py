@@ -1,4 +1,4 @@
-"""Damaged versions of files, and what the readers make of them.
+"""Damaged versions of files, and the readers' answers.
 
 `python tests/mutants.py 5000` counts it for every reader (PYTHONPATH=. from a clone).
 """
@@ -286,7 +286,7 @@ def damage(data, rng):
 
 
 def judge(reader, path):
-    """What a reader says of a file: "read", "refused", or the traceback's last line."""
+    """A reader's answer to a file: "read", "refused", or the traceback's last line."""
     try:
         reader(path)
     except ALLOWED as error:

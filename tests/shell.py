@@ -1,4 +1,4 @@
-"""What tests of the command line share."""
+"""Common code of tests of the command line."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The benchmarks run: each has a name, a line that says what it measures, and what it calls exists."""
+"""The benchmarks run: each has a name, a line on its measure, and calls existing functions."""
 
 import csv
 import subprocess
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(
 
 
 def benchmark(*words):
-    """What a benchmark prints."""
+    """The output of a benchmark."""
     done = subprocess.run(
         [sys.executable, "-m", "benchmarks", *words], cwd=ROOT, capture_output=True, text=True
     )

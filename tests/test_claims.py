@@ -1,4 +1,4 @@
-"""Claims of the paper's text as benchmarks measure them: whole tables, and predictions beside what is counted."""
+"""Claims of the paper's text as benchmarks measure them: whole tables, and predictions beside counts."""
 
 from itertools import islice
 

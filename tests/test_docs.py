@@ -1,4 +1,4 @@
-"""README and docs: their code runs, their commands exist and do what is said, their pages are in the index."""
+"""README and docs: their code runs, their commands exist and do as said, their pages are in the index."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class Block:
 
 
 def printed_after(rest: str) -> str | None:
-    """What a block prints, which may stand below it."""
+    """The output of a block, which may stand below it."""
     found = re.match(r"\n\n```text\n(.*?)^```$", rest, re.MULTILINE | re.DOTALL)
     if found is None:
         return None
@@ -272,7 +272,7 @@ def parser():
 
 
 def commands(page: Path) -> list[str]:
-    """What sh blocks run of this package, and folders that they make; how it is installed and tested is left out."""
+    """Commands of this package in sh blocks, and folders that they make; not its installation and tests."""
     lines = [
         line.partition(" #")[0].strip()
         for block in blocks(page, "sh")
@@ -374,7 +374,7 @@ def test_links_and_pictures_exist(page):
 
 @cache
 def anchors(page: Path) -> set[str]:
-    """What a site makes of the headings of a page: small letters, hyphens for spaces, no other marks."""
+    """A site's anchors of the headings of a page: small letters, hyphens for spaces, no other marks."""
     headings = re.findall(r"^#+ (.+)$", page.read_text("utf-8"), re.MULTILINE)
     return {
         re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in headings
@@ -583,7 +583,7 @@ def test_the_tables_that_benchmarks_make_stand_in_the_pages_as_they_were_printed
 
 
 def test_figures_of_other_programs_are_those_that_their_tables_have():
-    """What is read from other tables is not older than these."""
+    """Figures from other tables are not older than these."""
     for name, options in (
         ("others", []),
         ("others_first", ["--first", "3"]),
@@ -659,7 +659,7 @@ def test_the_captions_of_a_picture_are_what_its_command_draws(tmp_path):
 
 
 def captions(path):
-    """What a picture's numbers were made with, and its captions."""
+    """The origin of a picture's numbers, and its captions."""
     with pytest.importorskip("PIL.Image").open(path) as image:
         if path.suffix == ".gif":
             first, _, rest = image.info["comment"].decode().partition("\n")

@@ -1,4 +1,4 @@
-"""The notebooks of docs/notebooks run, and print what stands in them, but for the digits."""
+"""The notebooks of docs/notebooks run, and print their own texts, but for the digits."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""What public functions return: public records that print in one line."""
+"""Results of public functions: public records that print in one line."""
 
 import ast
 import inspect

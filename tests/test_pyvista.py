@@ -1,4 +1,4 @@
-"""PyVista's meshes are mapped, balanced, certified and drawn; what is not a closed triangle mesh is refused."""
+"""PyVista's meshes are mapped, balanced, certified and drawn; all but closed triangle meshes are refused."""
 
 import doctest
 

@@ -1,4 +1,4 @@
-"""What files beside the package say of it: bounds, versions, licences, and types that reach a user."""
+"""Files beside the package on it: bounds, versions, licences, and types that reach a user."""
 
 import json
 import re
@@ -141,7 +141,7 @@ def test_the_workflow_runs_what_contributing_says_on_the_oldest_and_the_newest_v
 
 
 def core(name, found):
-    """What is installed with a package, without extras."""
+    """Packages installed with a package, without extras."""
     if name not in found:
         found.append(name)
         for line in map(Requirement, requires(name) or []):
@@ -151,7 +151,7 @@ def core(name, found):
 
 
 def licences(name):
-    """What a package's metadata says; the text of a licence, which may quote others', only by its first line."""
+    """A package's metadata; the text of a licence, which may quote others', only by its first line."""
     about = metadata(name)
     classes = [line for line in about.get_all("Classifier", []) if line.startswith("License")]
     expression = about.get("License-Expression")

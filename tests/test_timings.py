@@ -1,4 +1,4 @@
-"""Phases share the time of a run among them, whatever is nested in what."""
+"""Phases divide the time of a run among them, however nested."""
 
 import time
 

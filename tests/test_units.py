@@ -1,4 +1,4 @@
-"""What is measured of maps is the same at every scale of float64."""
+"""Measures of maps are the same at every scale of float64."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ def verdict(certificate: ism.Certificate) -> str:
 
 
 def main() -> str:
-    """Map, certify, and use what comes back."""
+    """Map, certify, and use the results."""
     v, f = ism.samples.make("spheroid", n_vertices=500)
     method = ism.Lai2014(rounds=0, gradient_tolerance=1e-2)
     result: ism.SphereMap = ism.spherical_conformal_map(v, f, method=method, listener=watch)

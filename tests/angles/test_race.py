@@ -1,4 +1,4 @@
-"""The race and its plan: the best candidate wins, and what will be tried can be read before."""
+"""The race and its plan: the best candidate wins, and the plan can be read before."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_a_candidate_that_is_predicted_to_gain_less_than_the_price_takes_no_step
 
 
 def test_a_candidate_that_falls_behind_does_not_win_by_where_it_would_end():
-    """That is what halving costs: the worse half takes no more steps."""
+    """Halving costs that: the worse half takes no more steps."""
     limit = [3.0, 3.0, 0.0, 0.0]
     assert race(candidates(4.0, 5.0, 8.0, 9.0), towards(limit, 0.5), 0.01).mean == pytest.approx(
         3, rel=0.05

@@ -1,4 +1,4 @@
-"""Reports, plots, and what notebooks show."""
+"""Reports, plots, and results in notebooks."""
 
 import base64
 import ctypes

@@ -1,4 +1,4 @@
-"""Balanced maps through the front door: what they promise, from conformal to area-preserving."""
+"""Balanced maps through the front door: their promises, from conformal to area-preserving."""
 
 from pathlib import Path
 

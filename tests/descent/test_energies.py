@@ -1,4 +1,4 @@
-"""Energies: their first variations, the cases in which they are known, and what boosts do to them."""
+"""Energies: their first variations, known cases, and the effect of boosts."""
 
 import igl
 import numpy as np

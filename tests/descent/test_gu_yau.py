@@ -1,4 +1,4 @@
-"""Gu and Yau's descent: what it keeps, where it rests, and how it compares with Algorithm 1."""
+"""Gu and Yau's descent: its invariants, its limit, and Algorithm 1 beside it."""
 
 from dataclasses import replace
 from itertools import islice

@@ -1,4 +1,4 @@
-"""The one loop of minimisation: each way to end, and what listeners may do."""
+"""The one loop of minimisation: each way to end, and the rights of listeners."""
 
 import time
 from dataclasses import replace

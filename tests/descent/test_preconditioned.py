@@ -1,4 +1,4 @@
-"""The fast map: what a step leaves of each field on the sphere, its estimate, and meshes too coarse for chords."""
+"""The fast map: the rest of each field on the sphere after a step, its estimate, and meshes too coarse for chords."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ def test_colours_of_anything():
 
 
 def test_a_scale_is_one_of_few_and_the_first_that_fits():
-    """Most of what is measured lies within, and a map that keeps areas is pale."""
+    """Most measures lie within, and a map that keeps areas is pale."""
     normal = np.random.default_rng(0).normal(size=999)
     for size in (0.02, 0.3, 4.0):
         ramp = fitting(AREAS, np.append(size * normal, [50 * size, -np.inf]))

@@ -1,4 +1,4 @@
-"""Pictures by numpy show what is in front, where it is, at any resolution."""
+"""Pictures by numpy show the front, at its place, at any resolution."""
 
 import tracemalloc
 

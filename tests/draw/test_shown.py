@@ -1,4 +1,4 @@
-"""What notebooks show: pictures that any reader of PNG files decodes, red where faces are folded and nowhere else."""
+"""Results in notebooks: pictures that any reader of PNG files decodes, red only at folded faces."""
 
 import base64
 import io

@@ -1,4 +1,4 @@
-"""What most tests of files write."""
+"""The mesh that most tests of files write."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Meshes: what is written reads back, here and in other programs; what is damaged is named in one line."""
+"""Meshes: written files read back, here and in other programs; one line names damage."""
 
 from __future__ import annotations
 

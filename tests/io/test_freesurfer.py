@@ -1,4 +1,4 @@
-"""FreeSurfer: what is kept beside the mesh, and what is refused."""
+"""FreeSurfer: the data kept beside the mesh, and refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""GIFTI: what is kept beside the mesh, and what is refused."""
+"""GIFTI: the data kept beside the mesh, and refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The surfaces of labels: where they are, what they hold, and that they become spheres by the flags that are named."""
+"""The surfaces of labels: their place and volume, and the flags that make spheres of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Damaged files, 200 of each kind: a reader reads them, or says in one line what is wrong, and nothing else."""
+"""Damaged files, 200 of each kind: a reader reads them, or names the fault in one line, and nothing else."""
 
 from __future__ import annotations
 

@@ -229,7 +229,7 @@ OTHER_KINDS = (None, True, 7, -1.5, "a\x1b[2J", [1], {"a": 1}, 10**400)
 
 
 def outcome(path):
-    """What becomes of a map in a file: refused in one line, or written again."""
+    """A map from a file is refused in one line, or written again."""
     try:
         back = read_map(path)
     except MeshError as error:

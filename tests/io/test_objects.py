@@ -114,7 +114,7 @@ def test_a_mesh_object_stands_for_its_arrays(make, tmp_path):
 
 
 def readobj(v, f):
-    """What igl.readOBJ returns: positions, texture coordinates and normals, and the faces of each."""
+    """The result of igl.readOBJ: positions, texture coordinates and normals, and the faces of each."""
     return v, np.empty((0, 2)), v, f, np.empty((0, 3), int), f
 
 

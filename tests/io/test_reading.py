@@ -1,4 +1,4 @@
-"""What every reader rests on: regular files, bounded memory, one line for any failure."""
+"""Common ground of readers: regular files, bounded memory, one line for any failure."""
 
 from __future__ import annotations
 

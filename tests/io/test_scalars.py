@@ -1,4 +1,4 @@
-"""Scalar maps over the vertices: what is written reads back, what is none is named."""
+"""Scalar maps over the vertices: written files read back, others are named."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Dialects of OBJ and OFF, and what is wrong in damaged files."""
+"""Dialects of OBJ and OFF, and the faults of damaged files."""
 
 from __future__ import annotations
 

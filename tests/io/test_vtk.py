@@ -1,4 +1,4 @@
-"""VTK's legacy files: equal bit for bit to what VTK itself reads of them, point data kept; damaged ones are named."""
+"""VTK's legacy files: equal bit for bit to VTK's own reading, point data kept; damaged ones are named."""
 
 from __future__ import annotations
 

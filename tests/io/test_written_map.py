@@ -1,4 +1,4 @@
-"""Maps in files: certified as they are written, with a mark of what made them, at any radius."""
+"""Maps in files: certified as written, with a mark of their origin, at any radius."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A mesh is checked once in each public call, and never again by what takes its map."""
+"""A mesh is checked once in each public call, and never again by functions of its map."""
 
 import numpy as np
 import pytest

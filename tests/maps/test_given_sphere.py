@@ -1,4 +1,4 @@
-"""Spheres of other programs: certified as they are or refused in a sentence; what folds is repaired, all else stays."""
+"""Spheres of other programs: certified as they are or refused in a sentence; folds are repaired, all else stays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The check of a mesh takes what has a clear meaning, and names every fault."""
+"""The check of a mesh takes inputs of clear meaning, and names every fault."""
 
 import igl
 import numpy as np

@@ -1,4 +1,4 @@
-"""The check of disks names what is wrong, where, and what to do."""
+"""The check of disks names the fault, its place and the remedy."""
 
 import numpy as np
 import pytest

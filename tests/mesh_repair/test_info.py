@@ -1,4 +1,4 @@
-"""`info` measures any triangles: parts, boundary loops, handles and faults that were planted, and what repairs them."""
+"""`info` measures any triangles: parts, boundary loops, handles and planted faults, and their repair."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Repair removes planted faults, leaves sound meshes alone, and names what it can't repair."""
+"""Repair removes planted faults, leaves sound meshes alone, and names other faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Identities of the cotangent Laplacian, and what becomes of slivers."""
+"""Identities of the cotangent Laplacian, and the treatment of slivers."""
 
 import igl
 import numpy as np

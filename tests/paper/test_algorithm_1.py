@@ -1,4 +1,4 @@
-"""Algorithm 1 as it runs: descent, the rule of the search, steps, and what is kept."""
+"""Algorithm 1 as it runs: descent, the rule of the search, steps, and invariants."""
 
 from dataclasses import replace
 from itertools import pairwise

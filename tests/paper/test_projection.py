@@ -1,4 +1,4 @@
-"""docs/projection.md: what one weighted eigen-projection leaves of a small deviation from a conformal map."""
+"""docs/projection.md: the rest of a small deviation from a conformal map after one weighted eigen-projection."""
 
 from fractions import Fraction
 from itertools import product

@@ -1,4 +1,4 @@
-"""A template's cuts on another mesh: connected, where the template has them, and what is kept is one disk."""
+"""A template's cuts on another mesh: connected, at the template's places, around one disk."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""What decides a result is in its key; where files lie and how notes are worded is not."""
+"""A result's key holds its causes, but neither places of files nor wording of notes."""
 
 from dataclasses import fields, replace
 

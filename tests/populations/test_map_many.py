@@ -1,4 +1,4 @@
-"""Many files: each has its row, what is done is not done again, and nothing gets onto the wrong subject."""
+"""Many files: each has its row, finished work is not repeated, and nothing gets onto the wrong subject."""
 
 import os
 from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
@@ -42,7 +42,7 @@ def run(desk, threads):
 
 
 def figures(row):
-    """What does not depend on the run; as for JSON, since NaN is not equal to itself."""
+    """The part that does not depend on the run; as for JSON, since NaN is not equal to itself."""
     return plain(replace(row, resumed=False, seconds=0, memory=0, worker=""))
 
 
@@ -182,7 +182,7 @@ def test_an_input_that_changed_is_mapped_again_and_replaces_what_an_earlier_run_
 
 
 def shift(x):
-    """A Moebius map: certified, but not what this package makes."""
+    """A Moebius map: certified, but not this package's."""
     return moebius(x, [0.4, 0.1, 0])
 
 

@@ -60,7 +60,7 @@ def mapped_here(sources, target="{stem}.obj", **options):
 
 
 def cards(html):
-    """What the page knows of each map."""
+    """The page's data of each map."""
     return json.loads(html.partition('class="cards">')[2].partition("</script>")[0])["cards"]
 
 

@@ -1,4 +1,4 @@
-"""Tables hold what is known of every input, whatever its name."""
+"""Tables hold the facts of every input, whatever its name."""
 
 import csv
 import math

@@ -1,4 +1,4 @@
-"""What is known of a map is said in the same words by the shell, in notebooks and on pages."""
+"""Shell, notebooks and pages say the findings on a map in the same words."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What a recording keeps."""
+"""Contents of a recording."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What every result has in common: the same attributes, read from its run, and one door to another balance."""
+"""Common to all results: the same attributes, read from the run, and one door to another balance."""
 
 import re
 

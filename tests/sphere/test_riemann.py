@@ -1,4 +1,4 @@
-"""Stereographic projection and its inverse, and Moebius maps by what determines them."""
+"""Stereographic projection and its inverse, and Moebius maps by their determining data."""
 
 import numpy as np
 import pytest

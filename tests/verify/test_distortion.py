@@ -1,4 +1,4 @@
-"""What a map does to angles and areas: identities, and libigl's own quantities."""
+"""A map's changes of angles and areas: identities, and libigl's own quantities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Boundaries in the plane: what meets itself is found, whatever the size and the rounding."""
+"""Boundaries in the plane: meetings are found, whatever the size and the rounding."""
 
 from fractions import Fraction
 
@@ -129,7 +129,7 @@ def test_what_is_no_map_of_a_disk_is_refused():
 
 
 def test_a_certificate_says_what_is_wrong_and_no_more():
-    """Where the boundary crosses itself, how often the image is covered is no number."""
+    """If the boundary crosses itself, the image has no covering number."""
     p, f = polar(3)
     folded, crossing, twice = p.copy(), p.copy(), p @ np.diag([1, -1])
     folded[0] = 3

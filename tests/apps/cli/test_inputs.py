@@ -1,4 +1,4 @@
-"""IN: files, samples and `-`, what is refused in one line, and what `--repair` does; and OUT as `-`."""
+"""IN: files, samples and `-`, refusals in one line, and the effect of `--repair`; and OUT as `-`."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def as_stderr(stream, monkeypatch):
 
 
 def screen(text: str) -> str:
-    """What a terminal shows of a text in its last line."""
+    """The last line of a text on a terminal."""
     shown = ""
     for part in text.rpartition("\n")[2].split("\r"):
         shown = part + shown[len(part) :]

@@ -1,4 +1,4 @@
-"""The buttons that save what a window shows: a picture, a video and the map, of a result and of a run."""
+"""The buttons that save a window's view: a picture, a video and the map, of a result and of a run."""
 
 from drawing import drive, needs_drawing
 

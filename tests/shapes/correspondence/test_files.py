@@ -1,4 +1,4 @@
-"""Archives of maps between surfaces: all of it comes back, and what is damaged is named."""
+"""Archives of maps between surfaces: all of it comes back, and damage is named."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Folders of SPHARM-PDM: its names, its frames, and what is there already is kept."""
+"""Folders of SPHARM-PDM: its names, its frames; existing files are kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`igl-spheremap batch`: every file has its line, and what is done is not done again."""
+"""`igl-spheremap batch`: every file has its line, and finished work is not repeated."""
 
 from __future__ import annotations
 

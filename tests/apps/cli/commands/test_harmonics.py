@@ -1,4 +1,4 @@
-"""The commands for spherical harmonics and grids: what they write, and how they fail."""
+"""The commands for spherical harmonics and grids: their files, and their failures."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""`igl-spheremap map`, `p-harmonic` and `landmarks`: what is written is certified, flags are the options of records."""
+"""`igl-spheremap map`, `p-harmonic` and `landmarks`: written maps are certified, flags are the options of records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command match: what it writes, and how it fails."""
+"""The command match: its files, and its failures."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The command register: what it writes, and how it fails."""
+"""The command register: its files, and its failures."""
 
 import json
 import sys

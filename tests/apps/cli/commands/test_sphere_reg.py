@@ -1,4 +1,4 @@
-"""The command from a surface to registered spheres: progress, resuming, and one line for what is wrong."""
+"""The command from a surface to registered spheres: progress, resuming, and one line for each fault."""
 
 import json
 from pathlib import Path

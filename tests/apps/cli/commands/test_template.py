@@ -1,4 +1,4 @@
-"""The command template: the files of a group, what is left out, and members that are added."""
+"""The command template: the files of a group, left-out surfaces, and added members."""
 
 import csv
 import importlib.util

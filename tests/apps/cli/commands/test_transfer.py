@@ -1,4 +1,4 @@
-"""`igl-spheremap transfer`: what `ism.transfer` gives, in a file."""
+"""`igl-spheremap transfer`: the result of `ism.transfer`, in a file."""
 
 import json
 from pathlib import Path
