@@ -12,9 +12,7 @@ from .family import balanced_map
 
 def rebalanced(result: SphereMap, balance: float, listener: Listener | None) -> SphereMap:
     """A map without foldings, moved to another balance."""
-    conformal = result
-    if result.conformal is not None:
-        conformal = result.conformal
+    conformal = result._conformal_one()
     backend = conformal.settings.get("backend", "auto")
     if backend not in available_backends():  # of a map from a file
         backend = "auto"

@@ -106,9 +106,7 @@ class SphereMap(Result):
         return wings.plot(self)
 
     def _rebalanced(self, balance: float, listener: Listener | None) -> SphereMap:
-        conformal = self
-        if self.conformal is not None:
-            conformal = self.conformal
+        conformal = self._conformal_one()
         if balance == 0 or conformal.status is Status.STOPPED:
             return conformal
         if not (self.certificate.folding_free and conformal.certificate.folding_free):

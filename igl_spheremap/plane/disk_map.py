@@ -41,9 +41,7 @@ class DiskMap(PlaneMap):
     conformal: DiskMap | None = None
 
     def _rebalanced(self, balance: float, listener: Listener | None) -> DiskMap:
-        conformal = self
-        if self.conformal is not None:
-            conformal = self.conformal
+        conformal = self._conformal_one()
         if balance == 0 or conformal.status is Status.STOPPED:
             return conformal
         history = History(listener, conformal.run)

@@ -108,8 +108,8 @@ class Result:
         auto, balance 1: 4 iterations; angles are 4.81 degrees off in the mean, not 0.895, and areas by a factor of
         1.01, not 1.24; the stopping rule was met
         """
-        before: Any = getattr(self, "conformal", None)
-        if before is None:
+        before: Any = self._conformal_one()
+        if before is self:
             decided = self.run.plan
             if not decided:
                 decided = self.status.value
@@ -162,6 +162,13 @@ class Result:
         True
         """
         return self._rebalanced(check_number(balance, "balance", most=1), listener)
+
+    def _conformal_one(self: R) -> R:
+        """The conformal map that a balanced one started from, or else the map itself."""
+        started_from: R | None = getattr(self, "conformal", None)
+        if started_from is None:
+            return self
+        return started_from
 
     def _rebalanced(self: R, balance: float, listener: Listener | None) -> R:
         """The map at another balance, which is in range."""

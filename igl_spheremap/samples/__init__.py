@@ -15,8 +15,9 @@ from __future__ import annotations
 
 import inspect
 import math
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from ..lazy import attach
 
 # names for type checkers; at run time a module is imported when its shape is made
 if TYPE_CHECKING:
@@ -47,16 +48,9 @@ _SHAPES = {
     "spheroid": "revolution",
     "spring": "rings",
 }
-_MODULES = _SHAPES | {"SurfaceOfRevolution": "revolution"}
 
 __all__ = ["SurfaceOfRevolution", "from_spec", "make", "names", *_SHAPES]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
-    return value
+__getattr__ = attach(__name__, _SHAPES | {"SurfaceOfRevolution": "revolution"})[0]
 
 
 def names() -> tuple[str, ...]:
@@ -103,7 +97,7 @@ def make(name: str, **parameters: Any) -> Arrays:
         if comma and first in _SHAPES:
             raise ValueError(f"parameters follow a colon: {first}:{name[len(first) + 1 :]}")
         raise ValueError(f"no sample is called {name!r}; there are: {', '.join(names())}")
-    shape = __getattr__(name)
+    shape: Any = __getattr__(name)
     known = inspect.signature(shape).parameters
     for key in parameters:
         if key not in known:

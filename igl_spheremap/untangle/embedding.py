@@ -67,17 +67,9 @@ def progressive_embedding(
     with suppress(_TooCoarse):
         # bad positions must not decide collapses
         y = np.tile([0.0, 0.0, 1.0], (len(x), 1))
-        every = np.ones(len(x), bool)
+        every_face, every_vertex = np.ones(len(f), bool), np.ones(len(x), bool)
         return _rebuild_locally(
-            y,
-            f,
-            np.ones(len(f), bool),
-            forced=every,
-            fixed=~every,
-            grid=unit_rows,
-            listener=listener,
-            rings=0,
-            keep_positions=False,
+            y, f, every_face, forced=every_vertex, listener=listener, rings=0, keep_positions=False
         )
     return x
 
@@ -94,14 +86,10 @@ def embed_nearby(
     If it does not, it returns `x` itself. Vertices that are `fixed` stay. `grid` rounds unit rows to the positions that
     are allowed.
     """
-    bad, none = folded_faces(x, f), np.zeros(len(x), dtype=bool)
-    if fixed is None:
-        fixed = none
+    bad = folded_faces(x, f)
     if bad.any():
         with suppress(_RegionTooSmall, _TooCoarse):
-            return _rebuild_locally(
-                x, f, bad, forced=none, fixed=fixed, grid=grid, listener=listener
-            )
+            return _rebuild_locally(x, f, bad, fixed=fixed, grid=grid, listener=listener)
     return x
 
 
@@ -147,7 +135,6 @@ def _embed_cluster(
 ) -> FloatArray:
     """Repair the foldings among some faces, in ever more room; if the grid is too coarse, vertices spread out."""
     forced, rings, keep = np.zeros(len(x), dtype=bool), REMOVED_RINGS, True
-    fixed = np.zeros_like(forced)
     while (bad := cluster & folded_faces(x, f)).any():
         try:
             return _rebuild_locally(
@@ -155,7 +142,6 @@ def _embed_cluster(
                 f,
                 bad,
                 forced=forced,
-                fixed=fixed,
                 grid=grid,
                 listener=listener,
                 rings=rings,
@@ -197,10 +183,10 @@ def _rebuild_locally(
     f: IntArray,
     bad: BoolArray,
     *,
-    forced: BoolArray,
-    fixed: BoolArray,
-    grid: Grid,
-    listener: PositionsListener | None,
+    forced: BoolArray | None = None,
+    fixed: BoolArray | None = None,
+    grid: Grid = unit_rows,
+    listener: PositionsListener | None = None,
     rings: int = REMOVED_RINGS,
     keep_positions: bool = True,
 ) -> FloatArray:
@@ -209,12 +195,13 @@ def _rebuild_locally(
     Vertices that are `fixed` stay. With `keep_positions` vertices return to their positions, or as near as their
     kernels allow; else they spread out.
     """
-    around = forced.copy()
-    around[f[bad]] = True
-    faces = touching(f, dilate(f, around, rings))
+    if forced is None:
+        forced = np.zeros(len(x), dtype=bool)
+    faces = touching(f, dilate(f, forced | marked(f[bad], len(x)), rings))
     vertices, local = np.unique(f[faces], return_inverse=True)
-    frozen = fixed.copy()
-    frozen[f[~faces]] = True
+    frozen = marked(f[~faces], len(x))
+    if fixed is not None:
+        frozen |= fixed
     mesh = ProgressiveMesh(local.reshape(-1, 3), x[vertices], frozen[vertices], grid)
     notify = None
     if listener is not None:

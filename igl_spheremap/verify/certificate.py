@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..errors import Remedy
 from ..gate import gate
 from ..mesh.arrays import EPS, FloatArray, IntArray, check_rows, check_triangles, plain_array
-from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
+from ..mesh.check import MapLike, Mesh, check_faces, not_finite, rows_and_faces
 from ..mesh.disk import disk_rim
 from ..sphere.rows import row_lengths, scale_rows, unit_rows
 from ..timings import phase
@@ -84,15 +84,8 @@ class Certificate:
         Certificate
             The foldings and the degree.
         """
-        nothing = np.empty(0, dtype=np.int64)
-        if not np.isfinite(x).all():
-            return cls(
-                nothing,
-                nothing,
-                0,
-                not_finite=np.flatnonzero(~np.isfinite(x).all(axis=1)),
-                faces=len(f),
-            )
+        if len(bad := not_finite(x)):
+            return cls(bad[:0], bad[:0], 0, bad, faces=len(f))
         signs = orientation_signs(x, f)
         off_sphere = np.flatnonzero(np.abs(row_lengths(x) - 1) > UNIT_TOLERANCE)
         scaled = x
@@ -126,16 +119,8 @@ class Certificate:
         Certificate
             The foldings, and where the boundary crosses itself.
         """
-        nothing = np.empty(0, dtype=np.int64)
-        if not np.isfinite(p).all():
-            return cls(
-                nothing,
-                nothing,
-                0,
-                np.flatnonzero(~np.isfinite(p).all(axis=1)),
-                boundary_loops=1,
-                faces=len(f),
-            )
+        if len(bad := not_finite(p)):
+            return cls(bad[:0], bad[:0], 0, bad, boundary_loops=1, faces=len(f))
         signs, crossings = plane_signs(p, f), rim[rim_crossings(p, rim)]
         degree = 0
         if not len(crossings):
