@@ -37,14 +37,9 @@ _MOVED_RINGS = 2
 RELAXED_RINGS = 2
 
 
-def most_of_few(f: IntArray) -> float:
-    """The largest number of foldings that count as few, see `FEW`."""
-    return max(1.0, FEW * len(f))
-
-
 def has_few_foldings(certificate: Certificate, f: IntArray) -> bool:
     """True if the foldings are to be repaired locally: at most one percent of the faces, and degree 1."""
-    return certificate.foldings <= most_of_few(f) and certificate.degree == 1
+    return certificate.foldings <= max(1.0, FEW * len(f)) and certificate.degree == 1
 
 
 def repair_locally(
