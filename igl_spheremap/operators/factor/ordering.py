@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import reverse_cuthill_mckee
+from scipy.sparse.csgraph import breadth_first_order
 
 from .graph_sphere import graph_sphere
 
@@ -28,11 +28,14 @@ class Dissection:
 
 
 def bandwidth_order(P: sp.csr_matrix) -> np.ndarray:
-    """Order that keeps neighbours close in memory (reverse Cuthill-McKee): the vertex that comes i-th.
+    """Order that keeps neighbours close in memory, breadth first from the last vertex to the first: the i-th vertex.
 
-    A good start for minimum degree orders, which break ties by index.
+    A good start for minimum degree orders, which break ties by index. Vertices that no path joins to 0 come first.
     """
-    return reverse_cuthill_mckee(P, symmetric_mode=True)
+    found = breadth_first_order(P, 0, return_predecessors=False)
+    apart = np.ones(P.shape[0], dtype=bool)
+    apart[found] = False
+    return np.append(np.flatnonzero(apart).astype(found.dtype), found[::-1])
 
 
 def inverse_permutation(order: np.ndarray) -> np.ndarray:
