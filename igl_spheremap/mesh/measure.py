@@ -250,7 +250,7 @@ def rounding_notes(v: FloatArray, f: IntArray, share: float = 0.01) -> list[str]
     (0, 1)
     """
     step = float(np.spacing(np.float32(min(np.abs(v).max(), np.finfo(np.float32).max))))
-    sample = f[spread(len(f), 10_000)]
+    sample = f[spread(len(f), 1000)]
     edge = float(np.median(np.linalg.norm(v[sample] - v[np.roll(sample, 1, axis=1)], axis=2)))
     if step <= share * edge or (v != v.astype(np.float32)).any():
         return []
