@@ -7,6 +7,9 @@ distance and the direction: distances range over thousands of nepers, and float6
 
 The depth of a vertex, in nepers, is minus the logarithm of the length of its edges on the sphere. Beside an end of an
 axis with a tip (poles.py), coordinates are finer: there their length is divided by the distance from it.
+
+`unroll` is the way through this file: it chooses the hole and the angles to aim at, closes these (close_angles.py),
+lays the faces out by them (`Layout.of`), and puts the layout where the sphere is centred (`centred`).
 """
 
 from __future__ import annotations
@@ -24,7 +27,15 @@ from ..mesh.check import Mesh
 from ..mesh.edges import half_edges, sides
 from ..mesh.measure import corner_angles, log_edges, weighted_quantile
 from ..newton.system import VertexSystem
-from ..sphere.log_plane import Anchored, exponential, log_sum, logarithm, plane_angles, to_ball
+from ..sphere.log_plane import (
+    Anchored,
+    exponential,
+    log_sum,
+    logarithm,
+    plane_angles,
+    rows_at,
+    to_ball,
+)
 from ..sphere.moebius import best_rotation, conformal_barycentre, orientation_target
 from ..sphere.rows import to_chart, unit_rows
 from ..start.punctured import candidate_faces
@@ -37,10 +48,10 @@ About = Callable[[int], ComplexArray]
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """Positions in the plane, which inverse stereographic projection takes to the sphere."""
+    """A layout whose place and size in the plane are chosen, for inverse stereographic projection to the sphere."""
 
     f: IntArray
-    #: Their logarithms.
+    #: Logarithms of the positions.
     log: ComplexArray
     #: Depth of each vertex in nepers, as the head of this file says.
     depth: FloatArray
@@ -144,6 +155,7 @@ class Layout:
         kept = np.repeat(np.arange(len(f)) != hole, 3)
         start, end = (vertices[kept] for vertices in sides(f))
         length, turn = log_length.ravel()[kept], direction.ravel()[kept]
+        # each half-edge, and the way back
         key = np.append(start * n + end, end * n + start)
         order = np.argsort(key, kind="stable")
         steps = np.append(length, length)[order] + 1j * np.append(turn, turn + np.pi)[order]
@@ -233,18 +245,17 @@ def lengths_and_directions(
 
 def centred(mesh: Mesh, layout: Layout) -> Placed:
     """Place a layout so that inverse stereographic projection centres the area of the source."""
-    area, log = mesh.A, layout.about(int(np.argmin(layout.log_edge)))
-    unit = weighted_quantile(log.real, area)
+    log = layout.about(int(np.argmin(layout.log_edge)))
+    unit = weighted_quantile(log.real, mesh.A)
     log -= unit
     # The conformal barycentre is a point (c, size) of the half-space over the plane: an affine map centres it.
-    p = conformal_barycentre(to_ball(Anchored(exponential(log))).astype(np.float64), area)
+    p = conformal_barycentre(rows_at(log), mesh.A)
     square = p[0] ** 2 + p[1] ** 2 + (1 + p[2]) ** 2
     size = np.log((1 - p @ p) / square)
     log, unit = log_sum(log, logarithm(-2 * (p[0] + 1j * p[1]) / square)) - size, unit + size
+    # an edge of the plane is 2 / (1 + |z|^2) times as long on the sphere
     depth = unit + np.logaddexp(0, 2 * log.real) - np.log(2) - layout.log_edge
-    turn = best_rotation(
-        to_ball(Anchored(exponential(log))).astype(np.float64), orientation_target(mesh), area
-    )
+    turn = best_rotation(rows_at(log), orientation_target(mesh), mesh.A)
     return Placed(
         layout.f,
         log,

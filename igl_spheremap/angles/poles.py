@@ -14,7 +14,7 @@ from typing import TypeGuard
 import numpy as np
 
 from ..mesh.arrays import ComplexArray, FloatArray
-from ..sphere.log_plane import Anchored, exponential, log_sum, logarithm, to_ball
+from ..sphere.log_plane import exponential, log_sum, logarithm, rows_at
 from ..sphere.riemann import projective_frame
 from .candidates import Start
 from .deep_limbs import floor_of, normal_range, shorten_limbs, tips_beyond
@@ -42,7 +42,7 @@ def at_poles(placed: Placed, floor: float) -> Placed:
     """
     roots = [tip.vertex for tip in tips_beyond(placed, floor) if tip.meets < 0]
     tips = sorted(roots, key=lambda tip: -placed.depth[tip])[:3]
-    on_sphere = to_ball(Anchored(placed.points.z[tips])).astype(np.float64) @ placed.turn
+    on_sphere = rows_at(placed.log[tips]) @ placed.turn
     ends = _nearest_ends(on_sphere)
     turn = _away_from_infinity(ends)
     source, image = _completed(on_sphere, ends)
@@ -54,8 +54,7 @@ def at_poles(placed: Placed, floor: float) -> Placed:
     )
 
     in_plane = ends @ turn.T
-    points = to_ball(Anchored(exponential(numerator - denominator))).astype(np.float64)
-    nearest = (points @ in_plane.T).argmax(axis=1)
+    nearest = (rows_at(numerator - denominator) @ in_plane.T).argmax(axis=1)
     anchor = (in_plane[:, 0] + 1j * in_plane[:, 1])[nearest]
     about = about_images(placed.about, denominator)
     log = np.choose(nearest, [about(tip) for tip in tips])

@@ -75,6 +75,11 @@ def to_ball(points: Anchored) -> LongFloat:
     return np.column_stack((plane.real, plane.imag, np.where(anchor == 0, height, -along.real)))
 
 
+def rows_at(log: ComplexArray) -> FloatArray:
+    """Unit rows, in float64, at points of the plane by their complex logarithms."""
+    return to_ball(Anchored(exponential(log))).astype(np.float64)
+
+
 def plane_angles(z: ComplexArray) -> FloatArray:
     """Signed corner angles of triangles in the plane, (m, 3): negative where folded, 0 where corners coincide."""
     after, before = np.roll(z, -1, axis=1) - z, np.roll(z, 1, axis=1) - z

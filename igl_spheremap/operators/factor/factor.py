@@ -180,29 +180,36 @@ class Cholmod(Analysis):
         import cvxopt
 
         # cvxopt.cholmod is set a moment after another thread has imported it
-        from cvxopt import amd, cholmod
+        from cvxopt import cholmod
 
         super().__init__(entries)
         self._cvxopt: Any = cvxopt
         self._cholmod: Any = cholmod
-        graph, given = entries.graph, {"p": cvxopt.matrix(np.arange(entries.n))}
-        if entries.n >= self.dissects_from:
-            vertices, tried = nested_dissection(graph).order, 1
-            if entries.repeated:
-                tried = 2
-        elif entries.unknowns > 1:
-            # minimum degree on the vertices' graph: a quarter of the entries, the same fill
-            vertices = bandwidth_order(graph)
-            half = self._matrix(*Entries.of(graph).lower(vertices), len(vertices))
-            vertices, tried = vertices[np.asarray(amd.order(half)).ravel()], 1
-        else:
-            vertices, tried, given = bandwidth_order(graph), 0, {}
+        vertices, tried = self._order_of_vertices()
+        given = {}
+        if tried:
+            given = {"p": cvxopt.matrix(np.arange(entries.n))}
         self._order = entries.expanded(vertices)
         self._A = self._matrix(*entries.lower(self._order), entries.n)
         self._entry = np.asarray(self._A.V, dtype=np.int64).ravel()  # cvxopt sorts by columns
-        # number of orders to try, the given one first; 0 leaves the choice to CHOLMOD
         with self._options(nmethods=tried):
             self._symbolic = cholmod.symbolic(self._A, **given)
+
+    def _order_of_vertices(self) -> tuple[np.ndarray, int]:
+        """An order, and the number of orders to try, this one first; 0 leaves the choice to CHOLMOD."""
+        from cvxopt import amd
+
+        graph, tried = self.entries.graph, 1
+        if self.entries.n >= self.dissects_from:
+            if self.entries.repeated:
+                tried = 2
+            return nested_dissection(graph).order, tried
+        vertices = bandwidth_order(graph)
+        if self.entries.unknowns == 1:
+            return vertices, 0
+        # minimum degree on the vertices' graph: a quarter of the entries, the same fill
+        half = self._matrix(*Entries.of(graph).lower(vertices), len(vertices))
+        return vertices[np.asarray(amd.order(half)).ravel()], tried
 
     def _matrix(self, rows: np.ndarray, columns: np.ndarray, values: np.ndarray, n: int) -> Any:
         A = sp.coo_matrix((values.astype(np.float64), (rows, columns)), shape=(n, n))
