@@ -223,6 +223,11 @@ def remove_boosts(
     gram = total * np.eye(3) - weighted_moment(scaled, x, x)  # inner products of the three boosts
     ridge = 1e-14 * total * np.eye(3)  # the sum is singular for a map to one point
     e = np.linalg.solve(gram + ridge, weighted_sum(weights, t))
+    boost = along(x, e)[:, None] * x
     if l2_ratio is None:
-        return t - e + along(x, e)[:, None] * x
-    return t - l2_ratio[:, None] * (e - along(x, e)[:, None] * x)
+        boost += t - e
+    else:
+        boost -= e
+        boost *= l2_ratio[:, None]
+        boost += t
+    return boost

@@ -140,7 +140,8 @@ def tangent(x: FloatArray, h: FloatArray) -> FloatArray:
     >>> tangent(np.array([[0.0, 0.0, 1.0]]), np.array([[1.0, 2.0, 3.0]]))
     array([[1., 2., 0.]])
     """
-    return h - row_dots(x, h)[:, None] * x  # eq. (9)
+    normal = row_dots(x, h)[:, None] * x
+    return np.subtract(h, normal, out=normal)  # eq. (9)
 
 
 def to_chart(x: FloatArray, pole: FloatArray) -> ComplexArray:
