@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
+import scipy.sparse as sp
 
 from ..descent.line_search import NonmonotoneSearch
 from ..descent.problem import Problem
+from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
 from ..paper.hooks import Hooks
 from ..paper.optm import TRIALS
-from ..result.run import Iterate, Round, Status
+from ..paper.star_map import EigenProjection, project_unweighted
+from ..result.run import Iterate
 from ..verify.certificate import Certificate
+from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
 
 #: The Moebius gauge is restored when the weighted mean of the map is farther than this from the origin. The second
@@ -70,13 +76,13 @@ class Confined(Hooks):
 
 
 class Safeguards(Confined):
-    """For Algorithm 2: minimise first, then correct; if a map has shrunk, begin again without weights.
+    """For Algorithm 2: minimise first, then correct; if a map has shrunk, its weights may be left out.
 
     The first minimisation is not confined: half of the faces of a Gauss map are folded, and on the way there may be
     more. No step may fold more faces than the star map from which it starts.
 
     As a map shrinks to a point its degree becomes 0, and its energy falls below 4 pi, the least of a smooth map of
-    degree 1. Then its conformal factor is useless, so the star map has the weight e^{2u} = 1.
+    degree 1. Then its conformal factor may be useless, so a star map with the weight e^{2u} = 1 is tried, too.
     """
 
     def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
@@ -95,15 +101,22 @@ class Safeguards(Confined):
             return False
         return Certificate.of(last.x, self._mesh.f).degree == 0
 
-    def goes_on(self, record: Round) -> bool:
-        """Whether another star map is made: one, if the first minimisation folds; the rest is left to the repair."""
-        return record.round == 0 and super().goes_on(record)
+    def project(self, mesh: Mesh, L: sp.csr_matrix, x: FloatArray) -> EigenProjection:
+        """The star map; where the map has shrunk, the better one of that and the star map without weights."""
+        if Certificate.of(x, mesh.f).degree != 0:
+            return super().project(mesh, L, x)
+        unweighted = project_unweighted(mesh, L, x, self._problem.centred)
+        found = [unweighted]
+        with suppress(FactorisationFailed):  # a map to two points has no weights
+            found.append(super().project(mesh, L, x))
+        best = min(found, key=self._off)
+        self._count("restarted", best is unweighted)
+        return best
 
-    def restarts(self, record: Round) -> bool:
-        """Whether the map has shrunk."""
-        has_shrunk = record.status is Status.COLLAPSED
-        self._count("restarted", has_shrunk)
-        return has_shrunk
+    def _off(self, found: EigenProjection) -> tuple[int, float]:
+        """How far a star map is from a conformal one: by its degree, then by its angles."""
+        degree = Certificate.of(found.star_map, self._mesh.f).degree
+        return abs(degree - 1), mean_angle_difference(self._mesh, found.star_map)
 
     def _bound(self, x: FloatArray) -> float:
         is_first, self._is_first = self._is_first, False

@@ -46,7 +46,7 @@ def spherical_conformal_map(
     method : str or Method
         "auto" (the fast pipeline, the default), "lai2014" (the paper: Algorithm 2 around Algorithm 1, from the Gauss
         map), or a baseline that the paper compares with: "gu-yau" (gradient descent), "stereographic" (a punctured
-        plane). A name runs the method with its defaults; a record, such as ``ism.Lai2014(rounds=1)``, with options:
+        plane). A name runs the method with its defaults; a record, such as ``ism.Lai2014(rounds=2)``, with options:
         see `Auto`, `Lai2014`, `GuYau`, `Stereographic`.
     tolerance : float, default 1e-3
         This and the next five are options of "auto", see `Auto`; other methods take theirs by record. Steps end when

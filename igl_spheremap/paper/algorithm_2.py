@@ -8,7 +8,6 @@ from ..result.run import Iterate, Run, Stage, Status
 from .algorithm_1 import algorithm_1
 from .hooks import nonzero
 from .setup import Setup
-from .star_map import project, project_unweighted
 
 
 def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
@@ -17,12 +16,11 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
     for k in range(setup.options.rounds + 1):
         last, record = algorithm_1(setup, start)  # Algorithm 2, steps 1 and 4
         rounds.append(record)
-        if k == setup.options.rounds or record.status is Status.STOPPED:
-            break
-        if not setup.hooks.goes_on(record):
+        is_free, is_stopped = record.foldings_after == 0, record.status is Status.STOPPED
+        if is_free or is_stopped or k == setup.options.rounds:
             break
         try:
-            start = star_map(setup, last, k + 1, setup.hooks.restarts(record))
+            start = star_map(setup, last, k + 1)
         except FactorisationFailed:
             notes = (
                 *notes,
@@ -33,15 +31,9 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
     return last.x, Run(record.status, last.energy, rounds=tuple(rounds), notes=notes)
 
 
-def star_map(setup: Setup, last: Iterate, round: int, restarts: bool) -> Iterate:
-    """The next round's start: the star map of the eigenfunctions weighted by the last map's conformal factor.
-
-    If the run `restarts`, it is the star map of unweighted eigenfunctions, projected again.
-    """
-    if restarts:
-        found = project_unweighted(setup.mesh, setup.L, last.x, setup.problem.centred)
-    else:
-        found = project(setup.mesh, setup.L, last.x)  # Algorithm 2, step 2
+def star_map(setup: Setup, last: Iterate, round: int) -> Iterate:
+    """The next round's start: the star map of the eigenfunctions weighted by the last map's conformal factor."""
+    found = setup.hooks.project(setup.mesh, setup.L, last.x)  # Algorithm 2, step 2
     return setup.start(  # Algorithm 2, step 3
         Stage.STAR_MAP,
         found.star_map,

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
+import scipy.sparse as sp
 
 from ..descent.line_search import NonmonotoneSearch
 from ..mesh.arrays import FloatArray
-from ..result.run import Iterate, Round
+from ..mesh.check import Mesh
+from ..result.run import Iterate
+from .star_map import EigenProjection, project
 
 
 class Hooks:
@@ -45,13 +48,9 @@ class Hooks:
         """Whether the run ends here, though its gradient is above the tolerance of step 2."""
         return False
 
-    def goes_on(self, record: Round) -> bool:
-        """Whether Algorithm 2 makes another star map after a round."""
-        return record.foldings_after > 0
-
-    def restarts(self, record: Round) -> bool:
-        """Whether this star map has the weight e^{2u} = 1 in place of the conformal factor of the last map."""
-        return False
+    def project(self, mesh: Mesh, L: sp.csr_matrix, x: FloatArray) -> EigenProjection:
+        """The star map from which Algorithm 2 goes on after the map x."""
+        return project(mesh, L, x)
 
     def step(self, tau: float, taken: float) -> float:
         """The quotient of eq. (12); if it is 0, infinite or 0/0, the step taken before."""

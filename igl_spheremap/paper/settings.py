@@ -36,9 +36,9 @@ class Lai2014(Method):
     plateau : float, default 5e-7
         Each minimisation ends, too, when its lowest energy fell by less than this share over the last 100 iterations:
         limbs go on changing for thousands of iterations after the rest has converged.
-    rounds : int, default 3
-        Maximum number of times that foldings are removed; 0 is Algorithm 1 alone, whose folds stay. With safeguards it
-        is at most once, since a second time removes none.
+    rounds : int, default 1
+        Maximum number of times that foldings are removed; 0 is Algorithm 1 alone, whose folds stay. With safeguards a
+        second time removed none on any of 156 bodies.
     rho : float, default 1e-4
         Share of the predicted decrease that a step must reach.
     delta : float, default 0.1
@@ -102,7 +102,7 @@ class Lai2014(Method):
     gradient_tolerance: float = 1e-3
     max_iterations: int = 5000
     plateau: float = 5e-7
-    rounds: int = 3
+    rounds: int = 1
     rho: float = 1e-4
     delta: float = 0.1
     xi: float = 0.85
@@ -157,6 +157,7 @@ class Lai2014(Method):
         printed: dict[str, Any] = {
             "gradient_tolerance": 1e-10,
             "plateau": 0.0,
+            "rounds": 3,
             "edge_weights": "cotangent",
             "metric": "areas",
             "may_fold": True,

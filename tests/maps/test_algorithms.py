@@ -43,6 +43,24 @@ def test_surfaces_whose_gauss_map_is_no_start_begin_at_unweighted_eigenfunctions
     assert result.certificate.folding_free
 
 
+def test_a_note_says_that_a_round_began_without_weights():
+    result = ism.algorithm_2(X * [1, 1, 0], F, method=ism.Lai2014(max_iterations=5))
+    assert any("1 round began at unweighted eigenfunctions" in note for note in result.notes)
+
+
+def test_the_weights_of_a_map_that_has_shrunk_are_used_where_their_star_map_is_the_better_one():
+    v, f = ism.samples.make("dumbbell", n_vertices=300)
+    seen = []
+    result = ism.algorithm_2(v, f, listener=seen.append)
+    k = [iterate.stage for iterate in seen].index("star map")
+    last, star = seen[k - 1].x, seen[k].x
+    assert ism.certify(last, f).degree == 0
+    assert ism.certify(star, f).degree == 1
+    weighted = ism.weighted_eigen_projection(v, f, last).star_map
+    assert np.allclose(star, weighted, atol=1e-6)
+    assert not any("unweighted" in note for note in result.notes)
+
+
 def test_a_listener_can_stop_at_a_star_map():
     v, f = ism.samples.make("dino", n_vertices=1500)
 

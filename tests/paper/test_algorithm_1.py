@@ -10,7 +10,7 @@ from triangulations import icosphere
 import igl_spheremap as ism
 from igl_spheremap.descent.energies import HarmonicEnergy
 from igl_spheremap.descent.line_search import NonmonotoneSearch
-from igl_spheremap.descent.minimize import minimize, minimize_round
+from igl_spheremap.descent.minimize import minimize
 from igl_spheremap.descent.problem import Problem, l2_metric
 from igl_spheremap.maps.safeguards import Confined
 from igl_spheremap.mesh.measure import vertex_normals
@@ -86,13 +86,16 @@ def test_the_slope_of_the_search_is_the_derivative_along_the_path():
     assert slopes[0] < 0
 
 
-def test_another_star_map_is_made_while_a_single_folding_is_left():
-    _, record = minimize_round(
-        MESH, "start", START, cayley_bb(PROBLEM, START, Hooks()), Stage.ALGORITHM_1,
-        tolerance=1.0, max_iterations=1,
-    )  # fmt: skip
-    for foldings, more in ((0, False), (1, True), (9, True)):
-        assert Hooks().goes_on(replace(record, foldings_after=foldings)) == more
+@pytest.mark.parametrize("faces", [[], [0], [0, 100]], ids=len)
+def test_a_star_map_is_made_while_a_single_folding_is_left(faces):
+    """A corner that has moved across the side opposite to it folds its face alone."""
+    start = X.copy()
+    for i, j, k in F[faces]:
+        start[i] = X[j] + X[k] - X[i] / 50
+    method = ism.Lai2014.as_printed(max_iterations=0, rounds=1)
+    result = ism.algorithm_2(MESH.v, F, start=start, method=method)
+    assert result.rounds[0].foldings_after == len(faces)
+    assert len(result.rounds) == 1 + (len(faces) > 0)
 
 
 def test_gradient_vanishes_at_the_minimum():

@@ -102,7 +102,7 @@ def test_where_a_star_map_fails_the_run_ends_with_the_map_before_and_names_the_r
             raise FactorisationFailed("planted")
         return project(*args)
 
-    monkeypatch.setattr("igl_spheremap.paper.algorithm_2.project", second_fails)
+    monkeypatch.setattr("igl_spheremap.paper.hooks.project", second_fails)
     method = ism.Lai2014.as_printed(max_iterations=5, rounds=4)
     result = ism.algorithm_2(BIRD, BIRD_F, method=method, listener=seen.append)
     assert len(result.rounds) == 2
