@@ -76,14 +76,18 @@ def minimize_round(
     stage: Stage,
     *,
     round: int = 0,
+    end: Callable[[Iterate], Iterate] | None = None,
     **rules: Any,
 ) -> tuple[Iterate, Round]:
     """`minimize` by its `rules` from the map `x`, called `start`, and count the foldings before and after.
 
+    `end` may put another iterate in the place of the last one, unless the listener has stopped the run.
     A map of degree 0 has collapsed.
     """
     began = time.perf_counter()
     last, status = minimize(states, stage, round=round, **rules)
+    if end is not None and status is not Status.STOPPED:
+        last = end(last)
     seconds = time.perf_counter() - began
     before, after = Certificate.of(x, mesh.f), Certificate.of(last.x, mesh.f)
     if after.degree == 0 and status is not Status.STOPPED:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,10 +13,12 @@ from ..descent.problem import Problem
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
 from ..mesh.check import Mesh
+from ..mesh.measure import surface_area
 from ..paper.hooks import Hooks
 from ..paper.optm import TRIALS
 from ..paper.star_map import EigenProjection, project_unweighted
 from ..result.run import Iterate
+from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
 from ..verify.signs import folded_faces
@@ -88,6 +91,19 @@ class Safeguards(Confined):
     def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
         super().__init__(mesh, problem, may_fold)
         self._is_first = True
+        #: The start of a round after the first, until that ends.
+        self._star_map: FloatArray | None = None
+
+    def end(self, last: Iterate) -> Iterate:
+        """The last map; if it is too coarse for chord energies and the star map keeps angles better, the star map."""
+        star_map, self._star_map = self._star_map, None
+        if star_map is None or not is_coarse(surface_area(last.x, self._mesh.f)):
+            return last
+        before, after = (mean_angle_difference(self._mesh, x) for x in (star_map, last.x))
+        if after <= before:
+            return last
+        energy = self._problem.energy.evaluate(star_map)[0]
+        return replace(last, iteration=0, x=star_map, energy=energy)
 
     def search(self, energy: float, rho: float, delta: float, xi: float) -> NonmonotoneSearch:
         """A search that soon gives up when folds are refused: the next step would fold the same faces."""
@@ -122,4 +138,5 @@ class Safeguards(Confined):
         is_first, self._is_first = self._is_first, False
         if self._may_fold or is_first:
             return np.inf
+        self._star_map = x
         return self._foldings(x)

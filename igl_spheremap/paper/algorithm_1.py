@@ -37,6 +37,7 @@ def algorithm_1(setup: Setup, start: Iterate) -> tuple[Iterate, Round]:
         max_iterations=options.max_iterations,
         plateau=options.plateau,
         settled=setup.hooks.settled,
+        end=setup.hooks.end,
         listener=setup.listener,
     )
 

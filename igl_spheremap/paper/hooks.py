@@ -48,6 +48,10 @@ class Hooks:
         """Whether the run ends here, though its gradient is above the tolerance of step 2."""
         return False
 
+    def end(self, last: Iterate) -> Iterate:
+        """The map with which Algorithm 1 ends."""
+        return last
+
     def project(self, mesh: Mesh, L: sp.csr_matrix, x: FloatArray) -> EigenProjection:
         """The star map from which Algorithm 2 goes on after the map x."""
         return project(mesh, L, x)
