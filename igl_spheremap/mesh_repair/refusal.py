@@ -25,7 +25,6 @@ from ..mesh.edges import direction_components, pinched_vertices, shared_edges, s
 from . import REPAIRS
 from .handles import short_loop
 from .polygons import polygons_in, triangulated
-from .seam import TIPS
 from .surface import Surface, holes_text, percent
 from .topology import usable_faces
 from .welding import weld_tolerance
@@ -241,7 +240,7 @@ class Refusal:
         if not self._closed and "cut" not in options:
             kept = 1
             if work.genus or not loops:
-                options["cut"], kept = TIPS, 0
+                options["cut"], kept = 4, 0  # tips
         if loops > kept and (self._closed or work.genus or "cut" not in self.asked.options):
             options["holes"] = "fill"
         if work.genus:

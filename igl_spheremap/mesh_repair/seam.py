@@ -12,9 +12,6 @@ from ..errors import MeshError
 from ..mesh.arrays import TINY, FloatArray, IntArray, own_unit
 from ..mesh.edges import edge_keys, sides
 
-#: Tips that errors suggest to cut through.
-TIPS = 4
-
 
 def seam(
     v: FloatArray, f: IntArray, points: IntArray | int, rims: Sequence[IntArray] = ()

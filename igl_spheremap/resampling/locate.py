@@ -20,8 +20,6 @@ from ..timings import counted
 from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from ..verify.signs import determinant_signs
 
-_BLOCK = 1 << 13  # queries at once, so that their candidates stay in cache
-
 
 @dataclass(frozen=True, eq=False)
 class Location:
@@ -156,8 +154,9 @@ class SphereLocator:
         q = unit_rows(check_directions(points, name="points"))
         first = np.full(len(q), len(self.f))
         order = self._tree.order_of(q)
-        for start in counted("locating", range(0, len(q), _BLOCK)):
-            block = order[start : start + _BLOCK]
+        size = 1 << 13  # queries at once, so that their candidates stay in cache
+        for start in counted("locating", range(0, len(q), size)):
+            block = order[start : start + size]
             query, face = self._tree.candidates(q[block])
             query, corners = block[query], self._corners(face)
             inside = np.ones(len(face), dtype=bool)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -27,8 +28,6 @@ from .weights import (
     largest,
     linear_matrix,
 )
-
-_DEEPEST = 9  # ico:9 has 2.6 million vertices
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,9 +265,9 @@ def regular_mesh(name: str) -> tuple[FloatArray, IntArray]:
     >>> regular_mesh("ico:5")[0].shape
     (10242, 3)
     """
-    kind, _, depth = name.partition(":")
-    if kind != "ico" or not depth.isdigit() or int(depth) > _DEEPEST:
-        raise ValueError(f"{name!r} is not a regular sphere: give ico:0 to ico:{_DEEPEST}")
+    if not re.fullmatch("ico:[0-9]", name):  # ico:9 has 2.6 million vertices
+        raise ValueError(f"{name!r} is not a regular sphere: give ico:0 to ico:9")
+    depth = name[-1]
     return regular_sphere(10 * 4 ** int(depth) + 2)
 
 

@@ -24,9 +24,6 @@ from .flow import meet
 from .levels import Level
 from .strain import ComposedStrain, log_strain
 
-#: Weight of a soft landmark's squared chord: it leaves distances of some .01.
-_SOFT = 10.0
-
 
 class Objective(NamedTuple):
     """Function to lower on a level.
@@ -215,7 +212,8 @@ class Descent:
             terms.append(Misfit(weights, values, self.pair.target(objective.widths)))
         if self._soft:
             weights, rows = np.zeros(len(y)), np.zeros_like(y)
-            weights[source.landmarks], rows[source.landmarks] = _SOFT, self._goals
+            # ten times the squared chord leaves distances of some .01
+            weights[source.landmarks], rows[source.landmarks] = 10.0, self._goals
             terms.append(Misfit(weights, rows, _position))
         return terms
 
@@ -226,18 +224,16 @@ def _position(y: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def distance_between(source: Level, target: Level, y: FloatArray) -> float:
-    """Measure the root mean square distance of the source's points from their images, after a similarity."""
-    there = target.at(y, target.map.mesh.unit)
-    off = similar(there, source.map.mesh.unit, source.map.mesh.A, there) - source.map.mesh.unit
-    return float(np.sqrt(source.map.mesh.A @ row_dots(off, off)))
+    """Measure the root mean square distance of the source's points from their images, after a similarity.
 
-
-def similar(p: FloatArray, q: FloatArray, weights: FloatArray, points: FloatArray) -> FloatArray:
-    """Move points by the similarity that brings rows p nearest to rows q in weighted squares (Procrustes)."""
-    weights = weights / weights.sum()
-    centre, goal = weighted_sum(weights, p), weighted_sum(weights, q)
-    P, Q = p - centre, q - goal
+    It is the one that brings the images nearest in weighted squares (Procrustes).
+    """
+    mesh, there = source.map.mesh, target.at(y, target.map.mesh.unit)
+    weights = mesh.A / mesh.A.sum()
+    goal = weighted_sum(weights, mesh.unit)
+    P, Q = there - weighted_sum(weights, there), mesh.unit - goal
     R = best_rotation(P, Q, weights)
     W = weights[:, None]
     scale = inner(W * (P @ R), Q) / inner(W * P, P)
-    return scale * (points - centre) @ R + goal
+    off = scale * P @ R + goal - mesh.unit
+    return float(np.sqrt(mesh.A @ row_dots(off, off)))

@@ -13,6 +13,7 @@ from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import BoolArray, FloatArray, IntArray
 from ...mesh.check import check_mesh
+from ...mesh.edges import edge_keys
 from ...mesh.measure import inside_out
 from ...newton.system import VertexSystem
 from ...resampling.locate import Location, locator_of
@@ -136,7 +137,7 @@ def bisected(f: IntArray, length: FloatArray, n: int) -> tuple[IntArray, IntArra
     face = np.arange(len(f))
     corner = length.argmax(axis=1)
     i, j = f[face, corner - 2], f[face, corner - 1]  # counter-clockwise
-    key = np.where(length.max(axis=1) > 0, np.minimum(i, j) * n + np.maximum(i, j), -1 - face)
+    key = np.where(length.max(axis=1) > 0, edge_keys(i, j, n), -1 - face)
     _, first, pair, count = np.unique(
         key, return_index=True, return_inverse=True, return_counts=True
     )

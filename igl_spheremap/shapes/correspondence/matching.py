@@ -33,11 +33,6 @@ from .registration import reflected
 from .stretch import LOST, Distortion
 from .surface_map import SurfaceMap
 
-#: Weight of curvature and depth on the way: strain alone pairs the folds of cortices wrongly (docs/correspondence.md).
-_GUIDE = 0.4
-#: Points of the coarse levels, of which none is finer than the source. The first is fast enough for every start; from
-#: there to 10,000 and more vertices at once faces in limbs are strained too much to come back.
-_SIZES = (642, 2562)
 #: Shares of the surfaces' metrics, beside the spheres', in turn; each with radians that features are smoothed by.
 _SHARES = {0.25: 0.5, 0.5: 0.3, 0.75: 0.2, 0.9: 0.12, 0.97: 0.07, 1.0: 0.04}
 #: Width of the features' smoothing for rotations and Moebius maps.
@@ -172,9 +167,12 @@ def _descent(
         for each, name in zip(curved, ("source", "target"), strict=True):
             check_varies(each, f"curvature and depth of the {name}")
         features = curved[0], curved[1]
-        guide, last = _GUIDE, 0.0
+        # strain alone pairs the folds of cortices wrongly (docs/correspondence.md)
+        guide, last = 0.4, 0.0
     pair = FeaturePair(source, target, features, [_WIDTH, *_SHARES.values()])
-    sizes = *(size for size in _SIZES if size <= len(source.map.sphere)), None
+    # The first size is fast enough for every start; from there to 10,000 and more vertices at once faces in limbs are
+    # strained too much to come back.
+    sizes = *(size for size in (642, 2562) if size <= len(source.map.sphere)), None
     plan = []
     for size, (share, width) in product(sizes, _SHARES.items()):
         objective = Objective(size, share, (width,), guide, guard=0.05, steps=5)

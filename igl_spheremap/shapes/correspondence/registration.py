@@ -41,7 +41,6 @@ _CHAIN = (
 )
 #: The widths in use, from the widest: without data the depth potential of each is compared.
 WIDTHS = tuple(dict.fromkeys(width for _, _, each in _CHAIN for width in each))
-_UNSURE = 0.9  # a runner-up with this share of the best correlation is tried, and reported
 
 
 class Turn(NamedTuple):
@@ -199,6 +198,7 @@ def register(
     first = WIDTHS[-1]  # data are compared nearly as they are
     if features is None:
         first = _WIDEST
+    unsure = 0.9  # a runner-up with this share of the best correlation is tried, and reported
     progress = _Progress(history, {"start": source.sphere})
     candidates: tuple[RotationCandidate, ...] = ()
 
@@ -212,7 +212,7 @@ def register(
         if "rotation" in stages:
             least = 1.0
             if "elastic" in stages:
-                least = _UNSURE
+                least = unsure
             turned, candidates = laying.start(first, least=least)
             progress.begin("rotation")
             progress.take(turned, 1 - candidates[0].correlation)
@@ -228,7 +228,7 @@ def register(
         before = x
     run = history.complete(result.run, "register")
     return Registration(
-        replace(result, run=run), tuple(ends), candidates, _doubts(candidates, ends)
+        replace(result, run=run), tuple(ends), candidates, _doubts(candidates, ends, unsure)
     )
 
 
@@ -338,11 +338,15 @@ def _report(
 def _doubts(
     candidates: tuple[RotationCandidate, ...],
     stages: list[RegistrationStage],
+    unsure: float,
     loss: float = 0.01,
 ) -> tuple[str, ...]:
-    """Reasons to doubt a registration; smoothing lowers the correlation by less than `loss`."""
+    """Reasons to doubt a registration: a runner-up with the share `unsure` of the best correlation, or losses.
+
+    Smoothing lowers the correlation by less than `loss`.
+    """
     notes = []
-    if len(candidates) > 1 and candidates[1].correlation > _UNSURE * candidates[0].correlation:
+    if len(candidates) > 1 and candidates[1].correlation > unsure * candidates[0].correlation:
         notes.append(
             f"the margin is small: the rotation that was taken correlates {candidates[0].correlation:.3f}, "
             f"another one {candidates[1].correlation:.3f}"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 
 from ...balance.energy import BalancedEnergy
@@ -12,8 +14,7 @@ from ...sphere.rows import row_crosses, row_dots
 from .fits import Target
 from .levels import Level
 
-#: Angles and areas count alike, by MIPS and J + 1/J.
-_WEIGHT, _POWER = 0.5, 1
+E = TypeVar("E", bound=BalancedEnergy)
 
 
 def linear_function(level: Level, values: FloatArray) -> Target:
@@ -69,8 +70,12 @@ class SpaceStrain(BalancedEnergy):
 
 def sphere_strain(level: Level) -> BalancedEnergy:
     """Make the strain of maps of a level's sphere to itself."""
-    faces = FlatFaces.of(level.map.sphere, level.map.faces)
-    return BalancedEnergy(faces, _WEIGHT, _POWER, np.zeros(len(level.map.faces)))
+    return _strain(BalancedEnergy, level.map.sphere, level.map.faces)
+
+
+def _strain(kind: type[E], p: FloatArray, f: IntArray, power: int = 1) -> E:
+    """An energy of maps of faces in which angles and areas count alike, by MIPS and J + 1/J."""
+    return kind(FlatFaces.of(p, f), 0.5, power, np.zeros(len(f)))
 
 
 class ComposedStrain:
@@ -91,8 +96,7 @@ class ComposedStrain:
 
     def __init__(self, source: Level, target: Level, share: float, guard: float) -> None:
         self.f, self._guard = source.map.faces, guard
-        faces = FlatFaces.of(_blended(source, share), source.map.faces)
-        self._strain = SpaceStrain(faces, _WEIGHT, _POWER, np.zeros(len(source.map.faces)))
+        self._strain = _strain(SpaceStrain, _blended(source, share), source.map.faces)
         self._sphere = sphere_strain(source)
         self._target, self._there = target, _scaled(_blended(target, share), target.map.faces)
 
@@ -125,9 +129,7 @@ class ComposedStrain:
 
 def log_strain(source: Level, target: Level, y: FloatArray) -> float:
     """Sum the squared logarithms of stretches from source to target: single faces of high strain count little."""
-    strain = SpaceStrain(
-        FlatFaces.of(source.metric, source.map.faces), _WEIGHT, 0, np.zeros(len(source.map.faces))
-    )
+    strain = _strain(SpaceStrain, source.metric, source.map.faces, power=0)
     return float(strain.by_face(target.at(y, _scaled(target.metric, target.map.faces))).sum())
 
 

@@ -9,10 +9,6 @@ import numpy as np
 from ...mesh.arrays import HALF_DIGITS, FloatArray
 from .laying import Laid
 
-#: If another rotation leads to at most this many times the energy times distance, it fits nearly as well. That of an
-#: octopus with its arms exchanged leads to 1/1.3 times; for correct members the next one leads to 4 times or more.
-_RIVAL = 1.5
-
 
 def member_doubts(
     laid: Laid,
@@ -33,7 +29,7 @@ def member_doubts(
             f"its mirror image lies at {laid.mirrored:.2f} times its distance from the mean: if it is of the "
             "other side of a body, mirror it (x to -x, and its faces reversed)"
         )
-    elif laid.rival < _RIVAL and not alike:
+    elif laid.has_rival and not alike:
         said.append(
             f"turned by {laid.angle:.0f} degrees it fits the mean nearly as well: look whether its parts are "
             "where those of the others are"
@@ -58,7 +54,7 @@ def member_doubts(
 
 def symmetric(laid: Sequence[Laid]) -> bool:
     """Whether at least half of the members fit the mean nearly as well after another rotation."""
-    return float(np.mean([each.rival < _RIVAL for each in laid])) >= 0.5
+    return float(np.mean([each.has_rival for each in laid])) >= 0.5
 
 
 def _unlike(correlations: float | FloatArray) -> FloatArray:
@@ -109,7 +105,7 @@ def group_doubts(
             "the mean, and modes along such turns are chance"
         )
     elif symmetric(laid):
-        angle = np.median([each.angle for each in laid if each.rival < _RIVAL])
+        angle = np.median([each.angle for each in laid if each.has_rival])
         yield (
             f"most members fit the mean nearly as well when they are turned, by {angle:.0f} degrees for instance: "
             "the bodies are symmetric, and modes along such turns are chance"
@@ -123,7 +119,7 @@ def group_doubts(
 
 def drift_doubts(laid: Laid, axis: FloatArray | None) -> Iterator[str]:
     """A doubt of a series' drift in a sentence, by the registration of its last frame to the first one."""
-    if axis is not None or laid.rival < _RIVAL:
+    if axis is not None or laid.has_rival:
         turn = f"by {laid.angle:.0f} degrees"
         if axis is not None:
             turn = "about its axis"

@@ -30,9 +30,6 @@ LEVEL = 0.05
 # length of a column of unit length that is left beside others, from which on it is not in their span; statistics that
 # differ by a smaller share are equal
 _RANK = 1e-9
-#: Members for each independent covariate: with these at most 7 of 100 experiments, however skewed, had a false finding,
-#: with fewer up to 16 (docs/shapes.md).
-_ENOUGH = 20
 _AUGMENT = Remedy(options={"augment": True})
 #: Cells of tables that say that there is no value, in lower case.
 _MISSING = {"", "na", "n/a", "nan"}
@@ -292,9 +289,18 @@ def _spanning(columns: FloatArray) -> FloatArray:
 
 
 def _notes(
-    residuals: _Residuals, same: int, permutations: int, covariates: int, augment: bool
+    residuals: _Residuals,
+    same: int,
+    permutations: int,
+    covariates: int,
+    augment: bool,
+    enough: int = 20,
 ) -> Iterator[str]:
-    """Reasons to doubt p: `same` permutations leave F as it is, and covariates are independent."""
+    """Reasons to doubt p: `same` permutations leave F as it is, and covariates are independent.
+
+    With `enough` members for each covariate at most 7 of 100 experiments, however skewed, had a false finding, with
+    fewer up to 16 (docs/shapes.md).
+    """
     count, least = len(residuals.rest), (1 + same) / (1 + permutations)
     if not residuals.squares.any():
         yield (
@@ -305,7 +311,7 @@ def _notes(
             f"{count} members are too few to find anything at {LEVEL}: {same} of {permutations} permutations change "
             f"nothing, so no p is below {least:.2g}, however large the difference; give more members"
         )
-    if count < _ENOUGH * covariates and not augment:
+    if count < enough * covariates and not augment:
         yield (
             f"{count} members are few for {covariates} independent covariates: where data and covariates are "
             "skewed, chance finds something more often than in 5 of 100 experiments, "

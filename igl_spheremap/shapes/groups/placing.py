@@ -22,9 +22,6 @@ from ...untangle.local_repair import unfolded
 #: Kinds of given members.
 Source = str | os.PathLike[str] | SphereMap | MeshLike
 
-# 1e48: products of six coordinates, or of their reciprocals, are float64 numbers
-_LARGEST = 2.0**160
-
 
 def names_of(sources: Sequence[Source]) -> list[str]:
     """The sources' files, or their numbers."""
@@ -37,16 +34,17 @@ def names_of(sources: Sequence[Source]) -> list[str]:
     return names
 
 
-def check_member(result: SphereMap) -> None:
+def check_member(result: SphereMap, most: float = 2.0**160) -> None:
     """If areas, variances or volumes of a surface in such units may not be float64 numbers, raise a MeshError.
 
-    Also if it is inside out: only a mirror image of it could be laid on the others.
+    Products of six coordinates up to 1e48, or of their reciprocals, are. Also if it is inside out: only a mirror image
+    of it could be laid on the others.
     """
     largest, least = np.abs(result.vertices).max(), np.ptp(result.vertices, axis=0).max()
-    if largest > _LARGEST or least < 1 / _LARGEST:
+    if largest > most or least < 1 / most:
         raise MeshError(
             f"its coordinates reach {largest:.3g}, its extent is {least:.3g}; choose units in which both "
-            f"lie between {1 / _LARGEST:.0e} and {_LARGEST:.0e}, so that areas and volumes are numbers"
+            f"lie between {1 / most:.0e} and {most:.0e}, so that areas and volumes are numbers"
         )
     if inside_out(result.vertices, result.faces):
         raise MeshError("inside out: its faces point inwards; reverse them", Remedy("repair_mesh"))

@@ -31,8 +31,6 @@ from .procrustes import generalised_procrustes
 from .turns import Restarts
 from .workplace import Entry, Workplace, stacked, workplace
 
-_FEWEST = 3  # members: two have one mode and no median
-
 
 @gate
 def template(
@@ -103,10 +101,11 @@ def template(
     check_number(balance, "balance", most=1)
     mesh = sphere_mesh(target)
     sources = check_list(sources, "sources")
-    if len(sources) < _FEWEST:
-        raise MeshError(f"a group needs {_FEWEST} surfaces or more, not {len(sources)}")
+    fewest = 3  # two have one mode and no median
+    if len(sources) < fewest:
+        raise MeshError(f"a group needs {fewest} surfaces or more, not {len(sources)}")
     check_features(features, names_of(sources))
-    with workplace(out, "members", target, engine, least=_FEWEST) as place:
+    with workplace(out, "members", target, engine, least=fewest) as place:
         members = place.mapped(sources, features, balance)
         # Sums are taken in the order of contents: so no bit depends on the sources' order.
         points = {member: read_arrays(place.of(member, "points")) for member in members}

@@ -18,7 +18,6 @@ from ...sphere.moebius import best_rotation
 from ..harmonics.basis import degree_of, terms
 from ..harmonics.rotation import on_grid, padded, rotate
 
-TRIED = 4  # turns at most: arms of an octopus are exchanged with the next ones
 _APART = np.cos(np.radians(25.0))  # between turns that are two: more than a step of the grid
 # turns about an axis: harmonics of the last degree repeat after 45 degrees
 _ABOUT = np.radians(np.arange(0, 360, 10))
@@ -97,12 +96,17 @@ def _rivals(
     return Restarts(tuple(map(rows, near)), mirrored)
 
 
-def _near(f: FloatArray, g: FloatArray, least: float, axis: FloatArray | None) -> list[FloatArray]:
-    """Turns of g that leave it nearer to f than `least`: the best ones near turns of a grid within twice that."""
+def _near(
+    f: FloatArray, g: FloatArray, least: float, axis: FloatArray | None, most: int = 4
+) -> list[FloatArray]:
+    """Turns of g that leave it nearer to f than `least`: the best ones near turns of a grid within twice that.
+
+    At most so many besides the best: arms of an octopus are exchanged with the next ones.
+    """
     distances, found = _on_grid(f, g), list[FloatArray]()
     nearest = np.argsort(distances)[: np.count_nonzero(distances < 2 * least)]
     for R in _rotations(degree_of(f) + 1)[nearest]:
-        if len(found) <= TRIED and all(_differ(R, other, axis) for other in found):
+        if len(found) <= most and all(_differ(R, other, axis) for other in found):
             found.append(R)
     refined = [_refined(f, g, R) for R in found]
     return [

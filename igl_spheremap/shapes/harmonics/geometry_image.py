@@ -53,16 +53,10 @@ def mesh_from_grid(grid: ArrayLike) -> tuple[FloatArray, IntArray]:
     _, first, vertex = np.unique(_lattice(k), axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)  # vertices in the order of the image
     row, column = np.indices((k - 1, k - 1)).reshape(2, -1)
-    northwest = row * k + column
-    northeast, southwest, southeast = northwest + 1, northwest + k, northwest + k + 1
-    falls = _falls(row, column, k)
+    (northwest, northeast, southwest, southeast), falls = _cells(row, column, k)
     left = northwest, southwest, np.where(falls, southeast, northeast)
-    right = (
-        np.where(falls, northwest, northeast),
-        np.where(falls, southeast, southwest),
-        np.where(falls, northeast, southeast),
-    )
-    f = np.concatenate((np.column_stack(left), np.column_stack(right)))
+    right = np.where(falls, (northwest, southeast, northeast), (northeast, southwest, southeast))
+    f = np.concatenate((np.column_stack(left), right.T))
     return rows[first[order]], np.argsort(order)[vertex.ravel()[f]]
 
 
@@ -85,20 +79,17 @@ def octahedral_cells(k: int, x: FloatArray) -> tuple[IntArray, FloatArray]:
     at = (flat * [1, -1] + 1) * m  # column and row
     column, row = np.clip(np.floor(at).astype(np.int64), 0, 2 * m - 1).T
     east, south = at[:, 0] - column, at[:, 1] - row
-    diagonal, northwest = _falls(row, column, k), row * k + column
-    northeast, southwest, southeast = northwest + 1, northwest + k, northwest + k + 1
-    upper = east + south <= 1
-    corners = np.where(
-        diagonal[:, None],
-        np.column_stack((northwest, np.where(east >= south, northeast, southwest), southeast)),
-        np.column_stack((northeast, np.where(upper, northwest, southeast), southwest)),
+    (northwest, northeast, southwest, southeast), falls = _cells(row, column, k)
+    # where the diagonal rises, the cell's mirror image is one where it falls
+    begin, beside, below, end = np.where(
+        falls,
+        (northwest, northeast, southwest, southeast),
+        (northeast, northwest, southeast, southwest),
     )
-    low, high = np.minimum(east, south), np.maximum(east, south)
-    rest = np.abs(1 - east - south)
-    weights = np.where(
-        diagonal[:, None],
-        np.column_stack((1 - high, high - low, low)),
-        np.column_stack((np.where(upper, east, 1 - south), rest, np.where(upper, south, 1 - east))),
+    ahead, behind = np.where(falls, (east, 1 - east), (1 - east, east))
+    corners = np.column_stack((begin, np.where(ahead >= south, beside, below), end))
+    weights = np.column_stack(
+        (np.minimum(behind, 1 - south), np.abs(ahead - south), np.minimum(ahead, south))
     )
     return corners, weights
 
@@ -123,6 +114,11 @@ def _lattice(k: int) -> IntArray:
     return np.column_stack((np.where(z < 0, folded[0], x), np.where(z < 0, folded[1], y), z))
 
 
-def _falls(row: IntArray, column: IntArray, k: int) -> BoolArray:
-    """Whether the diagonal of a cell runs from its upper left to its lower right corner, as octahedron's edges do."""
-    return (2 * column + 2 > k) != (2 * row + 2 > k)
+def _cells(row: IntArray, column: IntArray, k: int) -> tuple[tuple[IntArray, ...], BoolArray]:
+    """The corners of cells, by their places in the flattened grid, northwest, northeast, southwest and southeast.
+
+    Also whether the diagonal of each runs from its upper left to its lower right corner, as octahedron's edges do.
+    """
+    northwest = row * k + column
+    falls = (2 * column + 2 > k) != (2 * row + 2 > k)
+    return (northwest, northwest + 1, northwest + k, northwest + k + 1), falls
