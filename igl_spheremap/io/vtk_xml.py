@@ -32,7 +32,7 @@ _UNPACKERS: dict[str, Callable[[], Any]] = {
 }
 
 
-class _Source(Bytes):
+class _Stored(Bytes):
     """Storage of arrays: bytes, or text of base64, which is decoded."""
 
     def __init__(self, data: bytes, at: int, encoded: bool) -> None:
@@ -64,10 +64,10 @@ class _Arrays:
         words = element.findtext(".", "").split()
         match element.get("format", "ascii").lower():
             case "appended":
-                source = _Source(self.appended, int(element.get("offset", 0)), self.encoded)
+                source = _Stored(self.appended, int(element.get("offset", 0)), self.encoded)
                 values = np.frombuffer(self._content(source), kind)
             case "binary":
-                source = _Source("".join(words).encode(), 0, True)
+                source = _Stored("".join(words).encode(), 0, True)
                 values = np.frombuffer(self._content(source), kind)
             case _:
                 values = np.array(words, dtype=kind)
@@ -76,7 +76,7 @@ class _Arrays:
             return values
         return values.reshape(-1, width)
 
-    def _content(self, source: _Source) -> bytes:
+    def _content(self, source: _Stored) -> bytes:
         """The bytes of an array: behind their number, or packed in blocks behind their sizes."""
         size, start = self.header.itemsize, source.at
         if not self.packer:

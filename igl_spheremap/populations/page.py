@@ -164,7 +164,7 @@ def _pictures(
 
 def map_sheet(rows: Sequence[Row], task: SphereMapping) -> Sheet:
     """The pictures of maps: surfaces and spheres in the colours of areas."""
-    ramp = scale(rows)
+    ramp = area_ramp(rows)
 
     def caption(row: Row) -> str:
         views = "the front and from behind"
@@ -198,7 +198,7 @@ def share_certified(rows: Sequence[JobRow]) -> str:
     return f"{sum(row.status == 'certified' for row in rows):,} of {len(rows):,}"
 
 
-def scale(rows: Sequence[Row]) -> Ramp:
+def area_ramp(rows: Sequence[Row]) -> Ramp:
     """Colours of areas, the same for all maps: the mean logarithms of three fifths of them lie within."""
     return fitting(AREAS, np.array([row.mean_area for row in rows]))
 

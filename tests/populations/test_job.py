@@ -10,7 +10,7 @@ from igl_spheremap.maps.options import Auto, Lai2014
 from igl_spheremap.populations.job import Job, key_of
 from igl_spheremap.populations.mapping import SphereMapping
 from igl_spheremap.shapes.cortices.task import SphereRegistration
-from igl_spheremap.shapes.groups.jobs import MapMember, MemberJob, PlaceMember, RegisterMember
+from igl_spheremap.shapes.groups.jobs import CarryMember, MapMember, MemberJob, RegisterMember
 from igl_spheremap.shapes.groups.turns import Restarts
 from igl_spheremap.shapes.harmonics.spharm_pdm import ShapeExpansion
 
@@ -22,7 +22,7 @@ TASKS = [
     SphereRegistration(reflect=False, **HERE),
     MapMember(icosphere="ico:4", balance=1.0, **HERE),
     RegisterMember(icosphere="ico:4", **HERE),
-    PlaceMember(icosphere="ico:4", **HERE),
+    CarryMember(icosphere="ico:4", **HERE),
 ]
 #: Another value of each field.
 OTHER = {

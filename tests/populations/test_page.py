@@ -23,7 +23,7 @@ from igl_spheremap.populations.engine import Engine
 from igl_spheremap.populations.job import Job, run_job
 from igl_spheremap.populations.map_many import map_many
 from igl_spheremap.populations.mapping import SphereMapping
-from igl_spheremap.populations.page import draw_row, map_sheet, scale, write_population_page
+from igl_spheremap.populations.page import area_ramp, draw_row, map_sheet, write_population_page
 from igl_spheremap.populations.table import Row, plain, worst_first
 
 pytest.importorskip("PIL")
@@ -137,13 +137,13 @@ def test_colours_reach_as_far_as_most_of_the_maps_do():
     """By a few steps: areas that are nearly kept are pale in all populations."""
 
     def reach(size):
-        return scale(
+        return area_ramp(
             [Row("", "", mean_area=size * factor) for factor in (0.9, 1.0, 1.0, 1.0, 50.0, np.nan)]
         ).high
 
     for size in (1.0, 3.0):
         assert size <= reach(size) <= 2.5 * size
-    assert reach(0.15) == reach(0.01) == scale([]).high > 0
+    assert reach(0.15) == reach(0.01) == area_ramp([]).high > 0
 
 
 def test_hemispheres_are_seen_from_their_side_first(desk):

@@ -59,7 +59,7 @@ class Objective(NamedTuple):
 
 
 #: Takes the objective, the level, an iterate on it, and its energy.
-Report = Callable[[Objective, Level, FloatArray, float], None]
+LevelListener = Callable[[Objective, Level, FloatArray, float], None]
 
 
 class Descent:
@@ -101,8 +101,8 @@ class Descent:
 
         `moebius` adds the Moebius map that fits these features. The rotation with the least product of energy and
         distance of positions on the coarsest level is taken; both vanish for similar surfaces. Energy alone is local: a
-        body may be laid on another with its limbs exchanged, and be strained less. Only rotations that correlate by the
-        share `least` of the best one are tried.
+        body may be registered to another with its limbs exchanged, and be strained less. Only rotations that correlate
+        by the share `least` of the best one are tried.
         """
         candidates = self.pair.rotations(width)
         starts = [
@@ -136,7 +136,7 @@ class Descent:
         energy = log_strain(source, target, y) + sum(term.value(y) for term in terms)
         return energy * distance_between(source, target, y)
 
-    def run(self, start: FloatArray, report: Report) -> tuple[Level, FloatArray]:
+    def run(self, start: FloatArray, listener: LevelListener) -> tuple[Level, FloatArray]:
         """Lower a start on the source's own mesh through all levels; return the last one, maybe split, and the map."""
         own, steps = len(self.source.map.sphere), Counter[Objective]()
         plan = [objective for _, objectives in self._plan for objective in objectives]
@@ -148,7 +148,7 @@ class Descent:
         def take(objective: Objective, level: Level, y: FloatArray, energy: float) -> None:
             log_share("steps", ahead[objective] + objective.work(own) * steps[objective], total)
             steps[objective] += 1
-            report(objective, level, y, energy)
+            listener(objective, level, y, energy)
 
         level, y = self.source, start
         for size, objectives in self._plan:
@@ -170,7 +170,7 @@ class Descent:
         target: Level,
         y: FloatArray,
         objectives: Sequence[Objective],
-        report: Report | None = None,
+        listener: LevelListener | None = None,
         enough: float = 2e-3,
     ) -> tuple[Level, FloatArray]:
         """Bring landmarks to their goals, hold them, and lower the strain; return the level, maybe split, and the map.
@@ -190,8 +190,8 @@ class Descent:
             value, small = problem.value(y), 0
             for k, trial in enumerate(newton(problem, LineSearch(source.system), y), 1):
                 y, gain, value = trial.x, value - trial.value, trial.value
-                if report is not None:
-                    report(objective, source, y, value)
+                if listener is not None:
+                    listener(objective, source, y, value)
                 small += 1
                 if gain >= enough * (value + gain):
                     small = 0

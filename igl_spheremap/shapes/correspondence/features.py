@@ -16,13 +16,13 @@ from ...resampling.locate import locator_of
 from ...sphere.rows import row_crosses, row_lengths, weighted_sum
 from ..harmonics.basis import expand
 from ..harmonics.rotation import RotationCandidate, best_rotations
-from .fits import Report, Target, fit_moebius
+from .fits import IterateListener, SphereFunction, fit_moebius
 from .levels import Level
 
 _ENDS = "source", "target"
 
 
-def smooth_function(level: Level, values: FloatArray) -> Target:
+def smooth_function(level: Level, values: FloatArray) -> SphereFunction:
     """Make a function on the sphere of values (n, k) over a surface; its gradients, too, are linear in the faces."""
     x, f = level.map.sphere, level.map.faces
     a, b, c = (x[f[:, k]] for k in range(3))
@@ -104,7 +104,7 @@ class FeaturePair:
         """The source's features, at its own vertices."""
         return np.column_stack([self._by_width[width][0] for width in widths])
 
-    def target(self, widths: Sequence[float]) -> Target:
+    def target(self, widths: Sequence[float]) -> SphereFunction:
         """The target's features."""
         values = np.column_stack([self._by_width[width][1] for width in widths])
         return smooth_function(self._levels[1], values)
@@ -123,11 +123,11 @@ class FeaturePair:
         return best_rotations(target, source, band, most)
 
     def fit_moebius(
-        self, x: FloatArray, width: float, report: Report = lambda *_: None
+        self, x: FloatArray, width: float, listener: IterateListener = lambda *_: None
     ) -> FloatArray:
         """Move the source's vertices by the Moebius map that brings features of one width nearest."""
         f = self._levels[0].map.faces
-        return fit_moebius(x, f, self.weights, self.source([width]), self.target([width]), report)
+        return fit_moebius(x, f, self.weights, self.source([width]), self.target([width]), listener)
 
     def correlation(self, x: FloatArray) -> FloatArray:
         """Correlate each feature, as given or of each width, over the source's area; its vertices lie at x."""

@@ -12,9 +12,9 @@ from ...sphere.moebius import moebius
 from ...verify.signs import folded_faces
 
 #: Values (n, k) and gradients (n, k, 3) at points of the sphere.
-Target = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+SphereFunction = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 #: Takes each iterate and its cost.
-Report = Callable[[FloatArray, float], None]
+IterateListener = Callable[[FloatArray, float], None]
 
 
 def fit_moebius(
@@ -22,8 +22,8 @@ def fit_moebius(
     f: IntArray,
     weights: FloatArray,
     features: FloatArray,
-    target: Target,
-    report: Report,
+    target: SphereFunction,
+    listener: IterateListener,
     ridge: float = 1e-3,
     least_gain: float = 1e-7,
     steps: int = 30,
@@ -58,7 +58,7 @@ def fit_moebius(
         y, off, gradients = last  # of the map that was accepted, the last one tried
         if t.any():
             found = y
-            report(y, float((off * off).sum()))
+            listener(y, float((off * off).sum()))
         J = np.zeros((features.size + 3, 6))
         for k, h in enumerate(HALF_DIGITS * np.eye(6)):
             J[:-3, k] = -(
@@ -86,7 +86,7 @@ class Misfit:
     Features are any values at the vertices; `target` gives the values (n, k) and gradients (n, k, 3) to compare with.
     """
 
-    def __init__(self, weights: FloatArray, features: FloatArray, target: Target) -> None:
+    def __init__(self, weights: FloatArray, features: FloatArray, target: SphereFunction) -> None:
         self._weights, self._features, self._target = weights, features, target
         self._last: tuple[FloatArray, FloatArray, FloatArray] | None = None
 

@@ -201,14 +201,14 @@ def _lowered(
     """Run the descent until its end, or until a listener stops it; return the level and the map on it."""
     found = source, unfolded(source.map.mesh, start)
 
-    def report(objective: Objective, level: Level, y: FloatArray, energy: float) -> None:
+    def take(objective: Objective, level: Level, y: FloatArray, energy: float) -> None:
         nonlocal found
         if objective.size is None:
             found = level, y
             history(Iterate(Stage.MATCH, 0, len(history.steps), y, energy))
 
     with suppress(StopIteration):  # of a listener
-        found = descent.run(found[1], report)
+        found = descent.run(found[1], take)
     return found
 
 

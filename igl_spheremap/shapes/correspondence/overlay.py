@@ -16,7 +16,7 @@ from ...resampling.transfer import interpolate
 from ...sphere.rows import row_crosses, row_dots, row_lengths, unit_rows
 from ...verify.signs import orientation_signs
 from .cells import SHORT, Coincidences, cell_triangles
-from .walk import Segments, Triangulation, places, walk
+from .walk import Segments, Triangulation, locate_exactly, walk
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     """
     A = Triangulation(source.mesh, source.sphere)
     B = Triangulation(target.mesh, _snapped(target, source.sphere))
-    of_a, of_b = places(A.x, B), places(B.x, A)
+    of_a, of_b = locate_exactly(A.x, B), locate_exactly(B.x, A)
     alone, own = of_b.corners > 1, np.arange(len(A.x))
     other = np.where(alone, len(own) + np.cumsum(alone) - 1, of_b.part)
     first = len(own) + int(alone.sum())

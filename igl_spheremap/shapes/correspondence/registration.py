@@ -1,4 +1,4 @@
-"""One mapped surface laid on another, certified."""
+"""One mapped surface registered to another, certified."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ...result.run import History, Iterate, Listener, Stage
 from ...untangle.local_repair import unfolded
 from ..harmonics.rotation import RotationCandidate
 from . import STAGES, STIFFNESS, USUAL
-from .descent import Descent, Objective, Report, distance_between
+from .descent import Descent, LevelListener, Objective, distance_between
 from .features import FeaturePair
 from .levels import Level
 from .result import OfMap
@@ -194,7 +194,7 @@ def register(
         raise ValueError(f"unknown stage {unknown[0]!r}: choose from {', '.join(STAGES)}")
     if reflect:
         source = reflected(source)
-    laying = Laying(source, target, features, stiffness)
+    descent = RegistrationDescent(source, target, features, stiffness)
     first = WIDTHS[-1]  # data are compared nearly as they are
     if features is None:
         first = _WIDEST
@@ -205,7 +205,7 @@ def register(
     def step(_: Objective, level: Level, y: FloatArray, energy: float) -> None:
         x = progress.last  # without a listener the history keeps numbers only
         if listener is not None:
-            x = level.carried(y, laying.source)
+            x = level.carried(y, descent.source)
         progress.take(x, energy)
 
     with suppress(StopIteration):  # of a listener
@@ -213,18 +213,18 @@ def register(
             least = 1.0
             if "elastic" in stages:
                 least = unsure
-            turned, candidates = laying.start(first, least=least)
+            turned, candidates = descent.start(first, least=least)
             progress.begin("rotation")
             progress.take(turned, 1 - candidates[0].correlation)
         if "moebius" in stages:
-            laying.pair.fit_moebius(progress.begin("moebius"), first, progress.take)
+            descent.pair.fit_moebius(progress.begin("moebius"), first, progress.take)
         if "elastic" in stages:
-            progress.ends["elastic"] = laying.laid(progress.begin("elastic"), step)
+            progress.ends["elastic"] = descent.registered(progress.begin("elastic"), step)
     result, before, ends = certified(source.mesh, progress.last), source.sphere, []
     for stage, x in progress.ends.items():
         if stage != "elastic":
             before = source.sphere
-        ends.append(_report(stage, laying.pair, source.faces, before, x))
+        ends.append(_report(stage, descent.pair, source.faces, before, x))
         before = x
     run = history.complete(result.run, "register")
     return Registration(
@@ -258,8 +258,8 @@ class _Progress:
         self.history(Iterate(Stage(stage), 0, self.number, x, cost))
 
 
-class Laying(Descent):
-    """Lays a surface on another by features, or else by depth potentials, from chosen starts.
+class RegistrationDescent(Descent):
+    """Registers a surface to another by features, or else by depth potentials, from chosen starts.
 
     Maps are those of the source's vertices to the target's sphere.
     """
@@ -295,9 +295,9 @@ class Laying(Descent):
             found.append(Turn(each.rotation, distance_between(source, target, y)))
         return sorted(found, key=lambda turn: turn.distance)
 
-    def laid(self, y: FloatArray, report: Report = lambda *_: None) -> FloatArray:
+    def registered(self, y: FloatArray, listener: LevelListener = lambda *_: None) -> FloatArray:
         """The registration from a start, through all levels."""
-        level, y = self.run(y, report)
+        level, y = self.run(y, listener)
         return level.carried(y, self.source)
 
     def continued(self, y: FloatArray) -> FloatArray:

@@ -11,13 +11,13 @@ from ...balance.flat_faces import FaceImages, FlatFaces
 from ...mesh.arrays import FloatArray, IntArray
 from ...newton.system import PAIRS
 from ...sphere.rows import row_crosses, row_dots
-from .fits import Target
+from .fits import SphereFunction
 from .levels import Level
 
 E = TypeVar("E", bound=BalancedEnergy)
 
 
-def linear_function(level: Level, values: FloatArray) -> Target:
+def linear_function(level: Level, values: FloatArray) -> SphereFunction:
     """Make a function on the sphere of values (n, d) over a surface, linear in its faces, as are its gradients."""
 
     def at(y: FloatArray) -> tuple[FloatArray, FloatArray]:

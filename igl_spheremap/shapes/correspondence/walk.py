@@ -60,7 +60,7 @@ class Triangulation:
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class ExactLocation:
     """Points on a triangulation.
 
     Attributes
@@ -83,7 +83,7 @@ class Places:
         return rows, self.part[points[rows]]
 
 
-def places(points: FloatArray, on: Triangulation) -> Places:
+def locate_exactly(points: FloatArray, on: Triangulation) -> ExactLocation:
     """Locate unit rows, by exact signs."""
     face, weights = on.locator.locate(points)
     corners = [on.x[on.f[face, k]] for k in range(3)]
@@ -96,7 +96,7 @@ def places(points: FloatArray, on: Triangulation) -> Places:
     part = np.choose(
         count - 1, (on.f[face, inner.argmax(axis=1)], 3 * face + inner.argmin(axis=1), face)
     )
-    return Places(Location(face, weights / weights.sum(axis=1, keepdims=True)), count, part)
+    return ExactLocation(Location(face, weights / weights.sum(axis=1, keepdims=True)), count, part)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +126,7 @@ class Segments:
 def walk(
     path: Triangulation,
     over: Triangulation,
-    found: Places,
+    found: ExactLocation,
     own: IntArray,
     other: IntArray,
     first: int,
@@ -170,7 +170,7 @@ def walk(
 
 
 def _begin(
-    a: FloatArray, b: FloatArray, over: Triangulation, found: Places, vertices: IntArray
+    a: FloatArray, b: FloatArray, over: Triangulation, found: ExactLocation, vertices: IntArray
 ) -> tuple[IntArray, BoolArray]:
     """Return the first half-edge of each path from a to b, and whether it runs along it."""
     h, along = np.empty(len(a), dtype=np.int64), np.zeros(len(a), dtype=bool)
@@ -202,7 +202,7 @@ def _from_face(over: Triangulation, face: IntArray, a: FloatArray, b: FloatArray
 
 
 def _ends(
-    over: Triangulation, h: IntArray, along: BoolArray, found: Places, b: IntArray
+    over: Triangulation, h: IntArray, along: BoolArray, found: ExactLocation, b: IntArray
 ) -> BoolArray:
     """Say which paths end here: in the face that they cross, its boundary included, or on the side they run along."""
     ends, face = np.zeros(len(b), dtype=bool), h // 3

@@ -117,15 +117,15 @@ def test_names(variables: Sequence[str]) -> list[str]:
     return distinct([re.sub(r"\W", "_", f"test_{name[:40]}") for name in variables])
 
 
-def write_test(place: str, group: Group, found: PointTest) -> None:
+def write_test(stem: str, group: Group, found: PointTest) -> None:
     """Write arrays (.npz), and, for data at the vertices, the mean surface with effects and p (.ply)."""
     texts = {name: np.array(getattr(found, name), dtype=str) for name in ("levels", "notes")}
-    npz.save_arrays(f"{place}.npz", vars(found) | texts)
+    npz.save_arrays(f"{stem}.npz", vars(found) | texts)
     if len(found.p) != len(group.vertices):
         return
     lengths = np.linalg.norm(found.effect, axis=2).max(axis=0)
     write_mesh(
-        f"{place}.ply",
+        f"{stem}.ply",
         group.vertices,
         group.faces,
         force=True,

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ...mesh.arrays import HALF_DIGITS, FloatArray
-from .laying import Laid
+from .member_registration import MemberRegistration
 
 
 def member_doubts(
-    laid: Laid,
+    found: MemberRegistration,
     distance: float,
     distances: FloatArray,
     correlations: FloatArray,
@@ -24,14 +24,14 @@ def member_doubts(
     hippocampus among those of the other side, .9 for bodies that are nearly their own mirror images.
     """
     said = []
-    if laid.mirrored < mirrored:
+    if found.mirrored < mirrored:
         said.append(
-            f"its mirror image lies at {laid.mirrored:.2f} times its distance from the mean: if it is of the "
+            f"its mirror image lies at {found.mirrored:.2f} times its distance from the mean: if it is of the "
             "other side of a body, mirror it (x to -x, and its faces reversed)"
         )
-    elif laid.has_rival and not alike:
+    elif found.has_rival and not alike:
         said.append(
-            f"turned by {laid.angle:.0f} degrees it fits the mean nearly as well: look whether its parts are "
+            f"turned by {found.angle:.0f} degrees it fits the mean nearly as well: look whether its parts are "
             "where those of the others are"
         )
     if distance > 0 and _beyond(np.log(distance), np.log(distances[distances > 0])):
@@ -40,21 +40,21 @@ def member_doubts(
             "look at its picture, it may lie wrong or be of another kind"
         )
     known = correlations[np.isfinite(correlations)]
-    if not np.isfinite(laid.correlation):
+    if not np.isfinite(found.correlation):
         said.append(
             "its depth is the same everywhere: nothing tells which of its points belong to the mean's"
         )
-    elif _beyond(_unlike(laid.correlation), _unlike(known)):
+    elif _beyond(_unlike(found.correlation), _unlike(known)):
         said.append(
-            f"its depth correlates with the mean's by {laid.correlation:.2f}, that of half of the members by "
+            f"its depth correlates with the mean's by {found.correlation:.2f}, that of half of the members by "
             f"{np.median(known):.2f} or more: look at its picture"
         )
     return tuple(said)
 
 
-def symmetric(laid: Sequence[Laid]) -> bool:
+def symmetric(registrations: Sequence[MemberRegistration]) -> bool:
     """Whether at least half of the members fit the mean nearly as well after another rotation."""
-    return float(np.mean([each.has_rival for each in laid])) >= 0.5
+    return float(np.mean([each.has_rival for each in registrations])) >= 0.5
 
 
 def _unlike(correlations: float | FloatArray) -> FloatArray:
@@ -87,7 +87,7 @@ def group_doubts(
     changes: Sequence[float],
     settled: bool,
     axis: FloatArray | None,
-    laid: Sequence[Laid],
+    registrations: Sequence[MemberRegistration],
     scores: FloatArray,
     moved: float = 0.03,
 ) -> Iterator[str]:
@@ -104,8 +104,8 @@ def group_doubts(
             "members differ from it: the bodies are round; each is turned to the least distance from "
             "the mean, and modes along such turns are chance"
         )
-    elif symmetric(laid):
-        angle = np.median([each.angle for each in laid if each.has_rival])
+    elif symmetric(registrations):
+        angle = np.median([each.angle for each in registrations if each.has_rival])
         yield (
             f"most members fit the mean nearly as well when they are turned, by {angle:.0f} degrees for instance: "
             "the bodies are symmetric, and modes along such turns are chance"
@@ -117,10 +117,10 @@ def group_doubts(
         )
 
 
-def drift_doubts(laid: Laid, axis: FloatArray | None) -> Iterator[str]:
+def drift_doubts(found: MemberRegistration, axis: FloatArray | None) -> Iterator[str]:
     """A doubt of a series' drift in a sentence, by the registration of its last frame to the first one."""
-    if axis is not None or laid.has_rival:
-        turn = f"by {laid.angle:.0f} degrees"
+    if axis is not None or found.has_rival:
+        turn = f"by {found.angle:.0f} degrees"
         if axis is not None:
             turn = "about its axis"
         yield (

@@ -70,7 +70,7 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
     >>> bool((again.scores == group.scores).all())
     True
     """
-    place = make_folder(Path(folder) / "members", follow=False).parent
+    out = make_folder(Path(folder) / "members", follow=False).parent
     arrays = {name: getattr(group, name) for name in _ARRAYS}
     arrays |= {
         f"member_{name}": np.array([getattr(member, name) for member in group.members])
@@ -84,7 +84,7 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
         "doubts": [member.doubts for member in group.members],
     }
     known |= {name: getattr(group, name) for name in _LISTS}
-    npz.save_arrays(place / ARCHIVE, arrays | {"json": json.dumps(known)}, force)
+    npz.save_arrays(out / ARCHIVE, arrays | {"json": json.dumps(known)}, force)
     over = {"area": group.areas, "spread": group.spread}
     names = group.feature_names
     if not names:
@@ -95,17 +95,17 @@ def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = F
         f"mode_{k}": mode * np.sqrt(variance)
         for k, (mode, variance) in enumerate(zip(group.modes, group.variances, strict=True), 1)
     }
-    write_mean(place, group.vertices, group.faces, over, moves, force=force)
-    write_cells(place / "members.tsv", member_rows(group), force=force)
+    write_mean(out, group.vertices, group.faces, over, moves, force=force)
+    write_cells(out / "members.tsv", member_rows(group), force=force)
     for member, name in zip(
         group.members, file_names([member.name for member in group.members]), strict=True
     ):
         if member.map is not None:
-            write_map(place / "members" / f"{name}.npz", member.map, force=force)
+            write_map(out / "members" / f"{name}.npz", member.map, force=force)
 
 
 def write_mean(
-    place: Path,
+    out: Path,
     v: FloatArray,
     f: IntArray,
     over: Mapping[str, FloatArray],
@@ -116,15 +116,15 @@ def write_mean(
     """Write a mean surface with data over its vertices, and fields that VTK alone takes, in the formats of others."""
     for ending in (".ply", ".vtk"):
         write_mesh(
-            place / f"mean{ending}",
+            out / f"mean{ending}",
             v,
             f,
             force=force,
             metadata={"vertex_properties": over, "point_data": {**over, **moves}},
         )
     if find_spec("nibabel"):
-        write_mesh(place / "mean.surf.gii", v, f, force=force)
-        write_scalars(place / "mean.shape.gii", over, surface=(v, f), force=force)
+        write_mesh(out / "mean.surf.gii", v, f, force=force)
+        write_scalars(out / "mean.shape.gii", over, surface=(v, f), force=force)
 
 
 @gate

@@ -1,6 +1,6 @@
 """The mean of surfaces that are registered to it: m = mean of F_k(m), by rounds of registration and averaging.
 
-F_k(m) are member k's points by its registration to m, laid on the others' by generalised Procrustes.
+F_k(m) are member k's points by its registration to m, aligned with the others' by generalised Procrustes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ...mesh.check import check_mesh
 from ...sphere.moebius import best_rotation
 from ...sphere.rows import row_lengths, weighted_sum
 from ...untangle.local_repair import unfolded
-from .procrustes import generalised_procrustes, placed
+from .procrustes import fitted, generalised_procrustes
 from .turns import NO_RESTARTS, Restarts, Turns
 
 
@@ -130,6 +130,6 @@ def fixed_point(
 
 def _change(before: FloatArray, mean: FloatArray, areas: FloatArray) -> float:
     """Distance of a mean from the one before, over its root mean square radius."""
-    moved = placed(before, mean, areas)[0] - mean
+    moved = fitted(before, mean, areas)[0] - mean
     offset = mean - weighted_sum(areas / areas.sum(), mean)
     return float(np.sqrt((areas @ moved**2).sum() / (areas @ offset**2).sum()))

@@ -20,10 +20,10 @@ from ...mesh.arrays import FloatArray, IntArray, own_unit, real_array
 from ...mesh.check import check_mesh
 from ...resampling.transfer import check_map, resample
 from .doubts import member_doubts
-from .laying import tried
+from .member_registration import register_with_restarts
 from .modes import ModelFigures, model_figures
-from .placing import at_points, carried, check_member
-from .procrustes import placed
+from .procrustes import fitted
+from .sampling import at_points, carried, check_member
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,13 +248,13 @@ class Group(Shown):
         """
         check_member(check_map(source, "source"))
         coarse = at_points(source, self.sphere, self.faces)
-        found = tried(coarse, self.map)
+        found = register_with_restarts(coarse, self.map)
         onto = carried(source, coarse, found.sphere)
         points = resample(onto, (self.sphere, self.faces)).v
         size = None
         if self.rigid:
             size = 1.0
-        shape, size = placed(points, self.vertices, self.areas, size)
+        shape, size = fitted(points, self.vertices, self.areas, size)
         away = shape - self.vertices
         scores = np.einsum("n,nd,knd->k", self._weights, away, self.modes)
         distance = float(np.sqrt(self._weights @ (away**2).sum(axis=1)))
@@ -276,7 +276,7 @@ class PlacedMember:
     member : Member
         As those of the group.
     shape : (n, 3) float64 array
-        Its points that correspond to the group's vertices, laid on the mean surface, in the members' units.
+        Its points that correspond to the group's vertices, fitted to the mean surface, in the members' units.
     scores : (k,) float64 array
         Its coordinate in each mode, in the members' units.
     """

@@ -26,8 +26,8 @@ from ...resampling.weights import adaptive_area
 from ..harmonics.basis import power
 from ..harmonics.harmonics import spherical_harmonics
 from .features import FeatureFiles
-from .laying import laid
-from .placing import at_points, carried, check_member
+from .member_registration import register_member
+from .sampling import at_points, carried, check_member
 from .turns import NO_RESTARTS, Restarts, Rows
 
 
@@ -121,7 +121,7 @@ class RegisterMember(MemberTask):
         coarse, target = self.surface(job.source), self.surface(job.beside[0])
         before = next((read_arrays(self.place(path))["sphere"] for path in job.beside[1:]), None)
         check()
-        registered = laid(coarse, target, before, job.restarts)
+        registered = register_member(coarse, target, before, job.restarts)
         points, f = resample(
             certified(coarse.mesh, registered.sphere), (coarse.sphere, coarse.faces)
         )
@@ -131,7 +131,7 @@ class RegisterMember(MemberTask):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlaceMember(MemberTask):
+class CarryMember(MemberTask):
     """Carry a registration, turned, to the member's own mesh, and sample it there."""
 
     def run(self, job: MemberJob, check: Callable[[], None]) -> JobRow:

@@ -12,7 +12,7 @@ from ...sphere.rows import weighted_moment, weighted_sum
 
 
 class Alignment(NamedTuple):
-    """Shapes laid on each other by generalised Procrustes.
+    """Shapes aligned with each other by generalised Procrustes.
 
     Attributes
     ----------
@@ -59,14 +59,14 @@ def generalised_procrustes(
             break
     pose = best_rotation(np.eye(3), rotations.sum(axis=0).T, np.ones(3))
     centre = centres.mean(axis=0)
-    laid, mean = own @ (rotations @ pose) + centre, mean @ pose + centre
-    return Alignment(laid, mean, sizes, np.sqrt(((laid - mean) ** 2).sum(axis=2) @ weights))
+    aligned, mean = own @ (rotations @ pose) + centre, mean @ pose + centre
+    return Alignment(aligned, mean, sizes, np.sqrt(((aligned - mean) ** 2).sum(axis=2) @ weights))
 
 
-def placed(
+def fitted(
     shape: FloatArray, mean: FloatArray, weights: FloatArray, size: float | None = None
 ) -> tuple[FloatArray, float]:
-    """One shape laid on a mean that is held fixed, and the size that it was divided by, which may be given."""
+    """One shape fitted to a mean that is held fixed, and the size that it was divided by, which may be given."""
     weights = weights / weights.sum()
     centre, goal = weighted_sum(weights, shape), weighted_sum(weights, mean)
     own, theirs = shape - centre, mean - goal

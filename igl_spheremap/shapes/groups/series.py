@@ -27,10 +27,10 @@ from ...populations.engine import USUAL, Engine
 from ...resampling.transfer import resample, sphere_mesh
 from .doubts import drift_doubts
 from .features import check_features
-from .placing import Source, carried, names_of
+from .member_files import Entry, member_files, stacked
 from .procrustes import generalised_procrustes
+from .sampling import SurfaceLike, carried, names_of
 from .turns import NO_RESTARTS, Turns
-from .workplace import Entry, stacked, workplace
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,7 @@ class Series(Shown):
 
 @gate
 def series(
-    sources: Iterable[Source],
+    sources: Iterable[SurfaceLike],
     *,
     features: Sequence[ArrayLike] | None = None,
     target: str = "ico:4",
@@ -162,44 +162,44 @@ def series(
     if len(sources) < 2:
         raise MeshError(f"{len(sources)} frames make no series; give two or more")
     check_features(features, names_of(sources))
-    with workplace(out, "maps", target, engine, least=len(sources)) as place:
-        frames = place.mapped(sources, features, balance)
-        paths = [place.of(frame, "points") for frame in frames]
+    with member_files(out, "maps", target, engine, least=len(sources)) as files:
+        frames = files.mapped(sources, features, balance)
+        paths = [files.of(frame, "points") for frame in frames]
         coarse = [
             certified(check_mesh(points, mesh[1]), mesh[0])
             for points in stacked(paths, "points")[0]
         ]
         last = replace(frames[-1])  # to the first frame directly
-        place.registered(
+        files.registered(
             "pairs", [*frames[1:], last], [*paths[:-1], paths[0]], [NO_RESTARTS] * len(frames)
         )
         axis, restarts = Turns(mesh[0]).restarts(
             coarse[0].vertices, stacked([last.sphere], "points")[0]
         )
-        place.registered("tried", [last], paths[:1], restarts)
-        frames[0].sphere = place.place("work", "chain", "0.npz")
+        files.registered("tried", [last], paths[:1], restarts)
+        frames[0].sphere = files.path("work", "chain", "0.npz")
         save_arrays(frames[0].sphere, {"sphere": mesh[0]})
         # to the first sphere, through that of the one before
         for k, (before, frame) in enumerate(pairwise(frames)):
             onto = carried(
                 certified(coarse[k + 1].mesh, _sphere(frame)), coarse[k], _sphere(before)
             )
-            frame.sphere = place.place("work", "chain", f"{k + 1}.npz")
+            frame.sphere = files.path("work", "chain", f"{k + 1}.npz")
             save_arrays(frame.sphere, {"sphere": onto.sphere})
-        place.placed(frames, [np.eye(3)] * len(frames))
+        files.carried(frames, [np.eye(3)] * len(frames))
         points, areas, data = stacked(
-            [place.of(frame, "placed") for frame in frames], "points", "areas", "features"
+            [files.of(frame, "carried") for frame in frames], "points", "areas", "features"
         )
-        onto = carried(npz.map_of(read_arrays(place.of(last, "map"))), coarse[-1], _sphere(last))
+        onto = carried(npz.map_of(read_arrays(files.of(last, "map"))), coarse[-1], _sphere(last))
         return Series(
             points,
             mesh[1],
             mesh[0],
             areas,
             data,
-            tuple(read_map(place.result(frame)) for frame in frames),
+            tuple(read_map(files.result(frame)) for frame in frames),
             np.linalg.norm(points[-1] - resample(onto, mesh).v, axis=1),
-            tuple(drift_doubts(place.laid(last), axis)),
+            tuple(drift_doubts(files.last_search(last), axis)),
         )
 
 

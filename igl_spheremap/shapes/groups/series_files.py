@@ -33,22 +33,22 @@ def write_series(
     ``frames/frame_0000.vtk`` and so on the frames on one mesh, with areas and features; ``mean.*`` their mean in
     space, with drift and means in time. `series` writes each frame's map.
     """
-    place = make_folder(Path(folder) / "frames", follow=False).parent
+    out = make_folder(Path(folder) / "frames", follow=False).parent
     npz.save_arrays(
-        place / ARCHIVE,
+        out / ARCHIVE,
         {name: getattr(found, name) for name in _ARRAYS}
         | {
             "names": np.array(names, dtype=str),
             "feature_names": np.array(feature_names, dtype=str),
         },
     )
-    write_cells(place / "frames.tsv", frame_rows(found, names, feature_names), force=True)
+    write_cells(out / "frames.tsv", frame_rows(found, names, feature_names), force=True)
     for k, (v, area, features) in enumerate(
         zip(found.vertices, found.areas, found.features, strict=True)
     ):
         data = {"area": area, **dict(zip(feature_names, features.T, strict=True))}
         write_mesh(
-            place / "frames" / f"frame_{k:04d}.vtk",
+            out / "frames" / f"frame_{k:04d}.vtk",
             v,
             found.faces,
             force=True,
@@ -62,7 +62,7 @@ def write_series(
     }
     for name, values in zip(feature_names, np.moveaxis(found.features, 2, 0), strict=True):
         over |= {name: values.mean(axis=0), f"{name}_sd": values.std(axis=0)}
-    write_mean(place, mean, found.faces, over, {}, force=True)
+    write_mean(out, mean, found.faces, over, {}, force=True)
     return mean
 
 

@@ -25,16 +25,16 @@ from .doubts import copy_doubts, group_doubts, member_doubts, symmetric
 from .features import check_features
 from .fixed_point import FixedPoint, Register, Registered, fixed_point
 from .group import Group, Member
+from .member_files import Entry, MemberFiles, member_files, stacked
 from .modes import principal_modes
-from .placing import Source, names_of
 from .procrustes import generalised_procrustes
+from .sampling import SurfaceLike, names_of
 from .turns import Restarts
-from .workplace import Entry, Workplace, stacked, workplace
 
 
 @gate
 def template(
-    sources: Iterable[Source],
+    sources: Iterable[SurfaceLike],
     *,
     features: Sequence[ArrayLike] | None = None,
     modes: int = 10,
@@ -105,10 +105,10 @@ def template(
     if len(sources) < fewest:
         raise MeshError(f"a group needs {fewest} surfaces or more, not {len(sources)}")
     check_features(features, names_of(sources))
-    with workplace(out, "members", target, engine, least=fewest) as place:
-        members = place.mapped(sources, features, balance)
+    with member_files(out, "members", target, engine, least=fewest) as files:
+        members = files.mapped(sources, features, balance)
         # Sums are taken in the order of contents: so no bit depends on the sources' order.
-        points = {member: read_arrays(place.of(member, "points")) for member in members}
+        points = {member: read_arrays(files.of(member, "points")) for member in members}
         members.sort(key=lambda member: points[member]["digest"].tobytes())
         copies = copy_doubts(
             [member.name for member in members],
@@ -118,18 +118,18 @@ def template(
         powers = np.stack([points[member]["powers"] for member in members])
         medoid = int(np.argmin(np.linalg.norm(powers - powers.mean(axis=0), axis=1)))
         fixed = fixed_point(
-            _registering(place),
+            _registering(files),
             members,
             points[members[medoid]]["points"],
             *mesh,
             balance=balance,
             rigid=rigid,
         )
-        group = _group(place, fixed, mesh, modes, rigid, keep=out is None)
+        group = _group(files, fixed, mesh, modes, rigid, keep=out is None)
         return replace(group, balance=balance, notes=(*copies, *group.notes))
 
 
-def _registering(place: Workplace) -> Register:
+def _registering(files: MemberFiles) -> Register:
     """Register members to a template, from their positions in the round before; each call is a round."""
     rounds = count(1)
 
@@ -137,9 +137,9 @@ def _registering(place: Workplace) -> Register:
         members: Sequence[Entry], target: SphereMap, restarts: Sequence[Restarts]
     ) -> Registered:
         folder = f"rounds/{next(rounds)}"
-        template = place.place("work", folder, "template.npz")
+        template = files.path("work", folder, "template.npz")
         save_arrays(template, {"points": target.vertices, "sphere": target.sphere})
-        found = place.registered(folder, members, [template] * len(members), restarts)
+        found = files.registered(folder, members, [template] * len(members), restarts)
         points, areas, turned = stacked(
             [member.sphere for member in found], "points", "areas", "turned"
         )
@@ -149,7 +149,7 @@ def _registering(place: Workplace) -> Register:
 
 
 def _group(
-    place: Workplace,
+    files: MemberFiles,
     fixed: FixedPoint,
     mesh: tuple[FloatArray, IntArray],
     modes: int,
@@ -160,9 +160,9 @@ def _group(
     x, f = mesh
     mean = check_mesh(fixed.mean, f)
     turn = best_rotation(x, orientation_target(mean), mean.A)
-    members = place.placed(fixed.members, [R.T @ turn for R in fixed.turns])
+    members = files.carried(fixed.members, [R.T @ turn for R in fixed.turns])
     points, own, features = stacked(
-        [place.of(member, "placed") for member in members], "points", "areas", "features"
+        [files.of(member, "carried") for member in members], "points", "areas", "features"
     )
     areas = (own / len(members)).sum(axis=0)
     aligned = generalised_procrustes(points, areas, rigid)
@@ -171,15 +171,15 @@ def _group(
         raise MeshError("the surfaces are all the same: nothing differs that a group could show")
     found = principal_modes(away, areas, modes)
     (correlations,) = stacked([member.sphere for member in members], "correlation")
-    laid = [place.laid(member) for member in members]
-    alike, rows = symmetric(laid), []
+    registrations = [files.last_search(member) for member in members]
+    alike, rows = symmetric(registrations), []
     columns = np.column_stack((correlations, aligned.sizes, aligned.distances))
     for member, each, (correlation, size, distance) in zip(
-        members, laid, columns.tolist(), strict=True
+        members, registrations, columns.tolist(), strict=True
     ):
         onto = None
         if keep:
-            onto = read_map(place.result(member))
+            onto = read_map(files.result(member))
         said = member_doubts(each, distance, aligned.distances, correlations, alike)
         rows.append(Member(member.name, onto, correlation, size, distance, said))
     axis = None
@@ -190,6 +190,6 @@ def _group(
     return Group(
         aligned.mean, f, x, aligned.shapes[order], found.modes, found.variances, found.scores[order],
         tuple(rows[k] for k in order), areas, np.sqrt((away**2).sum(axis=(0, 2)) / (len(members) - 1)),
-        features[order], {name: one_line(error) for name, error in place.left_out.items()}, fixed.changes, rigid,
-        notes=tuple(group_doubts(fixed.changes, fixed.settled, axis, laid, found.scores)),
+        features[order], {name: one_line(error) for name, error in files.left_out.items()}, fixed.changes, rigid,
+        notes=tuple(group_doubts(fixed.changes, fixed.settled, axis, registrations, found.scores)),
     )  # fmt: skip

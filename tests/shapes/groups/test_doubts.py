@@ -16,8 +16,12 @@ from igl_spheremap.shapes.groups.doubts import (
     group_doubts,
     member_doubts,
 )
-from igl_spheremap.shapes.groups.laying import Laid, _beside, laid
-from igl_spheremap.shapes.groups.placing import at_points
+from igl_spheremap.shapes.groups.member_registration import (
+    MemberRegistration,
+    _beside,
+    register_member,
+)
+from igl_spheremap.shapes.groups.sampling import at_points
 from igl_spheremap.shapes.groups.turns import Turns
 from igl_spheremap.shapes.harmonics.rotation import rotation_angle
 
@@ -44,7 +48,7 @@ def test_a_member_whose_arms_are_exchanged_is_turned_right(arms, angle):
     wrong = arms.sphere @ Rotation.from_rotvec(np.radians(angle) * up).as_matrix().T
     shape = resample(ism.sphere_map(arms.vertices, arms.faces, wrong), (arms.sphere, arms.faces)).v
     _, (restarts,) = Turns(arms.sphere).restarts(arms.vertices, [shape])
-    found = laid(arms, arms, wrong, restarts)
+    found = register_member(arms, arms, wrong, restarts)
     assert found.turned
     assert np.median(np.linalg.norm(found.sphere - arms.sphere, axis=1)) < 0.1
 
@@ -52,7 +56,9 @@ def test_a_member_whose_arms_are_exchanged_is_turned_right(arms, angle):
 def test_the_first_registration_is_that_which_leads_nearest(arms):
     turn = Rotation.from_rotvec([1.0, 2.0, 0.5]).as_matrix()
     turned = ism.sphere_map(arms.vertices, arms.faces, arms.sphere @ turn)
-    assert np.median(np.linalg.norm(laid(turned, arms).sphere - arms.sphere, axis=1)) < 0.1
+    assert (
+        np.median(np.linalg.norm(register_member(turned, arms).sphere - arms.sphere, axis=1)) < 0.1
+    )
 
 
 def twisted(x, by, bulge):
@@ -115,13 +121,13 @@ def test_doubts_survive_in_files(group, tmp_path):
     assert "it lies wrong: look; twice" in (tmp_path / "members.tsv").read_text()
 
 
-NOTHING = Laid(np.empty((0, 3)), 0.95, rival=3.0, angle=90.0, mirrored=1.0)
+NOTHING = MemberRegistration(np.empty((0, 3)), 0.95, rival=3.0, angle=90.0, mirrored=1.0)
 NOISELESS = NOTHING._replace(correlation=1.0)
 DISTANCES, CORRELATIONS = np.array([1.0, 1.1, 0.9, 1.2, 1.0]), np.full(5, 0.95)
 
 
 @pytest.mark.parametrize(
-    ("laid", "distance", "words"),
+    ("found", "distance", "words"),
     [
         (NOTHING, 1.2, None),
         (NOTHING, 2.5, "2.5 times as far"),
@@ -130,8 +136,8 @@ DISTANCES, CORRELATIONS = np.array([1.0, 1.1, 0.9, 1.2, 1.0]), np.full(5, 0.95)
         (NOTHING._replace(correlation=0.6), 1.0, "correlates"),
     ],
 )
-def test_what_is_doubted_of_a_member(laid, distance, words):
-    said = member_doubts(laid, distance, DISTANCES, CORRELATIONS)
+def test_what_is_doubted_of_a_member(found, distance, words):
+    said = member_doubts(found, distance, DISTANCES, CORRELATIONS)
     assert len(said) == (words is not None)
     assert words is None or words in said[0]
 

@@ -1,7 +1,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from igl_spheremap.shapes.groups.procrustes import generalised_procrustes, placed
+from igl_spheremap.shapes.groups.procrustes import fitted, generalised_procrustes
 
 RNG = np.random.default_rng(0)
 SHAPE = RNG.normal(size=(50, 3)) * [3, 2, 1]
@@ -40,6 +40,6 @@ def test_the_mean_lies_where_shapes_lie_that_are_in_one_place():
 
 
 def test_a_shape_is_laid_on_a_mean_that_stays():
-    shape, size = placed(moved([3.0])[0], SHAPE, WEIGHTS)
+    shape, size = fitted(moved([3.0])[0], SHAPE, WEIGHTS)
     assert np.allclose(shape, SHAPE)
     assert np.isclose(size, 3)

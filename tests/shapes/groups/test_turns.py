@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import igl_spheremap as ism
 from igl_spheremap.resampling.transfer import sphere_mesh
-from igl_spheremap.shapes.groups.procrustes import placed
+from igl_spheremap.shapes.groups.procrustes import fitted
 from igl_spheremap.shapes.groups.turns import NO_RESTARTS, Turns
 from igl_spheremap.shapes.harmonics.rotation import rotation_angle
 
@@ -54,7 +54,7 @@ def test_a_round_body_has_its_axis_and_is_turned_to_the_least_distance():
     (found,) = TURNS.about(axis, mean, [shape])
     assert rotation_angle(found @ turn.T) < 5
     before, after = (
-        np.linalg.norm(placed(each, mean, np.ones(len(X)))[0] - mean)
+        np.linalg.norm(fitted(each, mean, np.ones(len(X)))[0] - mean)
         for each in (shape, round_body(X @ found @ turn.T, bump=0.1))
     )
     assert after < 0.8 * before

@@ -20,10 +20,10 @@ from ...sphere.rows import unit_rows
 from ...untangle.local_repair import unfolded
 
 #: Kinds of given members.
-Source = str | os.PathLike[str] | SphereMap | MeshLike
+SurfaceLike = str | os.PathLike[str] | SphereMap | MeshLike
 
 
-def names_of(sources: Sequence[Source]) -> list[str]:
+def names_of(sources: Sequence[SurfaceLike]) -> list[str]:
     """The sources' files, or their numbers."""
     names = []
     for k, source in enumerate(sources):
@@ -38,7 +38,7 @@ def check_member(result: SphereMap, most: float = 2.0**160) -> None:
     """If areas, variances or volumes of a surface in such units may not be float64 numbers, raise a MeshError.
 
     Products of six coordinates up to 1e48, or of their reciprocals, are. Also if it is inside out: only a mirror image
-    of it could be laid on the others.
+    of it could be aligned with the others.
     """
     largest, least = np.abs(result.vertices).max(), np.ptp(result.vertices, axis=0).max()
     if largest > most or least < 1 / most:

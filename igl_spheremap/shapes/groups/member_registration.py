@@ -11,12 +11,12 @@ from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
 from ...resampling.transfer import resample
 from ...untangle.local_repair import unfolded
-from ..correspondence.registration import Laying, reflected
+from ..correspondence.registration import RegistrationDescent, reflected
 from ..harmonics.rotation import rotation_angle
 from .turns import NO_RESTARTS, Restarts, Turns
 
 
-class Laid(NamedTuple):
+class MemberRegistration(NamedTuple):
     """A member's registration to a template.
 
     Attributes
@@ -53,17 +53,17 @@ class Laid(NamedTuple):
         return self.rival < 1.5
 
 
-def laid(
+def register_member(
     source: SphereMap,
     target: SphereMap,
     before: FloatArray | None = None,
     restarts: Restarts = NO_RESTARTS,
-) -> Laid:
+) -> MemberRegistration:
     """Register from the end of the registration before, perhaps turned, or from the best rotation."""
-    problem = Laying(source, target)
+    problem = RegistrationDescent(source, target)
     if before is None:
-        y = problem.laid(_best_start(problem))
-        return Laid(y, problem.correlation(y))
+        y = problem.registered(_best_start(problem))
+        return MemberRegistration(y, problem.correlation(y))
     starts, outlooks = [before], np.ones(1)
     if restarts.turns:
         for turn in restarts.turns:  # rounding may fold slivers
@@ -71,10 +71,10 @@ def laid(
         outlooks = np.array([problem.outlook(start) for start in starts])
     best, *others = np.argsort(outlooks).tolist()
     if best:
-        y = problem.laid(starts[best])
+        y = problem.registered(starts[best])
     else:
         y = problem.continued(before)
-    found = Laid(y, problem.correlation(y), best > 0)
+    found = MemberRegistration(y, problem.correlation(y), best > 0)
     if others:
         turns = np.array([np.eye(3), *restarts.turns])
         found = found._replace(
@@ -82,8 +82,8 @@ def laid(
             angle=rotation_angle(turns[others[0]] @ turns[best].T),
         )
     if restarts.mirror:
-        image = Laying(reflected(source), target)
-        nearest = image.laid(image.turned(image.turns()[0].rotation))
+        image = RegistrationDescent(reflected(source), target)
+        nearest = image.registered(image.turned(image.turns()[0].rotation))
         found = found._replace(mirrored=_beside(image.distance(nearest), problem.distance(y)))
     return found
 
@@ -97,15 +97,15 @@ def _beside(other: float, taken: float) -> float:
     return 1.0
 
 
-def tried(source: SphereMap, target: SphereMap) -> Laid:
+def register_with_restarts(source: SphereMap, target: SphereMap) -> MemberRegistration:
     """Register a surface to one on the same points of the sphere, and try rivals."""
-    first = laid(source, target)
+    first = register_member(source, target)
     shape = resample(certified(source.mesh, first.sphere), (target.sphere, target.faces)).v
     _, (restarts,) = Turns(target.sphere).restarts(target.vertices, [shape])
-    return laid(source, target, first.sphere, restarts)
+    return register_member(source, target, first.sphere, restarts)
 
 
-def _best_start(problem: Laying, further: float = 1.5, most: int = 4) -> FloatArray:
+def _best_start(problem: RegistrationDescent, further: float = 1.5, most: int = 4) -> FloatArray:
     """The rotation with the least energy times distance, of those that bring the surfaces nearly nearest in space.
 
     The right one of an octopus with its arms exchanged may leave 1.05 times the distance of the nearest, besides which

@@ -1,4 +1,4 @@
-"""The workplace of groups and series: a folder with the files of their members, and the jobs that make these."""
+"""Files of groups and series: a folder with the files of their members, and the jobs that make these."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from ...populations.table import MAPPED, JobRow
 from ...timings import log_share
 from .features import FeatureFiles
 from .files import file_names
-from .jobs import MapMember, MemberJob, MemberTask, PlaceMember, RegisterMember
-from .laying import Laid
-from .placing import Source, names_of
+from .jobs import CarryMember, MapMember, MemberJob, MemberTask, RegisterMember
+from .member_registration import MemberRegistration
+from .sampling import SurfaceLike, names_of
 from .turns import NO_RESTARTS, Restarts, rows
 
 #: The manifest in the folder.
@@ -51,10 +51,10 @@ class Entry:
 
 
 @contextmanager
-def workplace(
+def member_files(
     out: str | os.PathLike[str] | None, results: str, target: str, engine: Engine, least: int
-) -> Iterator[Workplace]:
-    """A workplace in a folder, temporary without `out`, on an icosphere, for a least number of members."""
+) -> Iterator[MemberFiles]:
+    """Files of members in a folder, temporary without `out`, on an icosphere, for a least number of members."""
     with ExitStack() as stack:
         if out is None:
             out = stack.enter_context(TemporaryDirectory())
@@ -64,11 +64,11 @@ def workplace(
             manifest=os.path.join(folder, MANIFEST),
             engine=stack.enter_context(started(engine)),
         )
-        yield Workplace(Path(folder), results, target, least, run)
+        yield MemberFiles(Path(folder), results, target, least, run)
 
 
 @dataclass(eq=False)
-class Workplace:
+class MemberFiles:
     """The files of members in a folder, and the jobs that make them; some steps leave members out, with the reasons.
 
     Members' maps in the common frame lie in the folder `results`, all else in ``work``.
@@ -81,24 +81,24 @@ class Workplace:
     run: Callable[..., list[JobRow]]
     left_out: dict[str, MeshError] = field(default_factory=dict)
 
-    def place(self, *parts: str) -> str:
-        """The place of a file by its folders, which are made, and its name."""
+    def path(self, *parts: str) -> str:
+        """The path of a file by its folders, which are made, and its name."""
         *folders, name = parts
-        place = self.folder
-        for folder in folders:
-            place = make_folder(place / folder, follow=False)
-        return str(place / name)
+        folder = self.folder
+        for each in folders:
+            folder = make_folder(folder / each, follow=False)
+        return str(folder / name)
 
     def of(self, member: Entry, kind: str) -> str:
-        """A member's file: "map" with features, "points" on the icosphere, or "placed", points that correspond."""
-        return self.place("work", kind, f"{member.short}.npz")
+        """A member's file: "map" with features, "points" on the icosphere, or "carried", points that correspond."""
+        return self.path("work", kind, f"{member.short}.npz")
 
     def result(self, member: Entry) -> str:
         """The member's map in the common frame."""
-        return self.place(self.results, f"{member.short}.npz")
+        return self.path(self.results, f"{member.short}.npz")
 
     def mapped(
-        self, sources: Sequence[Source], features: Sequence[ArrayLike] | None, balance: float
+        self, sources: Sequence[SurfaceLike], features: Sequence[ArrayLike] | None, balance: float
     ) -> list[Entry]:
         """Map the sources; return the mapped ones, in their order."""
         names, jobs = names_of(sources), dict[Entry, MemberJob]()
@@ -133,7 +133,7 @@ class Workplace:
             arrays = {"vertices": mesh.v, "faces": mesh.f}
             if mesh.caps is not None:
                 arrays["caps"] = mesh.caps
-        path = self.place("work", "given", f"{member.short}.npz")
+        path = self.path("work", "given", f"{member.short}.npz")
         save_arrays(path, arrays)
         return path
 
@@ -143,7 +143,7 @@ class Workplace:
             return features.paths
         rows = np.asarray(features, dtype=np.float64)
         rows = rows.reshape(len(rows), -1)
-        path = self.place("work", "given", f"{member.short}.features.npy")
+        path = self.path("work", "given", f"{member.short}.features.npy")
         with replacing(path, force=True) as partial_file:
             np.save(partial_file, rows)
         return tuple(f"{path}:{k}" for k in range(rows.shape[1]))
@@ -162,7 +162,7 @@ class Workplace:
         ):
             jobs[member] = MemberJob(
                 self.of(member, "points"),
-                self.place("work", folder, f"{k}.npz"),
+                self.path("work", folder, f"{k}.npz"),
                 restarts=each,
                 beside=tuple(filter(None, (template, member.sphere))),
             )
@@ -173,27 +173,29 @@ class Workplace:
                 member.search = member.sphere
         return found
 
-    def placed(self, members: Sequence[Entry], turns: Sequence[FloatArray]) -> list[Entry]:
+    def carried(self, members: Sequence[Entry], turns: Sequence[FloatArray]) -> list[Entry]:
         """Carry the last registrations, turned, to the members' own meshes."""
         jobs = {
             member: MemberJob(
                 self.of(member, "map"),
                 self.result(member),
-                more=(self.of(member, "placed"),),
+                more=(self.of(member, "carried"),),
                 beside=(self.of(member, "points"), member.sphere),
                 turn=rows(turn),
             )
             for member, turn in zip(members, turns, strict=True)
         }
-        return self._each("members", jobs, PlaceMember)
+        return self._each("members", jobs, CarryMember)
 
-    def laid(self, member: Entry) -> Laid:
+    def last_search(self, member: Entry) -> MemberRegistration:
         """The last registration that tried other turns or a mirror image, or else the last one."""
         path = member.sphere
         if member.search:
             path = member.search
         arrays = read_arrays(path)
-        return Laid(arrays["sphere"], *(arrays[name].item() for name in Laid._fields[1:]))
+        return MemberRegistration(
+            arrays["sphere"], *(arrays[name].item() for name in MemberRegistration._fields[1:])
+        )
 
     def _each(
         self,
