@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
 from ..gate import gate
-from ..mesh.arrays import FloatArray, IntArray, plain_array
+from ..mesh.arrays import FloatArray, IntArray, listed_words, plain_array
 from .nifti import array_behind, nibabel_for
 from .reading import unpacked
 from .records import RawMesh, of_triangles
@@ -120,11 +120,8 @@ def _keys(image: NDArray[Any]) -> NDArray[Any]:
     return keys
 
 
-def _listed(keys: NDArray[Any], most: int = 12) -> str:
-    names = ", ".join(f"{key:.0f}" for key in keys[:most])
-    if len(keys) <= most:
-        return names
-    return f"{names} and {len(keys) - most} more"
+def _listed(keys: NDArray[Any]) -> str:
+    return listed_words(keys.astype(np.int64).tolist(), 12)
 
 
 def _load(path: Path) -> tuple[NDArray[Any], FloatArray]:

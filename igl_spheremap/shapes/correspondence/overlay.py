@@ -153,9 +153,10 @@ def _same_crossings(
     cut_a: Segments, cut_b: Segments, A: Triangulation, B: Triangulation, first: int
 ) -> Segments:
     """Number the crossings in the segments of B as in the segments of A."""
-    key = cut_a.crossed[:, 0] * len(B.forward) + B.edge[cut_a.crossed[:, 1]]
+    (edge_a, half_b), (edge_b, half_a) = cut_a.crossed.T, cut_b.crossed.T
+    key = A.edge(A.forward[edge_a]) * len(B.twin) + B.edge(half_b)
     order = np.argsort(key)
-    again = A.edge[cut_b.crossed[:, 1]] * len(B.forward) + cut_b.crossed[:, 0]
+    again = A.edge(half_a) * len(B.twin) + B.edge(B.forward[edge_b])
     number = np.arange(first + len(key))
     number[first:] += order[np.searchsorted(key, again, sorter=order)] - np.arange(len(key))
     return replace(cut_b, start=number[cut_b.start], end=number[cut_b.end])

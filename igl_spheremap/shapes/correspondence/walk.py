@@ -27,8 +27,8 @@ class Triangulation:
         Unit rows.
     f : (m, 3) int64 array
         Faces.
-    start, end, twin, edge : (3 m,) int64 arrays
-        Of each half-edge: its vertices, the half-edge that runs back, and the number of its edge.
+    start, end, twin : (3 m,) int64 arrays
+        Of each half-edge: its vertices, and the half-edge that runs back.
     forward : (3 n - 6,) int64 array
         The half-edge from the smaller to the larger vertex of each edge.
     """
@@ -40,8 +40,10 @@ class Triangulation:
         self._edges = mesh.edges
         self.twin = mesh.edges.twins().astype(np.int64)
         self.forward = np.flatnonzero(self.start < self.end)
-        self.edge = np.empty_like(self.twin)
-        self.edge[self.forward] = self.edge[self.twin[self.forward]] = np.arange(len(self.forward))
+
+    def edge(self, h: IntArray) -> IntArray:
+        """Return the number of each half-edge's edge: the smaller one of its two half-edges."""
+        return np.minimum(h, self.twin[h])
 
     def apex(self, h: IntArray) -> IntArray:
         """Return the vertex opposite each half-edge."""
