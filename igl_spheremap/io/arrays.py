@@ -5,13 +5,11 @@ from __future__ import annotations
 import csv
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import MeshError
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import AnyArray, FloatArray
 from .npz import array_of
 from .records import Metadata
 from .tables import MARKED, SEPARATORS
@@ -21,7 +19,7 @@ _ARRAY = ".npy"
 _SEPARATORS = "\t;,"
 
 
-def _by_place(table: NDArray[Any]) -> dict[str, NDArray[Any]]:
+def _by_place(table: AnyArray) -> dict[str, AnyArray]:
     """Name the columns of an array by their places; take a single row for a column."""
     columns = table
     if table.ndim < 2 or len(table) == 1:
@@ -33,7 +31,7 @@ def _by_place(table: NDArray[Any]) -> dict[str, NDArray[Any]]:
     return {str(k): column for k, column in enumerate(columns.T)}
 
 
-def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
+def read_scalars(path: Path) -> dict[str, AnyArray]:
     """The columns of an array, or of a table."""
     if path.suffix.lower() == _ARRAY:
         return _by_place(array_of(path.read_bytes()))
@@ -58,7 +56,7 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
     write_text(path, head, {}, (mark.join(["%r"] * len(maps)) + "\n", columns))
 
 
-def _read_table(path: Path) -> dict[str, NDArray[Any]]:
+def _read_table(path: Path) -> dict[str, AnyArray]:
     """The columns of a table by its header, or else by their places, without columns that begin with a text."""
     lines = [
         (number, line)

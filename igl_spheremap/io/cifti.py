@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError, import_optional, printable
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import AnyArray, FloatArray
 from .formats import CIFTI_SCALARS, CIFTI_SERIES
 from .nifti import array_behind, nibabel_for
 from .records import Label, Metadata
@@ -22,7 +21,7 @@ from .records import Label, Metadata
 _PREFIX = "CIFTI_STRUCTURE_"
 
 
-def read_scalars(path: Path, structure: str | None = None) -> dict[str, NDArray[Any]]:
+def read_scalars(path: Path, structure: str | None = None) -> dict[str, AnyArray]:
     """The maps over a hemisphere, or over the only one that has any; NaN at vertices without data."""
     maps, rows, data = _load(path)
     models = {
@@ -100,7 +99,7 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
     path.write_bytes(image.to_bytes())
 
 
-def _load(path: Path) -> tuple[Any, Any, NDArray[Any]]:
+def _load(path: Path) -> tuple[Any, Any, AnyArray]:
     """The axes of maps and of vertices, and the maps, one a row.
 
     The header is read without nibabel's checks, which print their mends.

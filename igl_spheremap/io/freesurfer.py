@@ -6,13 +6,11 @@ import errno
 import os
 import struct
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError, import_optional
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import AnyArray, FloatArray, IntArray
 from .reading import Bytes, check_complete
 from .records import Metadata, RawMesh, of_triangles
 from .text import indices, numbers, read_rows
@@ -63,7 +61,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     _check_whole(path, 13 + len(comment) + 12 * (len(v) + len(f)))
 
 
-def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
+def read_scalars(path: Path) -> dict[str, AnyArray]:
     """A curvature file's scalar map, named by the file's suffix."""
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer data", "io")
     data = path.read_bytes()

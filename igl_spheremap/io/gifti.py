@@ -10,10 +10,10 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
 
 from ..errors import MeshError, import_optional, printable
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import AnyArray, FloatArray, IntArray
 from .reading import check_expansion, expansion_limit, unpacked
 from .records import Label, Metadata, RawMesh, of_triangles
 
@@ -78,7 +78,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     _save(path, [points, triangles], metadata)
 
 
-def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
+def read_scalars(path: Path) -> dict[str, AnyArray]:
     """The data arrays by their names, or else their places."""
     arrays = {}
     for k, array in enumerate(_load(path).darrays):
@@ -108,7 +108,7 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
 
 
 def _array(
-    values: NDArray[Any], intent: str, kind: DTypeLike, meta: dict[str, str], coordsys: Any = None
+    values: AnyArray, intent: str, kind: DTypeLike, meta: dict[str, str], coordsys: Any = None
 ) -> Any:
     gifti, dtype = import_optional("nibabel.gifti", "GIFTI", "io"), np.dtype(kind)
     return gifti.GiftiDataArray(

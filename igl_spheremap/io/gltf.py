@@ -12,11 +12,10 @@ from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..draw.plot import vertical
 from ..errors import MeshError, import_optional
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import AnyArray, FloatArray, IntArray
 from .reading import Bytes, beside, check_complete, check_expansion
 from .records import Metadata, RawMesh, of_triangles
 
@@ -116,7 +115,7 @@ class Scene:
         full = {name: value for name, value in accessor.items() if name != "sparse"}
         return full | {"bufferView": len(views) - 1, "byteOffset": 0}
 
-    def _rows(self, entry: dict[str, Any], count: int, kind: str, width: int) -> NDArray[Any]:
+    def _rows(self, entry: dict[str, Any], count: int, kind: str, width: int) -> AnyArray:
         """Read `count` rows from the place in a buffer that an entry of the tree names."""
         view = self.tree["bufferViews"][entry["bufferView"]]
         at, size = view.get("byteOffset", 0) + entry.get("byteOffset", 0), np.dtype(kind).itemsize

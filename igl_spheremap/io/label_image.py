@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import igl
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import MeshError
 from ..gate import gate
-from ..mesh.arrays import FloatArray, IntArray, listed_words, plain_array
+from ..mesh.arrays import AnyArray, FloatArray, IntArray, listed_words, plain_array
 from .nifti import array_behind, nibabel_for
 from .reading import unpacked
 from .records import RawMesh, of_triangles
@@ -107,7 +106,7 @@ def labels_in(path: Path) -> list[int]:
     return [int(key) for key in _keys(_load(path)[0])]
 
 
-def _keys(image: NDArray[Any]) -> NDArray[Any]:
+def _keys(image: AnyArray) -> AnyArray:
     """The labels of an image but 0; a MeshError if there are none, or values that are no labels."""
     keys = np.unique(image)
     keys = keys[keys != 0]
@@ -120,11 +119,11 @@ def _keys(image: NDArray[Any]) -> NDArray[Any]:
     return keys
 
 
-def _listed(keys: NDArray[Any]) -> str:
+def _listed(keys: AnyArray) -> str:
     return listed_words(keys.astype(np.int64).tolist(), 12)
 
 
-def _load(path: Path) -> tuple[NDArray[Any], FloatArray]:
+def _load(path: Path) -> tuple[AnyArray, FloatArray]:
     """An image's array and affine matrix."""
     with nibabel_for("images of labels") as nibabel:
         data = unpacked(path, times=1032)  # as far as deflate goes: images of labels do expand so

@@ -9,9 +9,9 @@ from io import BytesIO
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import import_optional
+from ..mesh.arrays import AnyArray
 from .reading import check_complete
 
 
@@ -29,7 +29,7 @@ def nibabel_for(user: str) -> Iterator[Any]:
         raise ValueError(str(error)) from error
 
 
-def array_behind(header: Any, content: bytes) -> NDArray[Any]:
+def array_behind(header: Any, content: bytes) -> AnyArray:
     """The array that a header describes; nibabel would take memory for as much as it announces."""
     announced = math.prod(header.get_data_shape()) * header.get_data_dtype().itemsize
     check_complete(announced <= len(content), f"{len(content)} bytes", str(announced))

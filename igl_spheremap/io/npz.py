@@ -15,11 +15,10 @@ from typing import Any, get_args, get_origin, get_type_hints
 import igl
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from ..errors import MeshError, Remedy, printable, shown
 from ..maps.sphere_map import SphereMap
-from ..mesh.arrays import FloatArray, IntArray, check_rows
+from ..mesh.arrays import AnyArray, FloatArray, IntArray, check_rows
 from ..mesh.check import check_mesh
 from ..result.run import Round, Run, Stage, Status, Step
 from ..verify.certificate import Certificate
@@ -60,7 +59,7 @@ def read_map(path: Path) -> SphereMap:
     return map_of(read_arrays(path))
 
 
-def map_of(arrays: dict[str, NDArray[Any]]) -> SphereMap:
+def map_of(arrays: dict[str, AnyArray]) -> SphereMap:
     """The map whose arrays these are."""
     if not {"vertices", "faces", "sphere", "json"} <= arrays.keys():
         raise MeshError(
@@ -111,7 +110,7 @@ def arrays_of(result: SphereMap) -> dict[str, Any]:
     return arrays | {"json": json.dumps(runs, default=_plain)}
 
 
-def read_arrays(path: PathLike) -> dict[str, NDArray[Any]]:
+def read_arrays(path: PathLike) -> dict[str, AnyArray]:
     """All arrays of an archive, in memory bounded by its size; numpy.load takes as much as headers announce."""
     data = Path(path).read_bytes()
     with zipfile.ZipFile(BytesIO(data)) as archive:
@@ -139,7 +138,7 @@ def read_arrays(path: PathLike) -> dict[str, NDArray[Any]]:
 read_scalars = read_arrays
 
 
-def array_of(data: bytes) -> NDArray[Any]:
+def array_of(data: bytes) -> AnyArray:
     """The array that the bytes of an .npy file hold."""
     stream = BytesIO(data)
     shape, fortran, dtype = _HEADERS[np.lib.format.read_magic(stream)](stream)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..draw.markup import BEGIN, page
 from ..errors import FileError
+from .formats import PathLike
 from .replacing import replacing
 
 
@@ -35,7 +36,7 @@ def check_own_page(path: Path) -> None:
         )
 
 
-def page_file(place: str | os.PathLike[str], name: str) -> Path:
+def page_file(place: PathLike, name: str) -> Path:
     """The file of a page: `place` if it ends in .html, else `name` in that folder. A ValueError names other endings.
 
     >>> page_file("a/bunny.html", "report.html").name, page_file("a", "report.html").name

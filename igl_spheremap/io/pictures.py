@@ -6,10 +6,10 @@ from io import BytesIO
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..draw.markup import png
 from ..errors import FileError, import_optional
+from ..mesh.arrays import PixelArray
 from .formats import PathLike
 from .reading import PARSER_ERRORS, opening
 from .replacing import replacing
@@ -20,13 +20,13 @@ _FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "TGA")
 MOST_PIXELS = 1 << 26
 
 
-def read_picture(path: PathLike) -> NDArray[np.uint8]:
+def read_picture(path: PathLike) -> PixelArray:
     """An image (height, width, 3) of PNG, JPEG, WebP, TIFF, BMP, GIF, PPM or TGA, rows from above."""
     with opening(path):
         return picture(Path(path).read_bytes(), str(path))
 
 
-def picture(content: bytes, name: str) -> NDArray[np.uint8]:
+def picture(content: bytes, name: str) -> PixelArray:
     """The image that a file holds; an error says `name`."""
     pillow = import_optional("PIL.Image", "a picture", "io")
     try:
@@ -43,7 +43,7 @@ def picture(content: bytes, name: str) -> NDArray[np.uint8]:
         raise FileError(f"can't read {name} as a picture: {error}") from None
 
 
-def write_picture(path: PathLike, image: NDArray[np.uint8], *, force: bool = False) -> None:
+def write_picture(path: PathLike, image: PixelArray, *, force: bool = False) -> None:
     """Write an image (height, width, 3), rows from above; `force` as of `replacing`."""
     with replacing(path, force) as partial:
         partial.write_bytes(png(image))

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import FileError, MeshError, shown
 from ..gate import MeshLike, gate
-from ..mesh.arrays import FloatArray, IntArray, check_rows, check_triangles, plain_array
+from ..mesh.arrays import AnyArray, FloatArray, IntArray, check_rows, check_triangles, plain_array
 from ..mesh.disk import Disk, check_disk
 from ..plane.plane_map import PlaneMap, given_map, unit_square
 from ..resampling.texture import checker_image, plane_atlas
@@ -139,7 +139,7 @@ def _patch(path: PathLike, result: PlaneMap, vertex: IntArray) -> Patch:
     return Patch(vertex, result.image, border)
 
 
-def _obj_lines(mesh: Disk, vertex: IntArray, uv: FloatArray) -> Iterator[tuple[str, NDArray[Any]]]:
+def _obj_lines(mesh: Disk, vertex: IntArray, uv: FloatArray) -> Iterator[tuple[str, AnyArray]]:
     """Templates of the lines of an OBJ file, each with its rows: vertices once, coordinates by corner, caps apart."""
     first, number = _numbered(vertex)
     yield "v %r %r %r\n", mesh.v[first]

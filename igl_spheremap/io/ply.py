@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import FileError, MeshError, within
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import AnyArray, FloatArray, IntArray
 from .reading import Bytes, check_complete
 from .records import Metadata, Polygons, RawMesh
 from .text import counted_indices, numbers, read_rows
@@ -76,7 +75,7 @@ def read(path: Path) -> RawMesh:
     return RawMesh(v, faces, sphere=np.column_stack([columns[name] for name in SPHERE]))
 
 
-def read_scalars(path: Path) -> dict[str, NDArray[Any]]:
+def read_scalars(path: Path) -> dict[str, AnyArray]:
     """The properties of vertices that are numbers, but their positions."""
     columns, _ = _read(path)
     return {name: column for name, column in columns.items() if name not in POSITIONS}
@@ -153,7 +152,7 @@ def _layout(lines: list[str]) -> tuple[str, list[PlyElement]]:
 
 def _read_text(
     body: bytes, layout: list[PlyElement], corners: PlyProperty
-) -> tuple[dict[str, NDArray[Any]], Polygons]:
+) -> tuple[dict[str, AnyArray], Polygons]:
     """The columns of vertices by name, and the faces, of a line each."""
     rows, at, own = read_rows(body), 0, {}
     for element in layout:
@@ -174,7 +173,7 @@ def _read_text(
 
 def _read_binary(
     body: bytes, layout: list[PlyElement], corners: PlyProperty
-) -> tuple[dict[str, NDArray[Any]], Polygons]:
+) -> tuple[dict[str, AnyArray], Polygons]:
     """The columns of vertices by name, and the faces, of rows of bytes."""
     file, own = Bytes(body), {}
     for element in layout:
@@ -189,7 +188,7 @@ def _read_binary(
     return named, Polygons(faces.astype(np.int64), np.full(m, sizes))
 
 
-def _columns(file: Bytes, element: PlyElement) -> Sequence[tuple[NDArray[Any], IntArray | int]]:
+def _columns(file: Bytes, element: PlyElement) -> Sequence[tuple[AnyArray, IntArray | int]]:
     """The values of each column, those of all rows in one array, and how many of them a row has.
 
     If lists are as long as in the first row, all rows are taken at once, else one by one.
@@ -214,7 +213,7 @@ def _columns(file: Bytes, element: PlyElement) -> Sequence[tuple[NDArray[Any], I
 
 def _by_row(
     file: Bytes, element: PlyElement, rows: int
-) -> Sequence[tuple[NDArray[Any], IntArray | int]]:
+) -> Sequence[tuple[AnyArray, IntArray | int]]:
     """The same of the next rows, whatever the lengths of their lists."""
     parts: list[list[bytes]] = [[] for _ in element.properties]
     for _ in range(rows):

@@ -14,13 +14,13 @@ import zlib
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path, PureWindowsPath
-from typing import Any
 from xml.parsers.expat import ExpatError
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
 
 from ..errors import FileError, MeshError, shown, within
+from ..mesh.arrays import AnyArray
 from .formats import GZIP, PathLike
 
 #: Folders of files that the system makes up when they are read: some have no end, or hold secrets of the process.
@@ -167,7 +167,7 @@ class Bytes:
         self.at += size
         return self.data[self.at - size : self.at]
 
-    def array(self, kind: DTypeLike, count: int) -> NDArray[Any]:
+    def array(self, kind: DTypeLike, count: int) -> AnyArray:
         """The next numbers of a type."""
         dtype = np.dtype(kind)
         return np.frombuffer(self.take(count * dtype.itemsize), dtype)

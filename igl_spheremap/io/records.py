@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import MeshError, Remedy
-from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_triangles
+from ..mesh.arrays import AnyArray, BoolArray, FloatArray, IntArray, check_triangles
 from ..mesh_repair.polygons import cut_polygons
 
 Metadata = Mapping[str, Any]
@@ -85,10 +85,10 @@ class RawMesh:
     ``sphere`` are the positions on the sphere of a file that holds a map.
     """
 
-    v: NDArray[Any]
+    v: AnyArray
     faces: Polygons
     metadata: Metadata = field(default_factory=dict)
-    sphere: NDArray[Any] | None = None
+    sphere: AnyArray | None = None
 
 
 @dataclass(frozen=True)

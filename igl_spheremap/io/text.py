@@ -9,13 +9,11 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import MeshError
-from ..mesh.arrays import BoolArray, FloatArray, IntArray
+from ..mesh.arrays import AnyArray, BoolArray, FloatArray, IntArray, PixelArray
 from .records import Metadata, Polygons
 
 
@@ -23,7 +21,7 @@ from .records import Metadata, Polygons
 class TextRows:
     """Lines that are not empty, with their tokens counted."""
 
-    text: NDArray[np.uint8]  # all of it; each line ends with a newline
+    text: PixelArray  # all of it; each line ends with a newline
     begin: IntArray  # where the first token of each line starts
     end: IntArray  # where the newline of each line is
     counts: IntArray  # tokens of each line
@@ -118,7 +116,7 @@ def write_text(
     path: Path,
     head: str,
     metadata: Metadata,
-    *parts: tuple[str, NDArray[Any]],
+    *parts: tuple[str, AnyArray],
     at_once: int = 1 << 16,
 ) -> None:
     """Write a head, the mark as a comment, and for each template and array one line a row, in blocks of lines.
@@ -135,9 +133,7 @@ def write_text(
                 file.write(((template * len(block)) % tuple(block.ravel().tolist())).encode())
 
 
-def _convert(
-    rows: TextRows, places: IntArray, kind: type[int | float], message: str
-) -> NDArray[Any]:
+def _convert(rows: TextRows, places: IntArray, kind: type[int | float], message: str) -> AnyArray:
     """Convert the tokens at some places among those of all lines to numbers, in an array of the shape of `places`."""
     text = rows.bytes()
     if kind is int and b"/" in text:

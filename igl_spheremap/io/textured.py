@@ -11,10 +11,10 @@ from typing import Any
 
 import igl
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import FileError, MeshError, import_optional
-from ..mesh.arrays import TINY, FloatArray, check_triangles, own_unit
+from ..mesh.arrays import TINY, FloatArray, PixelArray, check_triangles, own_unit
 from ..mesh.check import check_indices, check_positions
 from ..resampling.texture import Atlas
 from .formats import PathLike, format_of
@@ -43,7 +43,7 @@ class TexturedMesh:
 
     uv: FloatArray
     v: FloatArray
-    image: NDArray[np.uint8]
+    image: PixelArray
 
     def __repr__(self) -> str:
         return f"TexturedMesh({len(self.uv)} faces, {self.image.shape[1]} x {self.image.shape[0]} texels)"
@@ -132,7 +132,7 @@ def _named(data: bytes, word: bytes) -> list[str]:
     return [name.decode(errors="replace").strip() for name in dict.fromkeys(found)]
 
 
-def _image(content: bytes | None, path: Path) -> NDArray[np.uint8]:
+def _image(content: bytes | None, path: Path) -> PixelArray:
     """The picture of a surface."""
     if content is None:
         raise MeshError("no picture: it names no texture; give a file with a texture")
@@ -144,7 +144,7 @@ def write_textured(
     v: ArrayLike,
     f: ArrayLike,
     atlas: Atlas,
-    image: NDArray[np.uint8],
+    image: PixelArray,
     *,
     force: bool = False,
     metadata: Metadata | None = None,
@@ -198,7 +198,7 @@ def _write_obj(
     v: FloatArray,
     normals: FloatArray,
     atlas: Atlas,
-    image: NDArray[np.uint8],
+    image: PixelArray,
     force: bool,
     known: Metadata,
 ) -> None:
@@ -227,9 +227,7 @@ def _write_obj(
         write_text(partial, f"{comment}mtllib {material.name}\nusemtl texture\n", {}, *parts)
 
 
-def _textured_body(
-    v: FloatArray, normals: FloatArray, atlas: Atlas, image: NDArray[np.uint8]
-) -> Any:
+def _textured_body(v: FloatArray, normals: FloatArray, atlas: Atlas, image: PixelArray) -> Any:
     """A mesh of trimesh's with a texture."""
     trimesh, pillow = (
         import_optional("trimesh", "glTF", "io"),

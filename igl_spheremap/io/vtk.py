@@ -9,14 +9,12 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote, unquote
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import MeshError
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import AnyArray, FloatArray, IntArray
 from ..mesh_repair.polygons import counted_corners
 from .reading import Bytes, check_complete
 from .records import Metadata, Polygons, RawMesh, ending
@@ -71,7 +69,7 @@ class LegacyFile(Bytes):
         assert end is not None
         self.at = end.end()
 
-    def numbers(self, count: int, name: str) -> NDArray[Any]:
+    def numbers(self, count: int, name: str) -> AnyArray:
         """The next `count` numbers of a type; none of texts, which are skipped."""
         kind = name.lower()
         if kind in _TEXTS:
@@ -168,7 +166,7 @@ def surface_cells(cells: Polygons, types: IntArray) -> Polygons:
     return Polygons(corners[np.repeat(kept, cells.sizes)], cells.sizes[kept])
 
 
-def _numbers(words: list[bytes], kind: str) -> NDArray[Any]:
+def _numbers(words: list[bytes], kind: str) -> AnyArray:
     """Words as numbers of a type; a ValueError if one is not one, an OverflowError if the type does not hold it."""
     if kind[0] == "f":
         return np.fromiter(map(float, words), dtype=np.float64).astype(kind)
@@ -178,9 +176,7 @@ def _numbers(words: list[bytes], kind: str) -> NDArray[Any]:
     return whole.astype(kind)
 
 
-def surface(
-    v: NDArray[Any] | None, faces: Polygons | None, point_data: dict[str, NDArray[Any]]
-) -> RawMesh:
+def surface(v: AnyArray | None, faces: Polygons | None, point_data: dict[str, AnyArray]) -> RawMesh:
     """A mesh with those arrays that have a row a vertex; without polygons it is refused."""
     if v is None or faces is None or len(faces.sizes) == 0:
         raise MeshError(
@@ -197,9 +193,9 @@ def read(path: Path) -> RawMesh:
     """Points, polygons and point data of a legacy file."""
     file = LegacyFile(path.read_bytes())
     v, faces, cells, count, point_data = None, None, None, 0, False
-    kept: dict[str, NDArray[Any]] = {}
+    kept: dict[str, AnyArray] = {}
     while words := file.line():
-        found: dict[str, NDArray[Any]] = {}
+        found: dict[str, AnyArray] = {}
         match [words[0].upper(), *words[1:]]:
             case ["DATASET", kind]:
                 if kind.upper() not in ("POLYDATA", "UNSTRUCTURED_GRID"):
@@ -250,7 +246,7 @@ def read(path: Path) -> RawMesh:
     return surface(v, faces, kept)
 
 
-def _rows(file: LegacyFile, count: int, kind: str, width: str | int = 1) -> NDArray[Any]:
+def _rows(file: LegacyFile, count: int, kind: str, width: str | int = 1) -> AnyArray:
     """The next `count` rows of numbers; one number a row needs no second dimension."""
     values = file.numbers(int(width) * count, kind)
     if int(width) == 1:
@@ -258,7 +254,7 @@ def _rows(file: LegacyFile, count: int, kind: str, width: str | int = 1) -> NDAr
     return values.reshape(count, int(width))
 
 
-def _field(file: LegacyFile, count: int) -> dict[str, NDArray[Any]]:
+def _field(file: LegacyFile, count: int) -> dict[str, AnyArray]:
     """The arrays of a field, by name."""
     arrays = {}
     for _ in range(count):

@@ -15,9 +15,9 @@ from typing import Any, Literal
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import MeshError, printable
+from ..mesh.arrays import AnyArray
 from .reading import Bytes, check_expansion
 from .records import Polygons, RawMesh, ending
 from .vtk import EXTRACT, SAVE, surface, surface_cells
@@ -58,7 +58,7 @@ class _Arrays:
     stored: int  # bytes of the file
     expanded: int = 0
 
-    def read(self, element: ElementTree.Element) -> NDArray[Any]:
+    def read(self, element: ElementTree.Element) -> AnyArray:
         """The numbers of a DataArray, a row for each tuple if it has more than one component."""
         kind = np.dtype(_TYPES[element.get("type", "")]).newbyteorder(self.order)
         words = element.findtext(".", "").split()
@@ -141,7 +141,7 @@ def _opened(data: bytes) -> tuple[ElementTree.Element, _Arrays]:
 
 def _piece(
     piece: ElementTree.Element, points: ElementTree.Element, arrays: _Arrays
-) -> tuple[NDArray[Any], Polygons, dict[str, NDArray[Any]]]:
+) -> tuple[AnyArray, Polygons, dict[str, AnyArray]]:
     """Points, polygons and point data of a piece."""
     v = arrays.read(points)
     strips = piece.get("NumberOfStrips", "0")

@@ -15,6 +15,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
+PixelArray = NDArray[np.uint8]
+AnyArray = NDArray[Any]
 
 #: float64's relative precision, and its smallest number with all digits.
 EPS, TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..errors import FileError, Remedy, printable
+from ..io.formats import PathLike
 from ..io.replacing import check_writable, make_folder
 from .table import MAPPED, ROW_ERRORS, JobRow, from_plain, json_lines, plain
 
@@ -88,7 +89,7 @@ class Manifest:
     A result is known by its key, see `igl_spheremap.populations.job.key_of`; the last one of a key counts.
     """
 
-    def __init__(self, path: str | os.PathLike[str], run: Mapping[str, Any]) -> None:
+    def __init__(self, path: PathLike, run: Mapping[str, Any]) -> None:
         make_folder(Path(path).parent)
         check_writable(path, force=True)
         self.path = Path(os.path.realpath(path))
@@ -109,7 +110,7 @@ class Manifest:
         for key, result in self._earlier():
             self._results.setdefault(key, []).append(result)
 
-    def _check(self, path: str | os.PathLike[str]) -> None:
+    def _check(self, path: PathLike) -> None:
         """Raise a FileError if another run writes the file, or if it is not a manifest."""
         if not _lock(self._file):
             raise FileError(

@@ -11,7 +11,7 @@ from ..balance import CONFORMAL
 from ..errors import check_list, check_number, shown
 from ..gate import gate
 from ..io.files import own_name
-from ..io.formats import format_of, stem_of
+from ..io.formats import PathLike, format_of, stem_of
 from ..maps.options import Auto, Method, method_of
 from ..mesh_repair import REPAIRS
 from ..mesh_repair.repair_mesh import asked_for
@@ -28,16 +28,16 @@ _OF_MESHES = ("weld", "keep_largest", "holes", "handles")
 
 @gate
 def map_many(
-    sources: Iterable[str | os.PathLike[str]],
+    sources: Iterable[PathLike],
     out: str,
     *,
     method: str | Method = "auto",
     balance: float = CONFORMAL,
     repair: bool | Mapping[str, Any] = False,
     force: bool = False,
-    manifest: str | os.PathLike[str] | None = None,
+    manifest: PathLike | None = None,
     engine: Engine = USUAL,
-    report: str | os.PathLike[str] | None = None,
+    report: PathLike | None = None,
     listener: Callable[[Row], None] | None = None,
 ) -> list[Row]:
     """Map many mesh files to spheres, each in a process, and continue where an earlier run ended.

@@ -20,6 +20,7 @@ from ..draw.palette import AREAS, FOLDED, Colour, Ramp, fitting
 from ..draw.plot import both_sides, pose
 from ..errors import import_optional
 from ..io.files import read_sphere
+from ..io.formats import PathLike
 from ..io.hemispheres import LEFT, RIGHT, structure_of
 from ..io.pages import check_own_page, page_file, write_page
 from ..io.pictures import write_picture
@@ -80,7 +81,7 @@ class Sheet:
     command: Callable[[Any], Sequence[str]]
 
 
-def check_page(place: str | os.PathLike[str]) -> Path:
+def check_page(place: PathLike) -> Path:
     """The file of a page: `place` if it ends in .html, else `index.html` in that folder.
 
     Without Pillow, or if there is a file that `write_population_page` did not write, raise a FileError; if the place is
@@ -93,7 +94,7 @@ def check_page(place: str | os.PathLike[str]) -> Path:
 
 
 def write_population_page(
-    place: str | os.PathLike[str], rows: Sequence[JobRow], sheet: Sheet, processes: int | None = None, *,
+    place: PathLike, rows: Sequence[JobRow], sheet: Sheet, processes: int | None = None, *,
     command: str = "", most: int = 2000,
 ) -> Path:  # fmt: skip
     """Write a page with all rows and a picture of each, the worst first, and return its path.

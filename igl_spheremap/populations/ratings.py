@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..errors import MeshError
+from ..io.formats import PathLike
 from ..io.reading import reading
 from ..io.tables import SEPARATORS, read_cells
 
@@ -14,7 +15,7 @@ from ..io.tables import SEPARATORS, read_cells
 _PASS, _FAIL = "pass", "fail"
 
 
-def failed_in(path: str | os.PathLike[str], sources: Sequence[str]) -> dict[str, str]:
+def failed_in(path: PathLike, sources: Sequence[str]) -> dict[str, str]:
     """The sources that a table of ratings calls failed, each with its comment.
 
     If the table rates none of these, or is not a table of ratings, raises a MeshError.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -10,6 +9,7 @@ from dataclasses import replace
 from datetime import datetime, timezone
 from typing import Any
 
+from ..io.formats import PathLike
 from .engine import Engine, results, started
 from .job import JobT, Task, host_and_process, key_of
 from .manifest import Manifest
@@ -19,7 +19,7 @@ from .table import MAPPED, JobRow
 def run_many(
     jobs: Sequence[JobT],
     task: Task[JobT],
-    manifest: str | os.PathLike[str],
+    manifest: PathLike,
     engine: Engine,
     listener: Callable[[Any], None] | None = None,
 ) -> list[Any]:

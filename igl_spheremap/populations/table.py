@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import math
-import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
@@ -14,6 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ..io.formats import PathLike
 from ..io.tables import SEPARATORS, write_cells
 from ..mesh.arrays import HALF_DIGITS, FloatArray
 
@@ -167,13 +167,13 @@ def from_plain(entry: Mapping[str, Any]) -> JobRow:
     return kind(**values)
 
 
-def check_table(path: str | os.PathLike[str]) -> None:
+def check_table(path: PathLike) -> None:
     """Raise a ValueError unless the name is one of a table."""
     if not str(path).lower().endswith(TABLES):
         raise ValueError(f"{path}: give a {' or '.join(TABLES)} file")
 
 
-def write_table(path: str | os.PathLike[str], rows: Sequence[JobRow]) -> None:
+def write_table(path: PathLike, rows: Sequence[JobRow]) -> None:
     """Write a table; cells of numbers that are not finite are empty."""
     first: JobRow = Row("", "")
     if rows:

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.ndimage import distance_transform_edt, map_coordinates
 from scipy.sparse import csr_matrix, identity, vstack
 
 from ..gate import gate
-from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_directions, plain_array
+from ..mesh.arrays import BoolArray, FloatArray, IntArray, PixelArray, check_directions, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.edges import edge_keys
 from ..mesh_repair.polygons import cross
@@ -158,10 +158,10 @@ def bake(
     atlas: Atlas,
     f: IntArray,
     uv: FloatArray,
-    image: NDArray[np.uint8],
+    image: PixelArray,
     size: int = SIDE,
     texels: int = 1 << 22,
-) -> NDArray[np.uint8]:
+) -> PixelArray:
     """Draw the texture of a surface anew, for the coordinates of an atlas.
 
     Parameters
@@ -355,7 +355,7 @@ def _cut(mesh: CutMesh, axis: int) -> CutMesh:
     )
 
 
-def checker_image(size: int = SIDE, squares: int = 16) -> NDArray[np.uint8]:
+def checker_image(size: int = SIDE, squares: int = 16) -> PixelArray:
     """(size, size, 3) uint8 checkerboard whose colours show the place: red grows with u, green with v.
 
     >>> checker_image(64, 4).shape

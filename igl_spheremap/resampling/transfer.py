@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..draw.markup import table
 from ..draw.shown import Drawing, Shown, place_drawing
 from ..errors import MeshError, check_list
 from ..gate import gate
 from ..maps.sphere_map import SphereMap
-from ..mesh.arrays import FloatArray, IntArray, check_rows, plain_array
+from ..mesh.arrays import AnyArray, FloatArray, IntArray, check_rows, plain_array
 from ..mesh.check import check_faces
 from ..samples import sphere as regular_sphere
 from .locate import Location, SphereLocator, locator_of
@@ -71,7 +71,7 @@ class Resampled(Shown):
 
 def interpolate(
     values: ArrayLike, f: IntArray, location: Location, labels: bool = False
-) -> NDArray[Any]:
+) -> AnyArray:
     """Values at points of a mesh, from those at its vertices.
 
     With `labels` each point takes that of the corner with the largest weight; by default values are linear.
@@ -90,9 +90,7 @@ def interpolate(
     return weighted(values, f[location.face], location.weights, labels)
 
 
-def weighted(
-    values: NDArray[Any], corners: IntArray, weights: FloatArray, labels: bool
-) -> NDArray[Any]:
+def weighted(values: AnyArray, corners: IntArray, weights: FloatArray, labels: bool) -> AnyArray:
     """For each row of `corners`, the weighted sum of their values, or the value of the largest weight."""
     if labels:
         return values[corners[np.arange(len(corners)), weights.argmax(axis=1)]]
@@ -107,7 +105,7 @@ def transfer(
     *,
     labels: bool = False,
     method: Resampling = "linear",
-) -> NDArray[Any]:
+) -> AnyArray:
     """Carry data from one mesh to another through the sphere.
 
     Both maps should be rotated to agree; if the surfaces are aligned, the gauge of their maps does that.

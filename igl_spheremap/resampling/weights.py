@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import csr_array, diags_array
 
 from ..errors import MeshError
 from ..maps.sphere_map import SphereMap
-from ..mesh.arrays import EPS, FloatArray, IntArray, check_directions, own_unit, plain_array
+from ..mesh.arrays import (
+    EPS,
+    AnyArray,
+    FloatArray,
+    IntArray,
+    check_directions,
+    own_unit,
+    plain_array,
+)
 from ..mesh.measure import vertex_areas
 from ..sphere.rows import unit_rows
 from .locate import Location, SphereLocator, locator_of
@@ -74,7 +82,7 @@ def largest(matrix: csr_array) -> csr_array:
     return csr_array((ones, matrix.indices[first], np.arange(len(ones) + 1)), shape=matrix.shape)
 
 
-def apply_matrix(matrix: csr_array, values: ArrayLike, labels: bool = False) -> NDArray[Any]:
+def apply_matrix(matrix: csr_array, values: ArrayLike, labels: bool = False) -> AnyArray:
     """Apply a matrix to data (n, ...); of labels each row takes the one of its largest weight."""
     data = plain_array(values, "values")
     if len(data) != matrix.shape[1]:

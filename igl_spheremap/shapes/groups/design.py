@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...errors import MeshError
 from ...io import npz
+from ...io.formats import PathLike
 from ...io.reading import reading
 from ...io.tables import SEPARATORS, read_cells
 from ...io.write_mesh import write_mesh
@@ -40,7 +40,7 @@ class Design(NamedTuple):
     left_out: dict[str, str]
 
 
-def read_design(path: str | os.PathLike[str], members: Sequence[str]) -> Design:
+def read_design(path: PathLike, members: Sequence[str]) -> Design:
     """The columns of a .tsv or .csv table, rows in the order of the members.
 
     Its first column names the members: their files, or these without folder and suffix.

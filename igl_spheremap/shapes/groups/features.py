@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...errors import MeshError, check_list
 from ...io.scalars import read_named
-from ...mesh.arrays import FloatArray, plain_array
+from ...mesh.arrays import AnyArray, FloatArray, plain_array
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class FeatureFiles:
 
     paths: tuple[str, ...]
 
-    def __array__(self, dtype: Any = np.float64, copy: bool | None = None) -> NDArray[Any]:
+    def __array__(self, dtype: Any = np.float64, copy: bool | None = None) -> AnyArray:
         columns = [_column(path) for path in self.paths]
         for path, column in zip(self.paths, columns, strict=True):
             if len(column) != len(columns[0]):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.util import find_spec
@@ -15,6 +14,7 @@ import numpy as np
 from ...errors import MeshError
 from ...gate import gate
 from ...io import npz
+from ...io.formats import PathLike
 from ...io.reading import reading
 from ...io.replacing import make_folder
 from ...io.scalars import write_scalars
@@ -36,7 +36,7 @@ FIGURES = ("correlation", "size", "distance")
 
 
 @gate
-def write_group(folder: str | os.PathLike[str], group: Group, *, force: bool = False) -> None:
+def write_group(folder: PathLike, group: Group, *, force: bool = False) -> None:
     """Write a group into a folder, which is made if it is missing.
 
     ``group.npz`` holds all arrays and the members' records, which `read_group` reads. ``mean.ply``, ``mean.vtk`` and,
@@ -128,7 +128,7 @@ def write_mean(
 
 
 @gate
-def read_group(folder: str | os.PathLike[str]) -> Group:
+def read_group(folder: PathLike) -> Group:
     """Read a group from its folder, or from its archive.
 
     Parameters

@@ -13,16 +13,17 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...errors import MeshError, without_name
 from ...gate import MeshLike
 from ...io import npz
+from ...io.formats import PathLike
 from ...io.npz import read_arrays, save_arrays
 from ...io.objects import vertices_and_faces
 from ...io.replacing import make_folder, replacing
 from ...maps.sphere_map import SphereMap
-from ...mesh.arrays import FloatArray
+from ...mesh.arrays import AnyArray, FloatArray
 from ...mesh.check import check_mesh
 from ...populations.engine import Engine, started
 from ...populations.run_many import run_many
@@ -52,7 +53,7 @@ class Entry:
 
 @contextmanager
 def member_files(
-    out: str | os.PathLike[str] | None, results: str, target: str, engine: Engine, least: int
+    out: PathLike | None, results: str, target: str, engine: Engine, least: int
 ) -> Iterator[MemberFiles]:
     """Files of members in a folder, temporary without `out`, on an icosphere, for a least number of members."""
     with ExitStack() as stack:
@@ -232,7 +233,7 @@ class MemberFiles:
             )
 
 
-def stacked(paths: Sequence[str], *names: str) -> list[NDArray[Any]]:
+def stacked(paths: Sequence[str], *names: str) -> list[AnyArray]:
     """Arrays of several files, one behind the other."""
     found = [read_arrays(path) for path in paths]
     return [np.stack([arrays[name] for arrays in found]) for name in names]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from html import escape
@@ -17,6 +16,7 @@ from ...draw.markup import View, legend, made_by, page, scene, table, top
 from ...draw.palette import Ramp, areas, round_up, sequential, sizes
 from ...draw.plot import both_sides, frame, pose, raster, shading
 from ...errors import import_optional
+from ...io.formats import PathLike
 from ...io.pages import write_html, write_page
 from ...io.pictures import write_picture
 from ...io.replacing import make_folder, replacing
@@ -39,7 +39,7 @@ _TESTS, _END = '<section id="tests">', "</section>"
 _TURN = "<p>Drag to turn, double-click to reset.</p>"
 
 
-def write_group_page(path: str | os.PathLike[str], group: Group, command: str = "") -> None:
+def write_group_page(path: PathLike, group: Group, command: str = "") -> None:
     """Write a page, and the members' pictures into the folder `pictures` beside it; needs Pillow."""
     turn = pose(group.vertices)
     rows = [
@@ -189,7 +189,7 @@ def write_tests(
 
 
 def write_series_page(
-    path: str | os.PathLike[str],
+    path: PathLike,
     found: Series,
     mean: FloatArray,
     film: str,
@@ -285,7 +285,7 @@ def _over_time(found: Series, feature: str = "") -> tuple[FloatArray, Ramp]:
 
 
 def write_series_film(
-    path: str | os.PathLike[str],
+    path: PathLike,
     found: Series,
     mean: FloatArray,
     pixels: int = 320,

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import MeshError, Remedy
 from ...gate import MeshLike
+from ...io.formats import PathLike
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
@@ -20,7 +21,7 @@ from ...sphere.rows import unit_rows
 from ...untangle.local_repair import unfolded
 
 #: Kinds of given members.
-SurfaceLike = str | os.PathLike[str] | SphereMap | MeshLike
+SurfaceLike = PathLike | SphereMap | MeshLike
 
 
 def names_of(sources: Sequence[SurfaceLike]) -> list[str]:

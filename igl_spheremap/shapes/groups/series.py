@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -16,6 +15,7 @@ from ...draw.shown import Drawing, Shown, place_drawing
 from ...errors import MeshError, check_list, check_number
 from ...gate import gate
 from ...io import npz
+from ...io.formats import PathLike
 from ...io.npz import read_arrays, save_arrays
 from ...io.written_map import read_map
 from ...maps.given_sphere import certified
@@ -115,7 +115,7 @@ def series(
     features: Sequence[ArrayLike] | None = None,
     target: str = "ico:4",
     balance: float = AREA_PRESERVING,
-    out: str | os.PathLike[str] | None = None,
+    out: PathLike | None = None,
     engine: Engine = USUAL,
 ) -> Series:
     """Follow points of one body through its frames.

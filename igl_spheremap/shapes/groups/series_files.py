@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ...io import npz
+from ...io.formats import PathLike
 from ...io.replacing import make_folder
 from ...io.tables import write_cells
 from ...io.write_mesh import write_mesh
@@ -22,7 +22,7 @@ _ARRAYS = ("vertices", "faces", "sphere", "areas", "features", "drift")
 
 
 def write_series(
-    folder: str | os.PathLike[str],
+    folder: PathLike,
     found: Series,
     names: Sequence[str],
     feature_names: Sequence[str] = (),

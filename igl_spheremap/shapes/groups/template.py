@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import count
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 from ...balance import AREA_PRESERVING
 from ...errors import MeshError, check_list, check_number, check_whole, one_line
 from ...gate import gate
+from ...io.formats import PathLike
 from ...io.npz import read_arrays, save_arrays
 from ...io.written_map import read_map
 from ...maps.sphere_map import SphereMap
@@ -41,7 +41,7 @@ def template(
     target: str = "ico:4",
     balance: float = AREA_PRESERVING,
     rigid: bool = False,
-    out: str | os.PathLike[str] | None = None,
+    out: PathLike | None = None,
     engine: Engine = USUAL,
 ) -> Group:
     """Make the unbiased template of surfaces: their mean, its modes, and each member in correspondence with it.

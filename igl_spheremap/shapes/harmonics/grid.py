@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...errors import MeshError, check_whole
 from ...gate import gate
 from ...maps.sphere_map import SphereMap
-from ...mesh.arrays import FloatArray, IntArray, check_rows, plain_array
+from ...mesh.arrays import AnyArray, FloatArray, IntArray, check_rows, plain_array
 from ...resampling.transfer import check_map, transfer, weighted
 from ...sphere.rows import unit_rows
 from .basis import gauss_rows, grid_points, longitudes
@@ -28,7 +28,7 @@ def to_grid(
     rows: int | None = None,
     labels: bool = False,
     columns: int | None = None,
-) -> NDArray[Any]:
+) -> AnyArray:
     """Sample a mapped surface, or data over it, on a grid of latitudes and longitudes, or on the octahedral one.
 
     Parameters
@@ -107,7 +107,7 @@ def from_grid(
     *,
     kind: Kind = "equirectangular",
     labels: bool = False,
-) -> NDArray[Any]:
+) -> AnyArray:
     """Read values off a grid, at the vertices of a map or at points of the sphere.
 
     Parameters
