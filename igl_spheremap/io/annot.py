@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import MeshError, printable
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import IntArray
 from .freesurfer import only
 from .reading import Bytes
-from .records import Label, Metadata
+from .records import Label, LabelTable, Metadata, ScalarMaps
 
 SUFFIX = ".annot"
 # of tables whose entries have their places before them; older ones begin with their length
@@ -37,12 +37,12 @@ def read_scalars(path: Path) -> dict[str, IntArray]:
     return {name: np.where(found, keys[place], -1)}
 
 
-def read_table(path: Path) -> tuple[Label, ...]:
+def read_table(path: Path) -> LabelTable:
     """Read the table of labels, whose keys are their places in it."""
     return _read(path)[1]
 
 
-def _read(path: Path) -> tuple[IntArray, tuple[Label, ...]]:
+def _read(path: Path) -> tuple[IntArray, LabelTable]:
     file = Bytes(path.read_bytes())
     n = file.number(">i4")
     rows = file.array(">i4", 2 * n).reshape(-1, 2).astype(np.int64)
@@ -70,7 +70,7 @@ def _read(path: Path) -> tuple[IntArray, tuple[Label, ...]]:
     return rows[np.argsort(rows[:, 0]), 1], tuple(table)
 
 
-def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
+def write_scalars(path: Path, maps: ScalarMaps, metadata: Metadata) -> None:
     """Write one map of labels with the table that `metadata` has as ``labels``; keys become places in the table."""
     table = metadata.get("labels")
     if not table:

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import MeshError
-from ..mesh.arrays import AnyArray, FloatArray
+from ..mesh.arrays import AnyArray
 from .npz import array_of
-from .records import Metadata
+from .records import Metadata, NamedArrays, ScalarMaps
 from .tables import MARKED, SEPARATORS
 from .text import write_text
 
@@ -19,7 +19,7 @@ _ARRAY = ".npy"
 _SEPARATORS = "\t;,"
 
 
-def _by_place(table: AnyArray) -> dict[str, AnyArray]:
+def _by_place(table: AnyArray) -> NamedArrays:
     """Name the columns of an array by their places; take a single row for a column."""
     columns = table
     if table.ndim < 2 or len(table) == 1:
@@ -31,14 +31,14 @@ def _by_place(table: AnyArray) -> dict[str, AnyArray]:
     return {str(k): column for k, column in enumerate(columns.T)}
 
 
-def read_scalars(path: Path) -> dict[str, AnyArray]:
+def read_scalars(path: Path) -> NamedArrays:
     """The columns of an array, or of a table."""
     if path.suffix.lower() == _ARRAY:
         return _by_place(array_of(path.read_bytes()))
     return _read_table(path)
 
 
-def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
+def write_scalars(path: Path, maps: ScalarMaps, metadata: Metadata) -> None:
     """Write maps as columns, labels as whole numbers; names go to .csv and .tsv, one map to an .npy file as (n,)."""
     columns = np.stack(list(maps.values()), axis=1).astype(np.float64)
     if "labels" in metadata:
@@ -56,7 +56,7 @@ def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -
     write_text(path, head, {}, (mark.join(["%r"] * len(maps)) + "\n", columns))
 
 
-def _read_table(path: Path) -> dict[str, AnyArray]:
+def _read_table(path: Path) -> NamedArrays:
     """The columns of a table by its header, or else by their places, without columns that begin with a text."""
     lines = [
         (number, line)

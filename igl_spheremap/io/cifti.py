@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 
 from ..errors import FileError, MeshError, import_optional, printable
-from ..mesh.arrays import AnyArray, FloatArray
+from ..mesh.arrays import AnyArray
 from .formats import CIFTI_SCALARS, CIFTI_SERIES
 from .nifti import array_behind, nibabel_for
-from .records import Label, Metadata
+from .records import Label, LabelTable, Metadata, NamedArrays, ScalarMaps
 
 _PREFIX = "CIFTI_STRUCTURE_"
 
 
-def read_scalars(path: Path, structure: str | None = None) -> dict[str, AnyArray]:
+def read_scalars(path: Path, structure: str | None = None) -> NamedArrays:
     """The maps over a hemisphere, or over the only one that has any; NaN at vertices without data."""
     maps, rows, data = _load(path)
     models = {
@@ -46,7 +46,7 @@ def read_scalars(path: Path, structure: str | None = None) -> dict[str, AnyArray
     return dict(zip(names, found, strict=True))
 
 
-def read_table(path: Path) -> tuple[Label, ...] | None:
+def read_table(path: Path) -> LabelTable | None:
     """The table of labels, which all maps must have in common; None if they hold other data."""
     axis = _load(path)[0]
     if not hasattr(axis, "label"):
@@ -62,7 +62,7 @@ def read_table(path: Path) -> tuple[Label, ...] | None:
     )
 
 
-def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
+def write_scalars(path: Path, maps: ScalarMaps, metadata: Metadata) -> None:
     """Write maps over ``structure`` of the metadata, and those over its ``others`` by their structures.
 
     Vertices at which all maps are NaN get no data.

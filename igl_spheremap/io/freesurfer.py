@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import FileError, MeshError, import_optional
-from ..mesh.arrays import AnyArray, FloatArray, IntArray
+from ..mesh.arrays import FloatArray, IntArray
 from .reading import Bytes, check_complete
-from .records import Metadata, RawMesh, of_triangles
+from .records import Metadata, NamedArrays, RawMesh, ScalarMaps, of_triangles
 from .text import indices, numbers, read_rows
 
 _TRIANGLES = b"\xff\xff\xfe"
@@ -61,7 +61,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     _check_whole(path, 13 + len(comment) + 12 * (len(v) + len(f)))
 
 
-def read_scalars(path: Path) -> dict[str, AnyArray]:
+def read_scalars(path: Path) -> NamedArrays:
     """A curvature file's scalar map, named by the file's suffix."""
     freesurfer = import_optional("nibabel.freesurfer", "FreeSurfer data", "io")
     data = path.read_bytes()
@@ -74,14 +74,14 @@ def read_scalars(path: Path) -> dict[str, AnyArray]:
     return {path.name.rpartition(".")[2]: freesurfer.read_morph_data(path)}
 
 
-def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
+def write_scalars(path: Path, maps: ScalarMaps, metadata: Metadata) -> None:
     """Write one scalar map as FreeSurfer's curvature files are, in float32; no metadata can be kept."""
     _, values = only(maps)
     import_optional("nibabel.freesurfer", "FreeSurfer data", "io").write_morph_data(path, values)
     _check_whole(path, 15 + 4 * len(values))
 
 
-def only(maps: dict[str, FloatArray]) -> tuple[str, FloatArray]:
+def only(maps: ScalarMaps) -> tuple[str, FloatArray]:
     """Name and values of the one map that FreeSurfer's files hold."""
     if len(maps) != 1:
         raise FileError(

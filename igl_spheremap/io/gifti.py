@@ -15,7 +15,7 @@ from numpy.typing import DTypeLike
 from ..errors import MeshError, import_optional, printable
 from ..mesh.arrays import AnyArray, FloatArray, IntArray
 from .reading import check_expansion, expansion_limit, unpacked
-from .records import Label, Metadata, RawMesh, of_triangles
+from .records import Label, LabelTable, Metadata, NamedArrays, RawMesh, ScalarMaps, of_triangles
 
 _STRUCTURE = "AnatomicalStructurePrimary"
 _MARK = "ProgramProvenance"  # the name that Connectome Workbench gives such an entry
@@ -78,7 +78,7 @@ def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:
     _save(path, [points, triangles], metadata)
 
 
-def read_scalars(path: Path) -> dict[str, AnyArray]:
+def read_scalars(path: Path) -> NamedArrays:
     """The data arrays by their names, or else their places."""
     arrays = {}
     for k, array in enumerate(_load(path).darrays):
@@ -86,7 +86,7 @@ def read_scalars(path: Path) -> dict[str, AnyArray]:
     return arrays
 
 
-def read_table(path: Path) -> tuple[Label, ...] | None:
+def read_table(path: Path) -> LabelTable | None:
     """The table of a file of labels; None if its arrays have another intent."""
     image = _load(path)
     if not image.get_arrays_from_intent("NIFTI_INTENT_LABEL"):
@@ -95,7 +95,7 @@ def read_table(path: Path) -> tuple[Label, ...] | None:
     return tuple(Label(key, printable(name or ""), rgba) for key, name, rgba in rows)
 
 
-def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
+def write_scalars(path: Path, maps: ScalarMaps, metadata: Metadata) -> None:
     """Write maps, one data array each, in float32, or in int32 with their table if ``labels`` are known."""
     intent, kind = "SHAPE", "float32"
     if "labels" in metadata:

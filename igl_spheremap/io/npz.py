@@ -24,7 +24,7 @@ from ..result.run import Round, Run, Stage, Status, Step
 from ..verify.certificate import Certificate
 from .formats import PathLike
 from .reading import check_expansion
-from .records import Label, Metadata, RawMesh, of_triangles
+from .records import Label, LabelTable, Metadata, NamedArrays, RawMesh, ScalarMaps, of_triangles
 from .replacing import replacing
 
 #: The array beside maps of labels that holds their table.
@@ -59,7 +59,7 @@ def read_map(path: Path) -> SphereMap:
     return map_of(read_arrays(path))
 
 
-def map_of(arrays: dict[str, AnyArray]) -> SphereMap:
+def map_of(arrays: NamedArrays) -> SphereMap:
     """The map whose arrays these are."""
     if not {"vertices", "faces", "sphere", "json"} <= arrays.keys():
         raise MeshError(
@@ -110,7 +110,7 @@ def arrays_of(result: SphereMap) -> dict[str, Any]:
     return arrays | {"json": json.dumps(runs, default=_plain)}
 
 
-def read_arrays(path: PathLike) -> dict[str, AnyArray]:
+def read_arrays(path: PathLike) -> NamedArrays:
     """All arrays of an archive, in memory bounded by its size; numpy.load takes as much as headers announce."""
     data = Path(path).read_bytes()
     with zipfile.ZipFile(BytesIO(data)) as archive:
@@ -146,7 +146,7 @@ def array_of(data: bytes) -> AnyArray:
     return np.array(flat.reshape(shape, order="F" if fortran else "C"))
 
 
-def read_table(path: Path) -> tuple[Label, ...] | None:
+def read_table(path: Path) -> LabelTable | None:
     """The table of labels beside maps; None if there is none."""
     arrays = read_arrays(path)
     if LABEL_TABLE not in arrays:
@@ -158,7 +158,7 @@ def read_table(path: Path) -> tuple[Label, ...] | None:
     )
 
 
-def write_scalars(path: Path, maps: dict[str, FloatArray], metadata: Metadata) -> None:
+def write_scalars(path: Path, maps: ScalarMaps, metadata: Metadata) -> None:
     """Write maps, exactly; of labels as whole numbers, with their table as JSON."""
     if "labels" not in metadata:
         write_arrays(path, maps)

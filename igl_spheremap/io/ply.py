@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import FileError, MeshError, within
 from ..mesh.arrays import AnyArray, FloatArray, IntArray
 from .reading import Bytes, check_complete
-from .records import Metadata, Polygons, RawMesh
+from .records import Metadata, NamedArrays, Polygons, RawMesh, ScalarMaps
 from .text import counted_indices, numbers, read_rows
 
 #: Programs write its last line in binary, its others as text, whose ends are the system's.
@@ -75,13 +75,13 @@ def read(path: Path) -> RawMesh:
     return RawMesh(v, faces, sphere=np.column_stack([columns[name] for name in SPHERE]))
 
 
-def read_scalars(path: Path) -> dict[str, AnyArray]:
+def read_scalars(path: Path) -> NamedArrays:
     """The properties of vertices that are numbers, but their positions."""
     columns, _ = _read(path)
     return {name: column for name, column in columns.items() if name not in POSITIONS}
 
 
-def _read(path: Path) -> tuple[dict[str, FloatArray], Polygons]:
+def _read(path: Path) -> tuple[ScalarMaps, Polygons]:
     """The properties of vertices that are numbers, by name, and the faces."""
     data = path.read_bytes()
     found = _HEADER.match(data, 0, 1 << 16)
@@ -152,7 +152,7 @@ def _layout(lines: list[str]) -> tuple[str, list[PlyElement]]:
 
 def _read_text(
     body: bytes, layout: list[PlyElement], corners: PlyProperty
-) -> tuple[dict[str, AnyArray], Polygons]:
+) -> tuple[NamedArrays, Polygons]:
     """The columns of vertices by name, and the faces, of a line each."""
     rows, at, own = read_rows(body), 0, {}
     for element in layout:
@@ -173,7 +173,7 @@ def _read_text(
 
 def _read_binary(
     body: bytes, layout: list[PlyElement], corners: PlyProperty
-) -> tuple[dict[str, AnyArray], Polygons]:
+) -> tuple[NamedArrays, Polygons]:
     """The columns of vertices by name, and the faces, of rows of bytes."""
     file, own = Bytes(body), {}
     for element in layout:

@@ -14,6 +14,9 @@ from ..mesh.arrays import AnyArray, BoolArray, FloatArray, IntArray, check_trian
 from ..mesh_repair.polygons import cut_polygons
 
 Metadata = Mapping[str, Any]
+#: Arrays by their names, and numbers over vertices by theirs.
+NamedArrays = dict[str, AnyArray]
+ScalarMaps = dict[str, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +111,10 @@ class Label:
     key: int
     name: str
     rgba: tuple[float, float, float, float]
+
+
+#: All labels, in the order of a file.
+LabelTable = tuple[Label, ...]
 
 
 @dataclass(frozen=True, eq=False)

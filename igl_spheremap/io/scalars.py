@@ -14,13 +14,13 @@ from ..mesh.arrays import FloatArray, IntArray
 from .formats import PathLike, format_in, format_of
 from .npz import LABEL_TABLE
 from .reading import read_lines, reading
-from .records import Label, Metadata
+from .records import LabelTable, Metadata, ScalarMaps
 from .replacing import replacing
 from .write_mesh import write_mesh
 
 
 @gate
-def read_scalars(path: PathLike, *, structure: str | None = None) -> dict[str, FloatArray]:
+def read_scalars(path: PathLike, *, structure: str | None = None) -> ScalarMaps:
     """Read scalar maps over the vertices of a mesh.
 
     Parameters
@@ -91,7 +91,7 @@ def file_of(path: str) -> tuple[str, str]:
     return file, name
 
 
-def read_named(path: str, structure: str | None = None) -> dict[str, FloatArray]:
+def read_named(path: str, structure: str | None = None) -> ScalarMaps:
     """The maps of a file as `read_scalars` gives them, or the one of FILE:NAME."""
     file, name = file_of(path)
     maps = read_scalars(file, structure=structure)
@@ -102,7 +102,7 @@ def read_named(path: str, structure: str | None = None) -> dict[str, FloatArray]
     return {name: maps[name]}
 
 
-def read_labels(path: PathLike) -> tuple[Label, ...] | None:
+def read_labels(path: PathLike) -> LabelTable | None:
     """Read the table of labels of a file whose maps are labels.
 
     Parameters
@@ -137,7 +137,7 @@ def read_labels(path: PathLike) -> tuple[Label, ...] | None:
         functions = format_in(source, data=True).functions
         if not hasattr(functions, "read_table"):
             return None
-        table: tuple[Label, ...] | None = functions.read_table(source)
+        table: LabelTable | None = functions.read_table(source)
         return table
 
 

@@ -17,7 +17,7 @@ from ..errors import MeshError
 from ..mesh.arrays import AnyArray, FloatArray, IntArray
 from ..mesh_repair.polygons import counted_corners
 from .reading import Bytes, check_complete
-from .records import Metadata, Polygons, RawMesh, ending
+from .records import Metadata, NamedArrays, Polygons, RawMesh, ending
 
 _HEADER = re.compile(
     rb"# vtk DataFile Version (\d+)\.\d+[^\n]*\n[^\n]*\n\s*(ASCII|BINARY)\s*?\n", re.IGNORECASE
@@ -176,7 +176,7 @@ def _numbers(words: list[bytes], kind: str) -> AnyArray:
     return whole.astype(kind)
 
 
-def surface(v: AnyArray | None, faces: Polygons | None, point_data: dict[str, AnyArray]) -> RawMesh:
+def surface(v: AnyArray | None, faces: Polygons | None, point_data: NamedArrays) -> RawMesh:
     """A mesh with those arrays that have a row a vertex; without polygons it is refused."""
     if v is None or faces is None or len(faces.sizes) == 0:
         raise MeshError(
@@ -193,9 +193,9 @@ def read(path: Path) -> RawMesh:
     """Points, polygons and point data of a legacy file."""
     file = LegacyFile(path.read_bytes())
     v, faces, cells, count, point_data = None, None, None, 0, False
-    kept: dict[str, AnyArray] = {}
+    kept: NamedArrays = {}
     while words := file.line():
-        found: dict[str, AnyArray] = {}
+        found: NamedArrays = {}
         match [words[0].upper(), *words[1:]]:
             case ["DATASET", kind]:
                 if kind.upper() not in ("POLYDATA", "UNSTRUCTURED_GRID"):
@@ -254,7 +254,7 @@ def _rows(file: LegacyFile, count: int, kind: str, width: str | int = 1) -> AnyA
     return values.reshape(count, int(width))
 
 
-def _field(file: LegacyFile, count: int) -> dict[str, AnyArray]:
+def _field(file: LegacyFile, count: int) -> NamedArrays:
     """The arrays of a field, by name."""
     arrays = {}
     for _ in range(count):

@@ -19,7 +19,7 @@ import numpy as np
 from ..errors import MeshError, printable
 from ..mesh.arrays import AnyArray
 from .reading import Bytes, check_expansion
-from .records import Polygons, RawMesh, ending
+from .records import NamedArrays, Polygons, RawMesh, ending
 from .vtk import EXTRACT, SAVE, surface, surface_cells
 
 _TYPES = {f"{name}{8 * size}": f"{kind}{size}" for name, kind, sizes in (
@@ -141,7 +141,7 @@ def _opened(data: bytes) -> tuple[ElementTree.Element, _Arrays]:
 
 def _piece(
     piece: ElementTree.Element, points: ElementTree.Element, arrays: _Arrays
-) -> tuple[AnyArray, Polygons, dict[str, AnyArray]]:
+) -> tuple[AnyArray, Polygons, NamedArrays]:
     """Points, polygons and point data of a piece."""
     v = arrays.read(points)
     strips = piece.get("NumberOfStrips", "0")
