@@ -194,7 +194,10 @@ def _columns(file: Bytes, element: PlyElement) -> Sequence[tuple[AnyArray, IntAr
     If lists are as long as in the first row, all rows are taken at once, else one by one.
     """
     begin, fields = file.at, list[Any]()
-    for k, (values, _) in enumerate(_by_row(file, element, min(1, element.size))):
+    first = _by_row(file, element, min(1, element.size))
+    if not element.size:
+        return first
+    for k, (values, _) in enumerate(first):
         column = element.properties[k]
         if column.count is not None:
             fields.append((f"count{k}", column.count))

@@ -105,6 +105,8 @@ def read(tmp_path, data):
         TEXT.replace("end_header", "element edge 1\nproperty int vertex1\nend_header") + "7\n",
         BINARY.replace(b"end_header", b"element edge 1\nproperty int vertex1\nend_header")
         + b"\0\0\0\0",
+        BINARY.replace(b"element vertex", b"element edge 0\nproperty int vertex1\nelement vertex"),
+        BINARY.replace(b"end_header", b"element edge 0\nproperty list uchar int ends\nend_header"),
         TEXT.replace("0 1 0\n", "\n0 1 0\n# a remark\n"),
         TEXT.replace("property float z\n", "property float z\nproperty uchar red\n").replace(
             "0 0 0\n1 0 0\n0 1 0\n", "0 0 0 9\n1 0 0 9\n0 1 0 9\n"
