@@ -72,7 +72,7 @@ def test_labels_of_noise_are_manifold_and_become_spheres(seed):
     ("image", "name", "words"),
     [
         (None, "a.nii", r"holds the labels 1, 3 and 17; give one of them, as .*a\.nii:1"),
-        (None, "a.nii:4", "no voxel has the label 4; it has 1, 3, 17"),
+        (None, "a.nii:4", "no voxel has the label 4; it has 1, 3 and 17"),
         (np.zeros((3, 3, 3), "u1"), "a.nii", "no label but 0"),
         (np.full((3, 3, 3), 0.5, "f4"), "a.nii", "grey values"),
         (np.full((3, 3, 3), np.nan, "f4"), "a.nii", "grey values"),

@@ -164,7 +164,7 @@ class Coincidences:
         self.node[self.node == out] = into
         return True
 
-    def join_places(self) -> tuple[int, int]:
+    def join_points(self) -> tuple[int, int]:
         """Join nodes of negative faces on each surface, and count the faces without area on A and on B.
 
         Whole limbs of one surface may lie in one point of the other: their faces have no area there.

@@ -20,7 +20,7 @@ from ...sphere.rows import row_crosses, row_dots, row_lengths, unit_rows
 from ...untangle.local_repair import unfolded
 from .surface_map import checked_location, nearest
 
-#: Vertices, or places by face and weights.
+#: Vertices, or points by face and weights.
 Points = ArrayLike | Location
 _ENDS = "the source", "the target"
 
@@ -33,7 +33,7 @@ class LandmarkPairs:
     ----------
     surface : SphereMap
         The source, with a vertex at each of its points; its own come first.
-    places : Location
+    added : Location
         The added vertices on the source's own faces.
     vertices : (k,) int64 array
         Points of the source.
@@ -44,7 +44,7 @@ class LandmarkPairs:
     """
 
     surface: SphereMap
-    places: Location
+    added: Location
     vertices: IntArray
     goals: Location
     names: list[str]
@@ -74,7 +74,7 @@ class LandmarkPairs:
             pairs.append((points, _at_the_same_length(points, goals, source, target, curve)))
             names += [f"point {k} of {curve}" for k in range(len(points.face))]
         points, goals = (joined(*each) for each in zip(*pairs, strict=True))
-        surface, places, vertices = with_vertices(source, points)
+        surface, added, vertices = with_vertices(source, points)
         there = interpolate(target.sphere, target.faces, goals)
         on_target = np.unique(there, axis=0, return_inverse=True)[1].reshape(-1)
         kept = np.sort(
@@ -90,13 +90,13 @@ class LandmarkPairs:
                     "meet"
                 )
         return cls(
-            surface, places, vertices[kept], take_points(goals, kept), [names[k] for k in kept]
+            surface, added, vertices[kept], take_points(goals, kept), [names[k] for k in kept]
         )
 
     def carried(self, values: ArrayLike, source: SphereMap) -> FloatArray:
         """Interpolate features over the source's own vertices at the vertices of `surface`."""
         values = check_values(values, len(source.sphere), "features of the source")
-        return np.concatenate((values, interpolate(values, source.faces, self.places)))
+        return np.concatenate((values, interpolate(values, source.faces, self.added)))
 
 
 def _pair(
@@ -112,7 +112,7 @@ def _pair(
 
 
 def _points(values: Points, result: SphereMap, one: str, name: str) -> Location:
-    """Check vertices, or faces and weights, and return them as places."""
+    """Check vertices, or faces and weights, and return them as points of faces."""
     if isinstance(values, Location):
         return checked_location(values, result.faces, name)
     index, n = plain_array(values, f"{one}s of {name}"), len(result.sphere)
@@ -185,9 +185,9 @@ def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Locat
     if not added:
         return result, take_points(points, slice(0, 0)), vertices
     first = np.array([np.flatnonzero(vertices == n + k)[0] for k in range(len(added))])
-    places = Location(points.face[first], np.array(added))
+    inserted = Location(points.face[first], np.array(added))
     v, x = (
-        np.concatenate((p, interpolate(p, f, places))) for p in (result.vertices, result.sphere)
+        np.concatenate((p, interpolate(p, f, inserted))) for p in (result.vertices, result.sphere)
     )
     faces = np.concatenate((f, parts[len(near) :]))
     faces[near] = parts[: len(near)]
@@ -196,7 +196,7 @@ def with_vertices(result: SphereMap, points: Location) -> tuple[SphereMap, Locat
         caps = np.append(caps, caps[owner[len(near) :]])
     mesh = check_mesh(v, faces, caps=caps)
     found = certified(mesh, unfolded(mesh, unit_rows(x)))
-    return replace(found, run=result.run), places, vertices
+    return replace(found, run=result.run), inserted, vertices
 
 
 def _heights(w: FloatArray, parts: FloatArray) -> FloatArray:

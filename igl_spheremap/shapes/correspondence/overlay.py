@@ -111,7 +111,7 @@ def overlay(source: SphereMap, target: SphereMap) -> Overlay:
     faces, owners = cell_triangles(A, B, cut_a, _same_crossings(cut_a, cut_b, A, B, first), x)
     merged = Coincidences(faces, owners, on, (own_a[A.f], own_b[B.f]), (own, other))
     merged.merge()
-    without_area = merged.join_places()
+    without_area = merged.join_points()
     source_face, target_face = merged.owners[:, merged.left]
     target_vertex = merged.node[other]
     target_location.face[target_vertex], target_location.weights[target_vertex] = at_vertices(B.f)

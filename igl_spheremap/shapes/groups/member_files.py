@@ -174,8 +174,13 @@ class MemberFiles:
                 member.search = member.sphere
         return found
 
-    def carried(self, members: Sequence[Entry], turns: Sequence[FloatArray]) -> list[Entry]:
-        """Carry the last registrations, turned, to the members' own meshes."""
+    def carried(
+        self, members: Sequence[Entry], turns: Sequence[FloatArray]
+    ) -> tuple[list[Entry], list[AnyArray]]:
+        """Carry the last registrations, turned, to the members' own meshes; corresponding points, areas and features.
+
+        They are those of the members that are left, which come first.
+        """
         jobs = {
             member: MemberJob(
                 self.of(member, "map"),
@@ -186,7 +191,9 @@ class MemberFiles:
             )
             for member, turn in zip(members, turns, strict=True)
         }
-        return self._each("members", jobs, CarryMember)
+        kept = self._each("members", jobs, CarryMember)
+        paths = [self.of(member, "carried") for member in kept]
+        return kept, stacked(paths, "points", "areas", "features")
 
     def last_search(self, member: Entry) -> MemberRegistration:
         """The last registration that tried other turns or a mirror image, or else the last one."""

@@ -186,10 +186,7 @@ def series(
             )
             frame.sphere = files.path("work", "chain", f"{k + 1}.npz")
             save_arrays(frame.sphere, {"sphere": onto.sphere})
-        files.carried(frames, [np.eye(3)] * len(frames))
-        points, areas, data = stacked(
-            [files.of(frame, "carried") for frame in frames], "points", "areas", "features"
-        )
+        _, (points, areas, data) = files.carried(frames, [np.eye(3)] * len(frames))
         onto = carried(npz.map_of(read_arrays(files.of(last, "map"))), coarse[-1], _sphere(last))
         return Series(
             points,

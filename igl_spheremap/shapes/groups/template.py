@@ -160,9 +160,8 @@ def _group(
     x, f = mesh
     mean = check_mesh(fixed.mean, f)
     turn = best_rotation(x, orientation_target(mean), mean.A)
-    members = files.carried(fixed.members, [R.T @ turn for R in fixed.turns])
-    points, own, features = stacked(
-        [files.of(member, "carried") for member in members], "points", "areas", "features"
+    members, (points, own, features) = files.carried(
+        fixed.members, [R.T @ turn for R in fixed.turns]
     )
     areas = (own / len(members)).sum(axis=0)
     aligned = generalised_procrustes(points, areas, rigid)
