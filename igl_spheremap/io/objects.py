@@ -32,8 +32,8 @@ def arrays_of_mesh(
         given = args[0]
     if "f" not in options and (is_mesh(given) or (len(args) == 1 and "f" in names)):
         given = _opened(given)
-        if "caps" in names and (caps := getattr(given, "caps", None)) is not None:
-            options.setdefault("caps", caps)
+        if "caps" in names and options.get("caps") is None:
+            options["caps"] = getattr(given, "caps", None)
         options.pop("v", None)
         args = (*vertices_and_faces(given), *args[1:])
     return args, options

@@ -73,13 +73,10 @@ class SphereMapper:
     ) -> None:
         method_of(method, Auto)
         self._lock = threading.Lock()
-        given: list[Any] = [v]
+        given: tuple[Any, ...] = (v,)
         if f is not None:
-            given.append(f)
-        options: dict[str, Any] = {}
-        if caps is not None:  # a mesh object may bring its own
-            options["caps"] = caps
-        self.mesh = check_mesh(*given, **options)
+            given = (v, f)
+        self.mesh = check_mesh(*given, caps=caps)
         self.method = method
         self.operators = build_operators(self.mesh, method.backend)
 

@@ -106,7 +106,8 @@ class Iterate:
     stage : Stage
         The step of the run that made it: "gauss map", "harmonic", "star map", "repair", ...
     round : int
-        Round of Algorithm 2 that it belongs to, 0 before the first star map; other methods count their own.
+        Number of the entry of `Run.rounds` that it belongs to, 0 if there is none: for Algorithm 2 its round, for the
+        repair the map that it has tried.
     iteration : int
         Count within the stage; 0 for its start.
     x : (n, 3) float64 array

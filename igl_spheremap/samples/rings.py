@@ -111,10 +111,10 @@ def _stitch(j: int, k: int, m: int, first: int, second: int) -> IntArray:
     faces = []
     if k > 1:
         i = np.arange(k)
-        apex = -((k * even + k - m * (2 * i + 1 + odd)) // (2 * k)) if m > 1 else 0 * i
+        apex = -((k * even + k - m * (2 * i + 1 + odd)) // (2 * k))
         faces.append(np.stack([first + i, first + (i + 1) % k, second + apex % m], axis=1))
     if m > 1:
         i = np.arange(m)
-        apex = (k * (2 * i + 1 + even) - m * odd + m) // (2 * m) if k > 1 else 0 * i
+        apex = (k * (2 * i + 1 + even) - m * odd + m) // (2 * m)
         faces.append(np.stack([second + (i + 1) % m, second + i, first + apex % k], axis=1))
     return np.concatenate(faces)

@@ -11,6 +11,7 @@ from ..mesh.arrays import (
     HALF_DIGITS,
     ComplexArray,
     FloatArray,
+    check_directions,
     check_rows,
     check_values,
     count,
@@ -246,13 +247,7 @@ def projective_frame(p: ComplexArray) -> ComplexArray:
 
 def _unit(x: ArrayLike) -> FloatArray:
     """Rows of unit length; MeshError for rows that have no direction."""
-    rows = check_rows(x, name="points of the sphere")
-    bad = np.flatnonzero(~np.isfinite(rows).all(axis=1) | ~rows.any(axis=1))
-    if len(bad):
-        raise MeshError(
-            f"{count(bad, 'point')} of the sphere have no direction, {examples(bad)}: zero or not finite"
-        )
-    return unit_rows(rows)
+    return unit_rows(check_directions(x, name="points of the sphere"))
 
 
 def _homogeneous(x: FloatArray) -> tuple[ComplexArray, ComplexArray]:

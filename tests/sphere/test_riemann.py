@@ -67,7 +67,7 @@ def test_weights_at_one_point_can_not_be_balanced():
 
 @pytest.mark.parametrize("call", [ism.stereographic, lambda x: ism.moebius_map(x, [0, 0, 0])])
 def test_points_without_a_direction_are_named(call):
-    with pytest.raises(ism.MeshError, match=r"1 point .* e\.g\. 1"):
+    with pytest.raises(ism.MeshError, match=r"points .* in 1 row, e\.g\. 1"):
         call([[0, 0, 1], [0, 0, 0]])
-    with pytest.raises(ism.MeshError, match=r"1 point .* e\.g\. 0"):
+    with pytest.raises(ism.MeshError, match=r"points .* in 1 row, e\.g\. 0"):
         call([[0, np.nan, 1]])

@@ -79,18 +79,21 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12, sample: int = 2) -> Diss
     # The best separator would hold a vertex with that many neighbours: these would fill more than it does. (Amestoy,
     # Davis and Duff 2004, Algorithm 837: AMD, put such rows last, too.)
     hub = np.diff(graph.indptr) > 10 * np.sqrt(n)
-    body, x = np.flatnonzero(~hub), np.zeros((3, n))
-    without_hubs = graph
-    if hub.any():  # they would draw all to one place
-        without_hubs = graph[body][:, body]
-    x[:, body] = graph_sphere(without_hubs).T
+    x = _on_sphere(graph, hub)
     sampled = (np.arange(sample << depth) * n) // (sample << depth)
     path = _follow(x, _cutting_planes(x.take(sampled, axis=1), depth))
     height = _separator_heights(graph, path, depth, hub)
-    # Last leaf of the vertex's part, then height: children before their separator.
-    key = (path | ((np.int64(1) << height) - 1)) * 64 + height
-    order = np.sort(key * n + np.arange(n)) % n
+    order = _children_first(path, height)
     return Dissection(local[order], path[order], height[order], depth)
+
+
+def _on_sphere(graph: sp.csr_matrix, hub: np.ndarray) -> np.ndarray:
+    """Places (3, n) of the vertices on the sphere. Hubs are at 0: they would draw all others to one place."""
+    if not hub.any():
+        return np.ascontiguousarray(graph_sphere(graph).T)
+    body, x = np.flatnonzero(~hub), np.zeros((3, len(hub)))
+    x[:, body] = graph_sphere(graph[body][:, body]).T
+    return x
 
 
 def _cutting_planes(x: np.ndarray, depth: int) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -115,6 +118,13 @@ def _follow(x: np.ndarray, planes: list[tuple[np.ndarray, np.ndarray]]) -> np.nd
     for axis, threshold in planes:
         path = 2 * path + (coordinates.take(index + (n * axis).take(path)) >= threshold.take(path))
     return path
+
+
+def _children_first(path: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Vertices by the last leaf of the part that they separate, then by height: each part before its separator."""
+    n, last_leaf = len(path), path | ((np.int64(1) << height) - 1)
+    key = last_leaf * 64 + height  # heights are below 64
+    return np.sort(key * n + np.arange(n)) % n
 
 
 def _separator_heights(
