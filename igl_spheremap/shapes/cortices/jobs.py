@@ -44,6 +44,11 @@ class LabelFile:
     path: str
     template: int
 
+    @property
+    def name(self) -> str:
+        """What the atlas is called."""
+        return atlas_of(self.path)
+
 
 @dataclass(frozen=True)
 class HemisphereJob(Job):
@@ -101,10 +106,7 @@ class HemisphereJob(Job):
             yield names.of("distortion", template.space)
             yield names.of("resampled", template.space, vertices=template.size, kind=self.kind)
         for atlas in self.atlases:
-            yield from (
-                names.of("labels", atlas_of(atlas.path)),
-                names.of("margin", atlas_of(atlas.path)),
-            )
+            yield from (names.of("labels", atlas.name), names.of("margin", atlas.name))
         if names.convention == "fmriprep":
             yield from (names.of("msmsulc", "fsLR"), names.of("thickness"), names.of("cortex"))
             yield from (names.of(kind) for kind, _ in self.copied(names))
@@ -159,15 +161,6 @@ def hemisphere_jobs(
             if structure_of(fill_sides(path, there)).get("structure", there) == there
         )
         wall = next((atlas for atlas in atlases if wall_of(read_labels(atlas.path))), None)
-        if "fmriprep" in names:
-            needed = {
-                "a pial surface beside it": outer,
-                "labels whose table names the medial wall": wall,
-                "the templates fsaverage and fsLR": {"fsaverage", "fsLR"}
-                <= {each.space for each in templates},
-            }
-            if missing := [words for words, given in needed.items() if not given]:
-                raise FileError(f"{source}: fMRIPrep's set needs {' and '.join(missing)}")
         folder = _filled(out, places)
         if os.path.exists(folder) and not os.path.isdir(folder):
             raise FileError(f"{folder} is a file; give a folder for the results")
@@ -182,9 +175,23 @@ def hemisphere_jobs(
             tuple(Names(convention, which, reflect) for convention in dict.fromkeys(names)),
             wall,
         )
+        if "fmriprep" in names:
+            _check_complete(job)
         jobs.append(replace(job, target=job.targets[0]))
     check_places(jobs, "use {subject}, and each hemisphere, template and atlas once")
     return jobs
+
+
+def _check_complete(job: HemisphereJob) -> None:
+    """Refuse a hemisphere without what fMRIPrep's set is made of."""
+    needed = {
+        "a pial surface beside it": job.pial,
+        "labels whose table names the medial wall": job.wall,
+        "the templates fsaverage and fsLR": {"fsaverage", "fsLR"}
+        <= {each.space for each in job.templates},
+    }
+    if missing := [words for words, given in needed.items() if not given]:
+        raise FileError(f"{job.source}: fMRIPrep's set needs {' and '.join(missing)}")
 
 
 def _filled(pattern: str, places: dict[str, str]) -> str:

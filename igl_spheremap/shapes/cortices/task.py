@@ -13,7 +13,7 @@ from ...balance import ON_SPHERE
 from ...balance.balanced_spherical_map import balanced_spherical_map
 from ...errors import FileError, FoldingsRemain, MeshError
 from ...io.files import read_mesh
-from ...io.hemispheres import LEFT, RIGHT, atlas_of
+from ...io.hemispheres import LEFT, RIGHT
 from ...io.records import Label, LoadedMesh
 from ...io.replacing import REPLACE
 from ...io.scalars import read_labels, read_scalars
@@ -98,52 +98,48 @@ class SphereRegistration(Task[HemisphereJob]):
         # they fit the surface as it is
         spheres = [reflected(each.map) if self.reflect else each.map for each in found]
         taken = [
-            label_margin(
-                templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR
+            (
+                *label_margin(
+                    templates[atlas.template], values, found[atlas.template].map.sphere, _ERROR
+                ),
+                table,
             )
-            for atlas, values, _ in atlases
+            for atlas, values, table in atlases
         ]
         foldings = moved = 0
         for names in job.names:
             writer = Writer(self.place(job.folder), names, given, mark)
             # the first, since its mark tells the others' owner
-            writer.sphere(names.of("sphere"), own.sphere)
-            for files, sphere in zip(job.templates, spheres, strict=True):
-                writer.sphere(names.of("registered", files.space), sphere.sphere)
+            writer.sphere(own.sphere, "sphere")
             writer.features(own, given.v)
             if job.pial:
-                writer.surface(names.of("midthickness"), v, given.f)
+                writer.surface(v, given.f, "midthickness")
             for files, template, each, sphere in zip(
                 job.templates, templates, found, spheres, strict=True
             ):
+                writer.sphere(sphere.sphere, "registered", files.space)
                 ratio = vertex_areas(sphere.sphere, given.f) / vertex_areas(own.sphere, given.f)
-                writer.scalars(
-                    names.of("distortion", files.space), "arealdistortion", np.log2(ratio)
-                )
+                writer.scalars("arealdistortion", np.log2(ratio), "distortion", files.space)
                 side = job.hemisphere.other if self.reflect else job.hemisphere.structure
                 on_template, faces = resample(each.map, template)
-                resampled = names.of("resampled", files.space, vertices=files.size, kind=job.kind)
-                writer.surface(resampled, on_template, faces, side)
-            for (atlas, _, table), (labels, margin) in zip(atlases, taken, strict=True):
-                writer.labels(
-                    names.of("labels", atlas_of(atlas.path)), atlas_of(atlas.path), labels, table
-                )
-                writer.scalars(names.of("margin", atlas_of(atlas.path)), "margin", margin)
+                writer.surface(on_template, faces, "resampled", files.space, side, job.kind)
+            for atlas, (labels, margin, table) in zip(job.atlases, taken, strict=True):
+                writer.labels(atlas.name, labels, table, "labels", atlas.name)
+                writer.scalars("margin", margin, "margin", atlas.name)
             if names.convention == "fmriprep" and job.wall is not None:
-                wall = job.atlases.index(job.wall)
-                mask = ~np.isin(taken[wall][0], [*wall_of(atlases[wall][2]), -1])
-                writer.labels(names.of("cortex"), "cortex", mask.astype(np.int64), _CORTEX)
-                writer.scalars(
-                    names.of("thickness"), "thickness", mask * thickness_of(given.v, pial, given.f)
-                )
+                labels, _, table = taken[job.atlases.index(job.wall)]
+                mask = ~np.isin(labels, [*wall_of(table), -1])
+                writer.labels("cortex", mask.astype(np.int64), _CORTEX, "cortex")
+                thickness = mask * thickness_of(given.v, pial, given.f)
+                writer.scalars("thickness", thickness, "thickness")
                 spaces = [files.space for files in job.templates]
-                writer.sphere(names.of("msmsulc", "fsLR"), spheres[spaces.index("fsLR")].sphere)
+                writer.sphere(spheres[spaces.index("fsLR")].sphere, "msmsulc", "fsLR")
                 for kind, _ in job.copied(names):
-                    writer.surface(names.of(kind), given.v if kind == "white" else pial, given.f)
+                    writer.surface(given.v if kind == "white" else pial, given.f, kind)
             foldings, moved = foldings + writer.foldings, moved + writer.moved
         return replace(
             self.empty(job),
-            **_figures(found, [margin for _, margin in taken]),
+            **_figures(found, [margin for _, margin, _ in taken]),
             vertices=len(v),
             status="folded" if foldings else "certified",
             foldings=foldings,

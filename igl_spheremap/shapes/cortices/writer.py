@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import igl
 import numpy as np
@@ -31,21 +32,29 @@ class Writer:
         self._turn = -1.0 if names.convention == "hcp" else 1.0
         self.foldings = self.moved = 0
 
-    def sphere(self, name: str, x: FloatArray) -> None:
+    def sphere(self, x: FloatArray, what: str, space: str = "") -> None:
         """Write a sphere, with the volume's geometry; the coordinate system of the surface is not that of a sphere."""
         volume = {"volume": self._given["volume"]} if "volume" in self._given else {}
-        written = write_sphere(
-            self._path(name), x, self._f, force=True, metadata=self._metadata | volume
-        )
+        path = self._path(what, space)
+        written = write_sphere(path, x, self._f, force=True, metadata=self._metadata | volume)
         self.foldings += written.foldings
         self.moved += written.moved
 
-    def surface(self, name: str, v: FloatArray, f: IntArray, structure: str | None = None) -> None:
+    def surface(
+        self,
+        v: FloatArray,
+        f: IntArray,
+        what: str,
+        space: str = "",
+        structure: str | None = None,
+        kind: str = "",
+    ) -> None:
         """Write a surface in the coordinates of the source."""
         metadata = (
             dict(self._given) | self._metadata | ({"structure": structure} if structure else {})
         )
-        write_mesh(self._path(name), v, f, force=True, metadata=metadata)
+        path = self._path(what, space, kind=kind, vertices=len(v))
+        write_mesh(path, v, f, force=True, metadata=metadata)
 
     def features(self, own: SphereMap, v: FloatArray) -> None:
         """Write FreeSurfer's sulc and curv, in mm and 1/mm, and the areas of the given surface's vertices."""
@@ -53,34 +62,36 @@ class Writer:
         sulc, curv = (
             -self._turn * depth_potential(own.vertices, own.faces, ell=ell) for ell in (SULC, _CURV)
         )
-        self.scalars(self._names.of("sulc"), "sulc", unit * sulc)
+        self.scalars("sulc", unit * sulc, "sulc")
         # the potential is 2 H ell^2
-        self.scalars(self._names.of("curv"), "curv", curv / (2 * _CURV**2 * unit))
-        self.scalars(self._names.of("area"), "area", vertex_areas(v, own.faces))
+        self.scalars("curv", curv / (2 * _CURV**2 * unit), "curv")
+        self.scalars("area", vertex_areas(v, own.faces), "area")
 
-    def scalars(self, name: str, quantity: str, values: FloatArray) -> None:
+    def scalars(self, quantity: str, values: FloatArray, what: str, name: str = "") -> None:
         """Write data at the vertices."""
-        write_scalars(self._path(name), {quantity: values}, force=True, metadata=self._metadata)
+        path = self._path(what, name)
+        write_scalars(path, {quantity: values}, force=True, metadata=self._metadata)
 
     def labels(
-        self, name: str, atlas: str, values: IntArray, table: tuple[Label, ...] | None
+        self,
+        atlas: str,
+        values: IntArray,
+        table: tuple[Label, ...] | None,
+        what: str,
+        name: str = "",
     ) -> None:
         """Write labels with their table; labels that it lacks are added to it."""
+        path = self._path(what, name)
         table = table or tuple(
             Label(key, str(key), _colour(key)) for key in np.unique(values).tolist()
         )
-        if not name.endswith(".annot") and (values < 0).any():
+        if not path.endswith(".annot") and (values < 0).any():
             table = (*table, Label(-1, "???", (0.0, 0.0, 0.0, 0.0)))
-        whole = values.astype(np.float64)
-        write_scalars(
-            self._path(name),
-            {atlas: whole},
-            force=True,
-            metadata=self._metadata | {"labels": table},
-        )
+        metadata = self._metadata | {"labels": table}
+        write_scalars(path, {atlas: values.astype(np.float64)}, force=True, metadata=metadata)
 
-    def _path(self, name: str) -> str:
-        return os.path.join(self._folder, name)
+    def _path(self, what: str, name: str = "", **about: Any) -> str:
+        return os.path.join(self._folder, self._names.of(what, name, **about))
 
 
 def thickness_of(white: FloatArray, pial: FloatArray, f: IntArray) -> FloatArray:
