@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
@@ -9,18 +10,15 @@ from scipy.spatial import cKDTree
 
 from ..errors import MeshError
 from ..mesh.arrays import TINY, FloatArray, IntArray
-from ..mesh.edges import components, marked, sides
+from ..mesh.edges import components, sides
 from ..sphere.rows import row_lengths
 
 
-def carry_cuts(
-    f: IntArray, x: FloatArray, template_f: IntArray, template_x: FloatArray, kept: IntArray
-) -> IntArray:
-    """Edges (k, 2) of a surface with unit sphere x that stand for the cuts of a patch of a template.
+def carry_cuts(f: IntArray, x: FloatArray, patch_f: IntArray, patch_x: FloatArray) -> IntArray:
+    """Edges (k, 2) of a surface with unit sphere x that stand for the boundary of a template's patch.
 
-    The patch has the vertices `kept` of the template. Its gap, a medial wall with cuts, is connected, and so is the
-    gap's boundary. Each vertex of that goes to the nearest one of the surface, each edge to a shortest path. So the
-    paths are connected, and divide the surface into disks.
+    Each vertex of the boundary goes to the nearest one of the surface, each edge to a shortest path. So the paths are
+    connected, and divide the surface into disks, of which the largest stands for the patch.
 
     Examples
     --------
@@ -28,14 +26,14 @@ def carry_cuts(
     >>> from igl_spheremap.plane.cuts import carry_cuts
     >>> x, f = ism.samples.sphere(642)
     >>> coarse, g = ism.samples.sphere(162)
-    >>> above = (coarse[:, 2] > -0.5).nonzero()[0]
-    >>> disk = ism.repair_disk(x, f, cut=carry_cuts(f, x, g, coarse, above), keep_largest=True)
+    >>> above = g[(coarse[g, 2] > -0.5).all(axis=1)]
+    >>> disk = ism.repair_disk(x, f, cut=carry_cuts(f, x, above, coarse), keep_largest=True)
     >>> bool(disk.v[:, 2].min() > -0.8), len(ism.check_disk(disk).rim) > 10
     (True, True)
     """
-    edges = _boundary(template_f, len(template_x), kept)
+    edges = _boundary(patch_f)
     rows, index = np.unique(edges, return_inverse=True)
-    ends = cKDTree(x).query(template_x[rows])[1][index.reshape(-1, 2)]
+    ends = cKDTree(x).query(patch_x[rows])[1][index.reshape(-1, 2)]
     ends = np.unique(np.sort(ends[ends[:, 0] != ends[:, 1]]), axis=0)
     start, stop = sides(f)
     length = np.maximum(row_lengths(x[start] - x[stop]), TINY)
@@ -45,29 +43,16 @@ def carry_cuts(
     return np.unique(np.sort(np.concatenate(paths)), axis=0)
 
 
-def _boundary(f: IntArray, n: int, kept: IntArray) -> IntArray:
-    """The edges between vertices that a patch lacks, beside a face with one that it has."""
-    lacks = ~marked(kept, n)
-    (start, stop), apex = sides(f), f.ravel()
-    inside = lacks[start] & lacks[stop]
-    _, label = components(start[inside], stop[inside], n)
-    # If a patch passes there twice, only the vertices between join a cut to the wall.
-    beside = ~lacks[start] & lacks[stop]
-    least, most = np.full(n, n), np.full(n, -1)
-    np.minimum.at(least, start[beside], label[stop[beside]])
-    np.maximum.at(most, start[beside], label[stop[beside]])
-    lacks |= least < most
-    inside = lacks[start] & lacks[stop]
-    _, label = components(start[inside], stop[inside], n)
-    # Single holes of the patch are no cuts.
-    lacks &= label == np.bincount(label[lacks], minlength=1).argmax()
-    edge = lacks[start] & lacks[stop] & ~lacks[apex]
-    if not edge.any():
+def _boundary(f: IntArray) -> IntArray:
+    """The edges (k, 2) of the boundary of a patch, without those around single holes, which are no cuts."""
+    edges = np.asarray(igl.boundary_facets(f)[0], dtype=np.int64)
+    if not len(edges):
         raise MeshError(
-            "the patch lacks no two neighbours of its template: nothing is cut; give a patch without the medial wall, "
+            "the patch has no boundary in its template: nothing is cut; give a patch without the medial wall, "
             "and the template that it was cut from"
         )
-    return np.column_stack((start[edge], stop[edge]))
+    label = components(edges[:, 0], edges[:, 1], f.max() + 1)[1][edges[:, 0]]
+    return edges[label == np.bincount(label).argmax()]
 
 
 def _path(graph: csr_matrix, start: int, stop: int, limit: float) -> IntArray:

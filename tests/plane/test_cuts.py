@@ -1,7 +1,6 @@
-"""A template's cuts on another mesh: connected, at the template's places, around one disk."""
+"""The boundary of a template's patch on another mesh: connected, at the template's places, around one disk."""
 
-from itertools import pairwise
-
+import igl
 import numpy as np
 import pytest
 from cortices import turned
@@ -30,41 +29,54 @@ def path():
 CHAIN = path()
 
 
-@pytest.mark.parametrize("gap", [0, 1])
-def test_a_cap_with_a_cut_is_carried_to_another_mesh(gap):
-    """Also where the cut ends one vertex before the cap: the patch passes there twice."""
+def patch(gap=0):
+    """The sphere without the cap and the chain, which may end before the cap: there the patch passes twice."""
     lacks = LOW.copy()
     lacks[CHAIN[: len(CHAIN) - 1 - gap]] = True
-    y, g = turned(10_242)
-    edges = carry_cuts(g, y, F, X, np.flatnonzero(~lacks))
+    return F[~lacks[F].any(axis=1)]
+
+
+@pytest.mark.parametrize("gap", [0, 1])
+@pytest.mark.parametrize("size", [642, 10_242])
+def test_the_boundary_of_a_patch_is_carried_to_another_mesh(size, gap):
+    faces = patch(gap)
+    y, g = turned(size)
+    edges = carry_cuts(g, y, faces, X)
     keys = np.sort(g[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2))
     assert {*map(tuple, edges.tolist())} <= {*map(tuple, keys.tolist())}
     links = coo_matrix((np.ones(len(edges)), edges.T), shape=(len(y), len(y)))
     assert (np.bincount(connected_components(links)[1]) > 1).sum() == 1
 
     disk = ism.repair_disk(y, g, cut=edges, keep_largest=True)
-    assert disk.v[:, 2].min() > -0.85
+    width = max(np.linalg.norm(x[t[:, 0]] - x[t[:, 1]], axis=1).max() for x, t in ((X, F), (y, g)))
+    rim = disk.v[ism.check_disk(disk.v, disk.f).rim]
+    ring = X[np.unique(igl.boundary_facets(faces)[0])]
+    for some, others in ((rim, ring), (ring, rim)):
+        assert np.linalg.norm(some[:, None] - others, axis=2).min(axis=1).max() < width
+    assert len(disk.f) / len(g) == pytest.approx(len(faces) / len(F), abs=0.03)
+
+
+def test_a_cut_narrower_than_the_faces_becomes_a_slit():
+    y, g = turned(162)
+    disk = ism.repair_disk(y, g, cut=carry_cuts(g, y, patch(), X), keep_largest=True)
     twice = np.flatnonzero(np.bincount(disk.vertex_source) > 1)
-    width = np.linalg.norm(X[F[:, 0]] - X[F[:, 1]], axis=1).max()
-    off = np.linalg.norm(y[twice][:, None] - X[lacks | np.isin(np.arange(len(X)), CHAIN)], axis=2)
-    assert off.min(axis=1).max() < width
-    assert y[twice, 2].max() > X[CHAIN[0], 2] - width
-    share = len(disk.f) / len(g)
-    assert share == pytest.approx(1 - (1 - 0.7) / 2, abs=0.02)
+    width = np.linalg.norm(y[g[:, 0]] - y[g[:, 1]], axis=1).max()
+    off = np.linalg.norm(y[twice][:, None] - X[CHAIN], axis=2).min(axis=1)
+    assert len(off) > 1
+    assert off.max() < width
 
 
-def test_on_its_own_mesh_a_cut_stays_where_it_is():
-    lacks = LOW.copy()
-    lacks[CHAIN] = True
-    edges = carry_cuts(F, X, F, X, np.flatnonzero(~lacks))
-    assert lacks[edges].all()
-    assert {*pairwise(CHAIN)} <= {*map(tuple, np.vstack((edges, edges[:, ::-1])).tolist())}
+@pytest.mark.parametrize("gap", [0, 1])
+def test_on_its_own_mesh_the_disk_is_the_patch(gap):
+    faces = patch(gap)
+    disk = ism.repair_disk(X, F, cut=carry_cuts(F, X, faces, X), keep_largest=True)
+    assert np.array_equal(disk.vertex_source[disk.f], faces)
 
 
 def test_a_hole_of_the_patch_is_no_cut_and_a_whole_patch_is_refused():
     lacks = LOW.copy()
     lacks[np.argmax(X[:, 2])] = True
-    edges = carry_cuts(F, X, F, X, np.flatnonzero(~lacks))
+    edges = carry_cuts(F, X, F[~lacks[F].any(axis=1)], X)
     assert X[edges.ravel(), 2].max() < 0
     with pytest.raises(ism.MeshError, match="nothing is cut"):
-        carry_cuts(F, X, F, X, np.arange(len(X)))
+        carry_cuts(F, X, F, X)

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from ....errors import FileError, MeshError, import_optional, naming
-from ....io.files import read_mesh, read_sphere
+from ....io.files import read_mesh
 from ....io.patch import read_patch
 from ....io.plane_map import is_patch, read_images, write_plane_map
-from ....io.records import LoadedMesh
-from ....io.scalars import read_labels, read_landmarks, read_scalars
-from ....mesh.arrays import FloatArray, IntArray, check_directions, mean_position
+from ....io.scalars import read_landmarks
+from ....mesh.arrays import FloatArray, IntArray, mean_position
 from ....mesh.check import check_faces
 from ....mesh.disk import check_disk
 from ....mesh.edges import marked, touching
@@ -40,6 +39,9 @@ from ..inputs import (
     InputMesh,
     load_pair,
     read_any,
+    read_data,
+    read_pair,
+    read_table,
     read_target_sphere,
     sphere_name,
     up_of,
@@ -126,10 +128,11 @@ def _load(args: Namespace) -> InputMesh:
     """Read the mesh that the command line names; take the part that --patch names; repair it by the flags given."""
     args.progress.begin(f"reading {args.source}")
     mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=args.repair))
+    source = InputMesh(args.source, mesh.v, mesh.f, mesh.metadata)
     v, f, rows = mesh.v, mesh.f, np.arange(len(mesh.v))
     options = _disk_options(args)
     if args.via is not None:
-        options |= {"cut": _carried_cuts(args, mesh), "keep_largest": True}
+        options |= {"cut": _carried_cuts(args, source), "keep_largest": True}
     elif args.patch is not None:
         patch = read_patch(args.patch)
         rows = patch.rows
@@ -139,8 +142,8 @@ def _load(args: Namespace) -> InputMesh:
     with naming(args.source), usage("--"):
         # the faces of a patch may touch at vertices, or leave some apart
         disk = repair_disk(v, f, **options)
-        if args.via is not None:
-            disk = _left_by_cuts(disk, v, f, args)
+    if args.via is not None:
+        disk = _left_by_cuts(disk, source, args)
     done = triangulation(mesh.triangulated, mesh.concave) + disk.actions
     if done:
         args.progress.write(f"igl-spheremap: repaired {args.source}: {'; '.join(done)}")
@@ -148,36 +151,22 @@ def _load(args: Namespace) -> InputMesh:
     return InputMesh(args.source, disk.v, disk.f, repairs=done, caps=disk.caps, rows=rows)
 
 
-def _carried_cuts(args: Namespace, mesh: LoadedMesh) -> IntArray:
+def _carried_cuts(args: Namespace, source: InputMesh) -> IntArray:
     """The edges of a registered surface that stand for the cuts of its template's patch."""
     if args.cut is not None:
         raise UsageError("--cut: the patch says where --via cuts; leave one of them out")
-    x = read_sphere(args.via).v
-    if len(x) != len(mesh.v):
-        raise MeshError(
-            f"{args.via} has {len(x)} vertices but {args.source} has {len(mesh.v)}; give the registered sphere of "
-            "this surface"
-        )
     with naming(args.source):
-        faces = check_faces(mesh.f, len(x))
-    with naming(args.via):
-        x = unit_rows(check_directions(x))
-    there, g = read_target_sphere(
-        args.template, InputMesh(args.source, mesh.v, mesh.f, mesh.metadata)
-    )
-    kept = read_patch(args.patch).rows
-    if kept.max() >= len(there):
-        raise MeshError(
-            f"{args.patch} is no patch of the {len(there)} vertices of {args.template}; give the template's own "
-            "patch, and by --template its sphere"
-        )
+        faces = check_faces(source.f, len(source.v))
+    x = unit_rows(read_pair(source, args.via).unit)
+    there, g = read_target_sphere(args.template, source)
     with naming(args.patch):
-        return carry_cuts(faces, x, g, unit_rows(there), kept)
+        kept, patch_f = read_patch(args.patch).part(unit_rows(there), g)
+        return carry_cuts(faces, x, patch_f, kept)
 
 
-def _left_by_cuts(disk: RepairedMesh, v: FloatArray, f: IntArray, args: Namespace) -> RepairedMesh:
-    """Report the part beyond the cuts; if each vertex is to come once, leave out the faces along them, too."""
-    actions, kept = disk.actions, disk.face_source
+def _left_by_cuts(disk: RepairedMesh, source: InputMesh, args: Namespace) -> RepairedMesh:
+    """Report the part beyond the cuts; if each vertex is to come once, leave out the faces along slits, too."""
+    v, f, actions, kept = source.v, source.f, disk.actions, disk.face_source
     once = is_patch(args.target)
     while (
         once and (twice := np.bincount(disk.vertex_source + 1, minlength=len(v) + 1)[1:] > 1).any()
@@ -192,19 +181,18 @@ def _left_by_cuts(disk: RepairedMesh, v: FloatArray, f: IntArray, args: Namespac
         f"{mean_position(v[f[lost].ravel()], v)}"
     )
     if args.labels is not None:
-        text += f": {_shares(args.labels, f[lost], areas[lost], len(v))}"
+        text += f": {_shares(args.labels, source, areas * lost)}"
     return replace(disk, actions=(*actions, text))
 
 
-def _shares(path: str, f: IntArray, areas: FloatArray, n: int) -> str:
-    """The labels of some faces by their shares of the area, largest first, those of a percent and more."""
-    (values,) = read_scalars(path).values()
-    table = read_labels(path)
-    if table is None or len(values) != n:
+def _shares(path: str, source: InputMesh, areas: FloatArray) -> str:
+    """The labels that lie on areas of faces by their shares, largest first, those of a percent and more."""
+    table = read_table(path)
+    if table is None:
         raise MeshError(
-            f"{path} holds no labels of {n} vertices; give an .annot or .label.gii file of this surface"
+            f"{path} holds no labels; give an .annot or .label.gii file of this surface"
         )
-    corners = values[f].astype(np.int64)
+    corners = read_data(path, source)[source.f, 0].astype(np.int64)
     found = [
         (areas @ (corners == label.key).mean(axis=1) / areas.sum(), label.name) for label in table
     ]

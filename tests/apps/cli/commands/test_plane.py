@@ -164,16 +164,17 @@ def test_a_flat_map_is_shown_beside_its_surface(face, tmp_path):
 
 
 def test_the_cuts_of_a_template_come_over_a_registration(tmp_path, capsys):
-    """Here the surface lies on its own sphere, and the template is coarser."""
-    x, f = icosphere(4)
+    """Here the surface lies on its own sphere, and is coarser than the template: at places the cut is a slit."""
+    x, f = icosphere(3)
+    y, g = icosphere(5)
     surface, reg, template, patch = (
         str(tmp_path / name) for name in ("lh.ply", "lh.sphere.ply", "mine.ply", "mine.patch.3d")
     )
     ism.write_mesh(surface, x * [1, 1.4, 0.8], f)
     ism.write_mesh(reg, 100 * x, f)
-    ism.write_mesh(template, V, F)
-    rows = np.flatnonzero((V[:, 2] > -0.7) & ~((np.abs(V[:, 1]) < 0.09) & (V[:, 0] > 0)))
-    write_patch(patch, Patch(rows, V[rows], np.zeros(len(rows), dtype=bool)))
+    ism.write_mesh(template, y, g)
+    rows = np.flatnonzero((y[:, 2] > -0.7) & ~((np.abs(y[:, 1]) < 0.02) & (y[:, 0] > 0)))
+    write_patch(patch, Patch(rows, y[rows], np.zeros(len(rows), dtype=bool)))
     via = ["--patch", patch, "--via", reg, "--template", template]
     flat, rest = str(tmp_path / "flat.obj"), str(tmp_path / "lh.mine.patch.flat")
     for out in (flat, rest):
@@ -183,11 +184,11 @@ def test_the_cuts_of_a_template_come_over_a_registration(tmp_path, capsys):
     table = tuple(Label(key, name, (1, 1, 1, 1)) for key, name in enumerate(("rest", "wall")))
     write_scalars(labels, {"areas": (x[:, 2] < -0.7) * 1.0}, metadata={"labels": table})
     assert main(["flatten", surface, flat, *via, "--labels", str(labels), "-f"]) == Exit.OK
-    assert re.search(r"left out [^;]*: 9\d% wall, \d% rest", capsys.readouterr().err)
+    assert re.search(r"left out [^;]*: [5-9]\d% wall, [1-4]\d% rest", capsys.readouterr().err)
     few = str(tmp_path / "few.npy")
     np.save(few, np.zeros(3))
     assert main(["flatten", surface, flat, *via, "--labels", few, "-f"]) == Exit.NO_MESH
-    assert f"few.npy holds no labels of {len(x)} vertices" in one_line(capsys)
+    assert "few.npy holds no labels" in one_line(capsys)
     assert main(["check", flat, "-q"]) == Exit.OK
     assert main(["check", surface, rest, "-q"]) == Exit.OK
     assert len(read_patch(rest).rows) < len(np.unique(ism.read_mesh(flat).f)) < len(x)
@@ -195,8 +196,11 @@ def test_the_cuts_of_a_template_come_over_a_registration(tmp_path, capsys):
     capsys.readouterr()
     for words, message in (
         ([*via, "--cut", "4"], "leave one of them out"),
-        (["--patch", patch, "--via", template, "--template", template], "registered sphere"),
-        (["--patch", patch, "--via", reg, "--template", "ico:1"], "the template's own patch"),
+        (["--patch", patch, "--via", template, "--template", template], "give a map of this mesh"),
+        (
+            ["--patch", patch, "--via", reg, "--template", "ico:1"],
+            "the surface that it was cut from",
+        ),
         (["--patch", patch, "--template", template], "--via"),
     ):
         assert main(["flatten", surface, str(tmp_path / "no.obj"), *words]) != Exit.OK
