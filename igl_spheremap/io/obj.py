@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import MeshError
-from ..mesh.arrays import FloatArray, IntArray
+from ..mesh.arrays import AnyArray, FloatArray, IntArray
 from ..mesh_repair.polygons import cut_polygons
-from .reading import Bytes, check_complete
+from .reading import check_complete
 from .records import Metadata, Polygons, RawMesh, ending
 from .text import indices, numbers, read_rows, write_text
 
@@ -44,16 +44,24 @@ def _mni(data: bytes) -> RawMesh:
     Behind a P: 5 numbers of its look, points and as many normals; the number of polygons, whether there is one colour
     (0), one a polygon (1) or one a point (2), and the colours; the ends of polygons among the corners, and the corners.
     """
-    file = Bytes(np.array(data[1:].split(), dtype=np.float64).tobytes())
-    file.array(float, 5)
-    n = file.number(float)
-    v = file.array(float, 3 * n).reshape(-1, 3)
-    file.array(float, 3 * n)
-    m, colours = file.number(float), file.number(float)
-    file.array(float, 4 * {0: 1, 1: m, 2: n}[colours])
-    ends = file.array(float, m).astype(np.int64)
+    words = np.array(data[1:].split())
+
+    def taken(count: int, kind: type) -> AnyArray:
+        nonlocal words
+        check_complete(0 <= count <= len(words), f"{len(words)} numbers", str(count))
+        part: AnyArray = words[:count].astype(kind)
+        words = words[count:]
+        return part
+
+    taken(5, float)
+    n = int(taken(1, int)[0])
+    v = taken(3 * n, float).reshape(-1, 3)
+    taken(3 * n, float)
+    m, colours = taken(2, int).tolist()
+    taken(4 * {0: 1, 1: m, 2: n}[colours], float)
+    ends = taken(m, int)
     check_complete(m > 0, "no polygons", "polygons")
-    return RawMesh(v, ending(file.array(float, int(ends[-1])).astype(np.int64), ends))
+    return RawMesh(v, ending(taken(int(ends[-1]), int), ends))
 
 
 def write(path: Path, v: FloatArray, f: IntArray, metadata: Metadata) -> None:

@@ -48,6 +48,13 @@ def test_colours_of_mni_objects_are_passed_over(ball, tmp_path):
         assert np.array_equal(read_mesh(tmp_path / "ball.obj").f, f)
 
 
+def test_corners_of_mni_objects_are_whole_numbers(ball, tmp_path):
+    *words, _ = mni(*ball).split()
+    (tmp_path / "ball.obj").write_bytes(b" ".join([*words, b"0.5"]))
+    with pytest.raises(MeshError, match="damaged"):
+        read_mesh(tmp_path / "ball.obj")
+
+
 @pytest.mark.parametrize(
     ("kind", "mode", "packer", "order", "header"),
     [
