@@ -154,11 +154,11 @@ class Levenberg:
     """
 
     #: The damping is multiplied by this around faces that a step folds.
-    around = 10.0
+    raised_around = 10.0
     #: The same, everywhere after a step that failed.
-    everywhere = 4.0
+    raised_everywhere = 4.0
     #: The same, after a step that succeeds at once.
-    falls = 0.1
+    lowered = 0.1
     #: A vertex of larger damping moves by less than a tenth of its undamped step: there the search gives up.
     largest = 10.0
 
@@ -183,7 +183,7 @@ class Levenberg:
             self._grow(trial.folded)
             if trial.value < model.value:
                 if self.at_once:
-                    self.damping *= self.falls
+                    self.damping *= self.lowered
                 return trial
             many = int(trial.folded.sum())
             if self.damping.min() >= self.largest or (
@@ -191,7 +191,10 @@ class Levenberg:
             ):
                 return None  # more damping helps no more
             failed = many, trial.value
-            self.damping, self.at_once = np.maximum(self.everywhere * self.damping, DAMPED), False
+            self.damping, self.at_once = (
+                np.maximum(self.raised_everywhere * self.damping, DAMPED),
+                False,
+            )
         return None
 
     def _grow(self, folded: BoolArray) -> None:
@@ -199,7 +202,9 @@ class Levenberg:
         f = self.system.f
         around = marked(f[folded], self.system.n)
         around[f[touching(f, around)]] = True
-        self.damping = np.minimum(self.largest, np.where(around, self.around, 1) * self.damping)
+        self.damping = np.minimum(
+            self.largest, np.where(around, self.raised_around, 1) * self.damping
+        )
 
 
 def _held_apart(model: Model, trial: Trial, step: FloatArray, still: float = 1e-9) -> Model | None:
