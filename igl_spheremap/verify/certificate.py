@@ -91,7 +91,9 @@ class Certificate:
         scaled = x
         if len(off_sphere):
             scaled = scale_rows(x)
-        degree, *_ = _degrees(f, (x, scaled, signs)) or (0,)
+        degree, degrees = 0, _degrees(f, (x, scaled, signs))
+        if degrees is not None:
+            degree = degrees[0]
         return cls(
             np.flatnonzero(signs < 0),
             np.flatnonzero(signs == 0),
