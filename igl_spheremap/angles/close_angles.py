@@ -70,7 +70,8 @@ class _Wheels:
         self.system, self.corners = system, system.f.T
         self.free = np.ones(system.n, dtype=bool)
         self.free[system.f[hole]] = False
-        self.inner = self.free[self.corners]  # corner, face
+        #: 1 at corners that are free vertices, 0 at others: corner, face
+        self.inner = np.where(self.free[self.corners], 1.0, 0.0)
 
     def missing(self, a: FloatArray) -> FloatArray:
         """Deviation of each vertex from its two conditions, on the sum and on the product, (2, n)."""

@@ -54,7 +54,9 @@ class Plan:
     @property
     def starts(self) -> int:
         """Number of candidates that may start; 0 if the map is to stay."""
-        return self.layouts + int(self.use_map)
+        if self.use_map:
+            return self.layouts + 1
+        return self.layouts
 
     @property
     def compares(self) -> bool:

@@ -96,7 +96,7 @@ class FaceProblem:
         at_vertices = None
         if self._held is not None:
             axes[:, :, self._held] = 0  # held vertices do not move
-            at_vertices = np.eye(2)[:, :, None] * self._held
+            at_vertices = np.where(self._held, np.eye(2)[:, :, None], 0.0)
         gradient, blocks = self.energy.derivatives(x, axes)
         for term in self._terms:
             slope, curvature = term.derivatives(x, axes)

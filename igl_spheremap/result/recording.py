@@ -112,7 +112,10 @@ class Recording(History):
         with self._lock:
             kept, steps, used = len(self._frames), len(self.steps), self._nbytes() / 1e6
             if kept == steps:
-                return f"every iterate is kept: {used:,.{int(used < 10)}f} of {self._budget / 1e6:,g} MB"
+                taken = f"{used:,.0f}"
+                if used < 10:
+                    taken = f"{used:.1f}"
+                return f"every iterate is kept: {taken} of {self._budget / 1e6:,g} MB"
             return (
                 f"{kept:,} of {steps:,} iterates are kept: {_share(self._stride_at_changes)} where foldings change, "
                 f"{_share(self._stride)} elsewhere; "

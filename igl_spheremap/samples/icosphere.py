@@ -33,7 +33,7 @@ def sphere(n_vertices: int = 2562) -> tuple[FloatArray, IntArray]:
     weight = np.tile(weight, (len(sides), 1))
     # A point on an edge belongs to two faces, a corner to five: give it the same key in all, corners in rising order.
     corner = np.where(weight > 0, corner, 0)
-    order = np.argsort(corner + 100 * (weight == 0), axis=1)
+    order = np.argsort(np.where(weight > 0, corner, 100), axis=1)
     corner, weight = (
         np.take_along_axis(corner, order, axis=1),
         np.take_along_axis(weight, order, axis=1),

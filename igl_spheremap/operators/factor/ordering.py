@@ -116,7 +116,9 @@ def _follow(x: np.ndarray, planes: list[tuple[np.ndarray, np.ndarray]]) -> np.nd
     coordinates, index = x.ravel(), np.arange(n)
     path = np.zeros(n, np.int64)
     for axis, threshold in planes:
-        path = 2 * path + (coordinates.take(index + (n * axis).take(path)) >= threshold.take(path))
+        above = coordinates.take(index + (n * axis).take(path)) >= threshold.take(path)
+        path = 2 * path
+        path[above] += 1
     return path
 
 
