@@ -56,8 +56,9 @@ class AngleLoss:
         """
         d, normal, double_area = self._differences(u, w)
         normal /= np.where(double_area > 0, double_area, 1)
-        turn_a = -column_crosses(normal, u) / column_dots(u, u)
-        turn_b = column_crosses(normal, w) / column_dots(w, w)
+        # a side without length does not turn
+        turn_a = -column_crosses(normal, u) / np.maximum(column_dots(u, u), TINY)
+        turn_b = column_crosses(normal, w) / np.maximum(column_dots(w, w), TINY)
         turns = np.empty((2, *d.shape))  # axis, corner, face
         for turn, axis in zip(turns, axes, strict=True):
             turn[1], turn[2] = column_dots(turn_a, axis), column_dots(turn_b, axis)

@@ -57,6 +57,16 @@ def test_loss_falls_with_every_sweep_and_no_face_folds():
         last = now
 
 
+@pytest.mark.filterwarnings("error")
+def test_sides_without_length_raise_no_warning_and_spoil_no_number():
+    v, x, f = _stretched()
+    x[f[7, 1]] = x[f[7, 0]]
+    around = np.isin(f, f[7]).any(axis=1)
+    y = relax_angles(x, f, AngleLoss(corner_angles(v, f).T), sweeps=3)
+    assert np.isfinite(y).all()
+    assert (orientation_signs(y, f)[~around] > 0).all()
+
+
 def test_an_isometric_image_is_a_fixed_point():
     x, f = icosphere(2)
     assert np.abs(relax_angles(x, f, AngleLoss(corner_angles(x, f).T), sweeps=5) - x).max() < 1e-9
