@@ -105,11 +105,16 @@ def unfolded(mesh: Mesh, x: FloatArray) -> FloatArray:
 
 
 def small_moves(
-    x: FloatArray, f: IntArray, listener: PositionsListener | None = None, patience: int = 25
+    x: FloatArray,
+    f: IntArray,
+    listener: PositionsListener | None = None,
+    patience: int = 25,
+    moves: int = 250,
 ) -> FloatArray:
     """Try to repair foldings by small moves of the vertices around them.
 
-    It ends after `patience` rounds in which no fewer faces fold.
+    It ends after `patience` rounds in which no fewer faces fold, or earlier, once these rounds moved `moves` faces:
+    embedding frees many faces in less time.
 
     For each folded face the shortest move of its corners is computed that gives it a small positive area: a projection
     onto a half-space. If several faces move a vertex, their moves are averaged. If the half-spaces intersect, the
@@ -126,7 +131,7 @@ def small_moves(
     y = best = x[vertices].T.copy()
     folded = column_signs(y.take(faces.T, axis=1)) <= 0
     fewest, since = folded.sum(), 0
-    while folded.any() and since < patience:
+    while folded.any() and since < min(patience, moves / folded.sum()):
         bad = faces[folded]
         y = _projected(y, bad.T, movable)
         if listener is not None:
