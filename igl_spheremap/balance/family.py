@@ -34,9 +34,6 @@ MOST_WEIGHT = 0.97
 #: k of the final energy: 1 is polyconvex, .9 up to s1 = 5 s2, and ends lower.
 POWER = 0.9
 
-#: No image edge of a stretched start is shorter than exp(-this): half of float64's digits are left to move it.
-_STRETCHED = floor_of(np.float32)
-
 
 def balanced_map(
     mesh: Mesh,
@@ -152,14 +149,16 @@ def balanced_iterates(problem: FaceProblem, search: KeptFactor, x: FloatArray) -
 def stretched(mesh: Mesh, x: FloatArray, backend: str) -> FloatArray:
     """The map, or, if its shortest edges are as small as rounding, one laid out anew with room for limbs.
 
-    Newton steps can't move faces whose images are as small as rounding.
+    Newton steps can't move faces whose images are as small as rounding. Limbs get the room that float32 needs: half of
+    float64's digits are left to move them.
     """
     if log_edges(x, mesh.f).min() > np.log(FLOAT64_LIMIT):
         return x
     laid_out = unroll(mesh, x, VertexSystem(mesh.f, len(x), backend, limbs=True))
     if laid_out is None:
         return x
-    y = onto_sphere(laid_out, shorten_limbs(laid_out, mesh.angles, _STRETCHED)[0])
+    points, _ = shorten_limbs(laid_out, mesh.angles, floor_of(np.float32))
+    y = onto_sphere(laid_out, points)
     certificate = Certificate.of(y, mesh.f)
     if certificate.folding_free:
         return y

@@ -26,9 +26,6 @@ HALF_DIGITS = float(np.sqrt(EPS))
 #: Rounding of sums and small matrices, relative to their largest value: 4,500 times float64's epsilon.
 ROUNDING = 1e-12
 
-#: From 2^53 on float64 does not hold every whole number.
-_LARGEST_WHOLE = 2 / np.finfo(float).eps
-
 
 def plain_array(values: ArrayLike, name: str) -> NDArray[Any]:
     """`values` as an array, or MeshError for a map, ragged rows or masked entries."""
@@ -103,7 +100,7 @@ def _rounded(given: ArrayLike, array: NDArray[Any], rows: FloatArray) -> BoolArr
     """Whether each given number differs from its float64 in `rows`; `array` is numpy's version of them."""
     if array.dtype.kind == "f" and array.dtype.itemsize > rows.itemsize:
         return np.asarray((rows.astype(array.dtype) != array) & ~np.isnan(array))
-    large = np.abs(rows) >= _LARGEST_WHOLE
+    large = np.abs(rows) >= 2.0**53  # from there on float64 does not hold every whole number
     # numpy rounds whole numbers in a list with floats: compare the list itself
     if large.any():
         each = np.array(given, dtype=object)

@@ -16,10 +16,6 @@ from .arrays import EPS, HALF_DIGITS, TINY, FloatArray, IntArray, own_unit
 _SHORT = 1e-70
 #: Next to coordinates of size 1, edges below this length have less than three digits in float64.
 FLOAT64_LIMIT = float(512 * EPS)
-#: Vectors shorter than this have lost digits of their length, for its square underflows.
-_SHORTEST = np.sqrt(TINY)
-#: A sum of up to 4,096 unit vectors is rounding if it is shorter than this.
-_CANCELLED = 4096 * EPS
 
 
 def by_blocks(
@@ -210,7 +206,7 @@ def area_normals(v: FloatArray, f: IntArray) -> FloatArray:
 def without_direction(x: FloatArray) -> NDArray[np.bool_]:
     """Rows that are zero, not finite, or too short for float64."""
     length = np.sqrt(np.einsum("ij,ij->i", x, x))
-    return ~((length > _SHORTEST) & (length < np.inf))
+    return ~((length > np.sqrt(TINY)) & (length < np.inf))  # the square of less underflows
 
 
 def fill_directions(x: FloatArray, f: IntArray) -> FloatArray:
@@ -233,7 +229,7 @@ def fill_directions(x: FloatArray, f: IntArray) -> FloatArray:
         )
         new = np.unique(reach[:, 1])
         size = np.linalg.norm(total[new], axis=1)
-        flat = size < _CANCELLED
+        flat = size < 4096 * EPS  # rounding, of up to so many unit vectors
         if flat.any():  # opposite neighbours cancel: any one of them will do then
             _, first = np.unique(reach[:, 1], return_index=True)
             total[new[flat]] = x[reach[first[flat], 0]]

@@ -11,10 +11,6 @@ from ..mesh.arrays import BoolArray, FloatArray, plural
 from ..verify.certificate import Certificate
 from ..verify.distortion import angle_figures, log_figures
 
-#: A map of less harmonic energy has collapsed: maps that cover the sphere have at least its area, 4 pi, a hundred times
-#: this.
-_COLLAPSED = 0.04 * math.pi
-
 
 class Finding(NamedTuple):
     """A sentence, with the label before it, and the numbers behind it by their names in JSON."""
@@ -76,7 +72,7 @@ def energy(value: float) -> Finding:
     '0, next to nothing: the map has collapsed, nearly all of it lies in one point'
     """
     text = f"{value:.6f}, which is 4 pi {value - 4 * math.pi:+.2e} (4 pi: a smooth conformal map)"
-    if value < _COLLAPSED:
+    if value < 0.01 * (4 * math.pi):  # a map that covers the sphere has at least its area
         text = f"{max(value, 0):.3g}, next to nothing: the map has collapsed, nearly all of it lies in one point"
     return Finding("energy", text, {"energy": value})
 

@@ -14,10 +14,6 @@ from ..mesh.check import Mesh
 from ..timings import phase
 from .rows import row_dots, weighted_moment, weighted_sum
 
-#: A Moebius centre c of larger squared length counts as on the boundary of the ball: 1 - |c|^2, by which its map
-#: scales, has less than three digits left.
-_BOUNDARY = 1 - 512 * EPS
-
 
 def moebius(x: FloatArray, c: ArrayLike) -> FloatArray:
     """Apply to unit rows the Moebius map of the ball that takes `c`, a point inside it, to the centre.
@@ -86,7 +82,8 @@ def _balance(
             step = step * (np.tanh(min(length, 2.0)) / length)
         while True:
             trial = _compose(centre, step)
-            if trial @ trial > _BOUNDARY:
+            # On the boundary 1 - |c|^2, by which the map of c scales, has less than three digits left.
+            if trial @ trial > 1 - 512 * EPS:
                 return centre, y
             moved = moebius(x, trial)
             moved_mean = weighted_sum(w, moved)

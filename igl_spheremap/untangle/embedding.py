@@ -203,17 +203,21 @@ def _rebuild_locally(
     if fixed is not None:
         frozen |= fixed
     mesh = ProgressiveMesh(local.reshape(-1, 3), x[vertices], frozen[vertices], grid)
-    notify = None
-    if listener is not None:
-
-        def notify(part: FloatArray) -> None:
-            listener(with_rows(x, vertices, part))
-
+    notify = of_part(listener, x, vertices)
     try:
         _rebuild(mesh, forced[vertices] & ~mesh.frozen, notify, keep_positions)
     except _TooCoarse as failure:
         raise _TooCoarse(vertices[failure.vertices]) from None
     return with_rows(x, vertices, mesh.x)
+
+
+def of_part(
+    listener: PositionsListener | None, x: FloatArray, vertices: IntArray
+) -> PositionsListener | None:
+    """The listener of some rows of a map, given that of all; None if there is none."""
+    if listener is None:
+        return None
+    return lambda part: listener(with_rows(x, vertices, part))
 
 
 def with_rows(x: FloatArray, vertices: IntArray, rows: FloatArray) -> FloatArray:

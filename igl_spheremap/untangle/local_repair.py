@@ -24,6 +24,7 @@ from .embedding import (
     dilate,
     embed_nearby,
     fix_orientation,
+    of_part,
     progressive_embedding,
     with_rows,
 )
@@ -63,13 +64,7 @@ def repair_locally(
         y, folded = after, np.flatnonzero(folded_faces(after, mesh.f))
     rings = REMOVED_RINGS + _MOVED_RINGS  # around faces that small moves fold, too
     patch = mesh.edges.patch_around(mesh.f[folded], rings)
-    notify = None
-    if listener is not None:
-        whole = y
-
-        def notify(part: FloatArray) -> None:
-            listener(with_rows(whole, patch.vertices, part))
-
+    notify = of_part(listener, y, patch.vertices)
     part = y[patch.vertices]
     if after is None:
         part = small_moves(part, patch.f, notify)

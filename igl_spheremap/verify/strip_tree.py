@@ -17,9 +17,6 @@ import numpy as np
 
 from ..mesh.arrays import EPS, ComplexArray, FloatArray, IntArray, own_unit
 
-#: Distances between rectangles are off by less than this share of the coordinates: some twenty roundings, and room.
-_ERROR = 64 * EPS
-
 
 def close_pairs(
     p: FloatArray, longest: int = 128, parts: int = 4, block: int = 1 << 17
@@ -123,5 +120,5 @@ class _Runs:
             start + along * ((left + right) / 2 + 0.5j * (under + above)),
             along,
             np.stack((right - left, above - under)) / 2,
-            _ERROR * size,
+            64 * EPS * size,  # some twenty roundings, and room
         )
