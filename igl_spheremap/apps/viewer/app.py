@@ -21,7 +21,7 @@ from . import window
 from .choices import LENGTH, RATE, SIZE, SUBJECTS, Pictures
 from .grid import Grid, packed
 from .widgets import box, leave_open, paragraph, tip
-from .window import imgui, ps
+from .window import imgui, pressed, ps
 
 #: Beginning of a sentence that a window shows in place of a traceback.
 FAILED = "Something went wrong here: "
@@ -59,8 +59,17 @@ class App:
         """Figures of the present picture, for JSON."""
         return {}
 
+    def pick(self, vertex: int | None) -> None:
+        """Mark a vertex on all bodies, or none."""
+        self.grid.picked = vertex
+
     def tick(self) -> None:
-        """Move on, once for every picture of a window; never called without one."""
+        """Move on, and pick what was clicked, once for every picture of a window; never called without one."""
+        pixel = self.grid.clicked()
+        if pixel is not None:
+            self.pick(self.grid.vertex_at(pixel))
+        elif pressed("Escape"):
+            self.pick(None)
 
     def panel(self) -> None:
         """Draw widgets and plots beside the grid."""
@@ -219,7 +228,7 @@ def _failure_widgets(app: App, high: float = 90.0) -> None:
     width, height = ps.get_window_size()
     with box("failure", (0.1 * width, height - high), (0.8 * width, high)):
         paragraph(FAILED + app.failure)
-        if imgui.Button("close"):
+        if imgui.Button("close") or pressed("Escape"):
             app.failure = ""
 
 
@@ -282,15 +291,20 @@ class SaveWidgets:
         tip(f"{Path(self.name).absolute()}, with an ending; a file that is there stays")
         imgui.SameLine()
         imgui.TextUnformatted("save as")
-        for label, ending, allowed, write in (
-            ("picture", ".png", window.PICTURES, self._picture), ("video", ".gif", window.VIDEOS, self._video),
-            *([] if self._result is None else [("map", ".npz", (Path(self.name).suffix,), self._map)]),
-        ):  # fmt: skip
-            if imgui.Button(label):
-                self._app.message = ""
-                self._app.pending = partial(write, self._path(ending, allowed))
+        self._button("picture", ".png", window.PICTURES, self._picture)
+        tip("Or press S.")
+        imgui.SameLine()
+        self._button("video", ".gif", window.VIDEOS, self._video)
+        if self._result is not None:
             imgui.SameLine()
-        imgui.NewLine()
+            self._button("map", ".npz", (Path(self.name).suffix,), self._map)
+
+    def _button(
+        self, label: str, ending: str, allowed: Sequence[str], write: Callable[[Path], str]
+    ) -> None:
+        if imgui.Button(label) or (label == "picture" and pressed("S")):
+            self._app.message = ""
+            self._app.pending = partial(write, self._path(ending, allowed))
 
     def _path(self, ending: str, allowed: Sequence[str]) -> Path:
         """A free file by the name; if it has no allowed ending, with one."""

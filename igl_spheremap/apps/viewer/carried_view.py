@@ -19,7 +19,7 @@ from .app import ColouredApp, SaveWidgets
 from .choices import CARRIED
 from .colouring import SQUARES, Colouring, deepest_tips, mercator_corners, places, poles_at
 from .grid import MOUSE, Grid, Part
-from .widgets import menu, panel, paragraph
+from .widgets import panel, paragraph, subject_menu
 from .window import imgui
 
 _DIRICHLET = "symmetric Dirichlet energy above an isometry's"
@@ -108,7 +108,7 @@ class CarriedView(ColouredApp):
         if not self.grid.panel:
             return
         with panel("Match", self.grid.panel, MOUSE):
-            if chosen := menu("colours", self.subject, CARRIED):
+            if (chosen := subject_menu(self.subject, CARRIED)) != self.subject:
                 self.show_subject(chosen)
             moved, way = imgui.SliderFloat("way", self.way, 0.0, 1.0, "%.2f")
             if moved:

@@ -23,6 +23,9 @@ class PartsView(App):
         self.grid = Grid(panel=0)
         self.grid.show(rows)
 
+    def pick(self, vertex: int | None) -> None:
+        """Mark nothing: parts may be of different surfaces."""
+
 
 def plane_view(name: str, disk: Disk, p: FloatArray, up: str) -> PartsView:
     """A surface and its image in the plane, with a checkerboard of the plane on both."""

@@ -17,13 +17,15 @@ from ...draw.lens import Lens
 from ...mesh.arrays import FloatArray, IntArray
 from .body import Body, Dots
 from .colouring import Colouring, Legend
-from .window import UNITS_PER_PIXEL, aim, imgui, ps, to_world
+from .window import UNITS_PER_PIXEL, aim, imgui, pressed, ps, to_world
 
 Place = tuple[int, int]
 
 #: Actions of the mouse on every grid.
 MOUSE = (
-    "Drag to turn all, drag with the right button to shift, scroll to zoom, double-click to reset."
+    "Drag to turn all, drag with the right button to shift, scroll to zoom, double-click or press R to reset. "
+    "Click a vertex to mark it on all, and beside it or press Escape to forget it. "
+    "Numbers choose colours, L the whole sphere or the lens that fits, S writes a picture."
 )
 
 #: Pixels: width of the panel, margin of a body, height of a line of text, and least width of a legend.
@@ -109,6 +111,8 @@ class Grid:
         self.turn = np.eye(3)
         self.zoom = 1.0
         self.shift = np.zeros(2)
+        #: The vertex that was picked, marked on all bodies.
+        self.picked: int | None = None
         self._laid_out: object = None
         self._pressed = np.zeros(2)
 
@@ -182,6 +186,8 @@ class Grid:
         for place, body in self.bodies.items():
             self._annotate(place, self.parts[place])
             self._mark(place, body, self.frame(place))
+            if self.picked is not None:
+                self.ring(self.frame(place), body.x[self.picked], _RING, _PICKED)
         for place, body in self.insets.items():
             if body.visible:
                 self._mark(place, body, self.inset_frame(place))
@@ -279,6 +285,8 @@ class Grid:
     def mouse(self) -> None:
         """Turn, shift and zoom by the mouse; to be called every frame of a window."""
         io = imgui.GetIO()
+        if pressed("R") or (imgui.IsMouseDoubleClicked(0) and not io.WantCaptureMouse):
+            self.turn, self.zoom, self.shift = np.eye(3), 1.0, np.zeros(2)
         if io.WantCaptureMouse:
             return
         dx, dy = io.MouseDelta
@@ -288,8 +296,6 @@ class Grid:
             self.shift = self.shift + np.array([dx, -dy]) / (_SHIFTING * self.zoom)
         if io.MouseWheel:
             self.zoom = float(np.clip(self.zoom * _NOTCH**io.MouseWheel, *_ZOOMS))
-        if imgui.IsMouseDoubleClicked(0):
-            self.turn, self.zoom, self.shift = np.eye(3), 1.0, np.zeros(2)
 
     def clicked(self) -> FloatArray | None:
         """The pixel of a click that has just ended on the grid, and was no drag; to be called every frame."""
@@ -308,11 +314,6 @@ class Grid:
         if hit.is_hit and hit.structure_name in {body.name for body in self.bodies.values()}:
             return int(hit.structure_data["index"])
         return None
-
-    def mark(self, vertex: int) -> None:
-        """Draw a ring around a vertex on all bodies."""
-        for place, body in self.bodies.items():
-            self.ring(self.frame(place), body.x[vertex], _RING, _PICKED)
 
     def rotate(self, right: float, down: float) -> None:
         """Turn all bodies by radians of the near side."""

@@ -7,8 +7,6 @@ from functools import partial
 
 import numpy as np
 
-from ...draw.folds import Clusters
-from ...draw.lens import Lens, follow, follow_vertex
 from ...draw.plot import fit, pose
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray
@@ -22,14 +20,14 @@ from .app import ColouredApp, SaveWidgets
 from .background_run import ShownRun, Source
 from .body import EDGE_WIDTH
 from .choices import SUBJECTS
+from .colouring import Legend
 from .grid import MOUSE, Grid, Part
-from .widgets import Colours, lens_widgets, panel, paragraph
+from .lens_view import LensView
+from .widgets import Colours, panel, paragraph
 from .window import imgui
 
-_KEYS = f"Click a vertex to see its image and its figures, and beside it to forget it. {MOUSE}"
 
-
-class MapView(ColouredApp):
+class MapView(ColouredApp, LensView):
     """Maps (n, 3) of a surface by their captions, through one lens on foldings, or on the vertex that is picked.
 
     The frames are the `SUBJECTS` that colours can show. Several maps stand in columns, whose scale fits the best of
@@ -49,21 +47,16 @@ class MapView(ColouredApp):
         self.mesh, self.subject, self.colours = mesh, subject, Colours(subject)
         self.turn = pose(mesh.unit, up)
         self._source = fit(mesh.unit, self.turn)
-        #: Power of the lens; None: as fits its target.
-        self.power: float | None = 1.0
-        if len(maps) == 1:
-            self.power = None
-        self.cluster = 0
-        #: Turn of the grid when the lens was aimed, which brings its place to the front.
-        self._facing = np.eye(3)
+        if len(maps) > 1:
+            self.power = 1.0
         self.result = result
-        self.picked: int | None = None
         self._balance = 0.0
         if result is not None:
             self._balance = result.balance
         self._run: ShownRun | None = None
         self._save = SaveWidgets(self, name, None if result is None else lambda: self.result)
         self.grid = Grid()
+        self.leave_lens()
         self._show_maps(maps)
 
     def _show_maps(self, maps: Mapping[str, FloatArray]) -> None:
@@ -75,40 +68,33 @@ class MapView(ColouredApp):
             float(np.abs(angle_differences(mesh.unit, mesh.f, x)[mesh.surface]).mean())
             for x in maps.values()
         ]
-        self.clusters = Clusters.of(
-            mesh.f, min(self._folded, key=lambda faces: len(faces) or np.inf)
-        )
-        self.cluster = min(self.cluster, max(len(self.clusters) - 1, 0))
-        self._describe()
-        self.show_subject(self.subject)
+        fewest = min(self._folded, key=lambda faces: len(faces) or np.inf)
+        self.find_clusters(mesh.f, fewest)
+        #: What is known of the result, for the panel.
+        self._facts: list[str] = []
+        if self.result is not None:
+            found = (
+                findings.verdict(self.result.certificate, mesh.caps),
+                findings.angles(self.result.angle_differences()),
+                findings.areas(self.result.log_area_ratios()),
+            )
+            self._facts = [f"{one.label}: {one.text}" for one in found]
+        self.refresh()
 
-    def look(self, power: float | None = None, cluster: int | None = None) -> None:
-        """Magnify by a power, None for the fitting one; on a given cluster, and no longer on the vertex picked."""
-        self.power, self._facing = power, self.grid.turn
-        if cluster is not None:
-            self.cluster, self.picked = cluster, None
-            self._describe()
-        self.show_subject(self.subject)
-
-    def _lenses(self) -> list[Lens]:
-        """The present lenses on the maps: on the vertex picked, else on folded faces, else on the front."""
-        vertex, power = self.picked, self.power
-        if vertex is None and self.clusters:
-            faces = self.clusters[self.cluster]
-            return follow(self._turned, self.mesh.f, faces, power=power, facing=self._facing)
-        if vertex is None:
-            vertex = int(np.argmax(self._turned[0] @ self._facing[2]))
-            if power is None:
-                power = 1.0
-        return follow_vertex(self._turned, self.mesh.f, vertex, power=power, facing=self._facing)
+    def refresh(self) -> None:
+        """Show the maps as they are to be seen now, and say what is known of the vertex picked, or of the result."""
+        self.lines = self._facts
+        if self.grid.picked is not None:
+            self.lines = self._vertex_lines(self.grid.picked)
+        self.show_subject(self.colours.subject)
 
     def show_subject(self, subject: str) -> None:
         """Colour surface and images by one of `SUBJECTS`, and apply the lens."""
         self.subject = self.colours.subject = subject
-        self.lenses = self._lenses()
+        lenses = self.lenses(self._turned, self.mesh.f)
         like, several = list(self.maps.values())[int(np.argmin(self._angles))], len(self.maps) > 1
         sources, images = [], []
-        explained: set[type] = set()  # the scale is the same for all, and so is the mark of folds
+        explained: list[Legend] = []
         for k, (caption, x) in enumerate(self.maps.items()):
             colours = self.colours.of(self.mesh, x, self._folded[k], like)
             folds = count_foldings(len(self._folded[k]))
@@ -122,10 +108,10 @@ class MapView(ColouredApp):
                     self._source,
                     self.mesh.f,
                     colours,
-                    legends=[one for one in colours.legends if type(one) not in explained],
+                    legends=[one for one in colours.legends if one not in explained],
                 )
             )
-            explained.update(map(type, colours.legends))
+            explained += colours.legends
             images.append(
                 Part(
                     below,
@@ -133,37 +119,11 @@ class MapView(ColouredApp):
                     self.mesh.f,
                     colours,
                     image=True,
-                    lens=self.lenses[k],
+                    lens=lenses[k],
                     edges=edge_width(self.mesh, subject),
                 )
             )
         self.grid.show([sources, images] if several else [[sources[0], images[0]]])
-
-    def pick(self, vertex: int | None) -> None:
-        """Mark a vertex on all sides; the lens follows it with its present power. Without one, the power fits again."""
-        magnified = self.lenses[0].power
-        if vertex is not None:
-            self.power = magnified
-        elif self.picked is not None:
-            # at the power of a limb's tip the rest of the sphere would be a speck
-            self.power = None
-        self.picked, self._facing = vertex, self.grid.turn
-        self._describe()
-        if magnified > 1:
-            self.show_subject(self.subject)
-
-    def _describe(self) -> None:
-        """Take the figures of the picked vertex, else of the result, for the panel."""
-        self.lines: list[str] = []
-        if self.picked is not None:
-            self.lines = self._vertex_lines(self.picked)
-        elif self.result is not None:
-            found = (
-                findings.verdict(self.result.certificate, self.mesh.caps),
-                findings.angles(self.result.angle_differences()),
-                findings.areas(self.result.log_area_ratios()),
-            )
-            self.lines = [f"{one.label}: {one.text}" for one in found]
 
     def _vertex_lines(self, vertex: int) -> list[str]:
         at = self.mesh.f == vertex
@@ -208,26 +168,15 @@ class MapView(ColouredApp):
 
     def tick(self) -> None:
         self._take_map()
-        pixel = self.grid.clicked()
-        if pixel is not None:
-            self.pick_at(pixel)
-
-    def pick_at(self, pixel: FloatArray) -> None:
-        """Pick the vertex, if any, that is seen at a pixel, on any side."""
-        self.pick(self.grid.vertex_at(pixel))
+        super().tick()
 
     def panel(self) -> None:
-        if self.picked is not None:
-            self.grid.mark(self.picked)
         if not self.grid.panel:
             return
-        with panel("Map", self.grid.panel, _KEYS):
+        with panel("Map", self.grid.panel, MOUSE):
             if self.result is not None:
                 self._balance_slider()
-            if self.colours.widgets():
-                self.show_subject(self.colours.subject)
-            if chosen := lens_widgets(self.lenses[0], self.clusters.sizes, self.cluster):
-                self.look(*chosen)
+            self.view_widgets()
             self._save()
             imgui.Separator()
             for line in filter(None, (self.message, *self.lines)):

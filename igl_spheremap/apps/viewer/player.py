@@ -14,8 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ... import samples
-from ...draw.folds import Clusters
-from ...draw.lens import Lens, follow, follow_vertex
 from ...draw.plot import fit, pose
 from ...errors import check_number
 from ...gate import takes_mesh
@@ -26,20 +24,20 @@ from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh, check_mesh
 from ...result.recording import Frame
 from ...result.run import Listener, Stage
-from .app import App, SaveWidgets, file_stem, present
+from .app import SaveWidgets, file_stem, present
 from .background_run import ShownRun, Source
 from .choices import KEEP, SIZE, SUBJECTS, TIPS, guess_up
 from .curves import energy_plot, folding_plot
 from .grid import MOUSE, Grid, Part, text_width
+from .lens_view import LensView
 from .map_view import count_foldings, edge_width
-from .widgets import Colours, box, lens_widgets, menu, panel, paragraph, tip, warning
-from .window import imgui, ps
+from .widgets import Colours, box, menu, panel, paragraph, tip, warning
+from .window import imgui, pressed, ps
 
 #: Begins a run by the name of a mesh, a method, and options of `repair_mesh` or None.
 Start = Callable[[str, Method, "Mapping[str, Any] | None"], ShownRun]
 #: The name of a surface that is given as arrays.
 _GIVEN = "the given mesh"
-_NONE = np.empty(0, dtype=np.int64)
 #: Iterations that a picture goes on by.
 SPEEDS = (1, 2, 5, 10, 25, 100)
 
@@ -59,7 +57,7 @@ def parameters(method: Method) -> dict[str, bool | int | float]:
     return {name: value for name, value in values.items() if type(value) in (bool, int, float)}
 
 
-class Player(App):
+class Player(LensView):
     """A run, and the step of it that is shown: an iterate and the next one; below them, curves of the whole run.
 
     A step is called by the iterate that it starts from, counted from the Gauss map on, as in the curves. The last frame
@@ -82,8 +80,6 @@ class Player(App):
         self.name, self.method = name, method
         self.speed, self._refused = SPEEDS[0], ""
         self.colours = Colours(SUBJECTS[0])
-        #: Power of the lens; None: as fits its target.
-        self.power: float | None = None
         self._save = SaveWidgets(self, "", lambda: self.run.result)
         self._updated = self._ticked = time.monotonic()
         self._moved, self._rests_until = False, 0.0
@@ -98,17 +94,14 @@ class Player(App):
     def _begin(self, run: ShownRun) -> None:
         """Begin the picture anew, with another run."""
         self.run, self.mesh, self._save.name = run, None, file_stem(run.name, "run")
-        #: The vertex that was clicked, marked on all bodies.
-        self.picked: int | None = None
         self.playing = True
         self.before: Frame | None = None
         self.after: Frame | None = None
-        self.clusters = Clusters(_NONE, _NONE)
-        self._followed, self._facing = _NONE, np.eye(3)
+        self.leave_lens()
         self.colours = Colours(self.colours.subject)
-        #: The present lens, view, and iterate that the curves mark.
-        self._lens, self._marked = Lens(), -1
+        #: What is shown, and the iterate that the curves mark.
         self._shown: tuple[object, ...] = ()
+        self._marked = -1
 
     def start(self, name: str, method: Method, repair: Mapping[str, Any] | None = None) -> None:
         """Begin a run, which is shown once its mesh is read; until then the last one stays.
@@ -205,9 +198,7 @@ class Player(App):
             self._rests_until = began + rest * (began - self._ticked)
         self._ticked, self._moved = began, False
         self._update()
-        pixel = self.grid.clicked()
-        if pixel is not None:
-            self.pick(self.grid.vertex_at(pixel))
+        super().tick()
         if not self.run.frames:
             return
         if self.before is None or self.after is None:
@@ -235,7 +226,7 @@ class Player(App):
             return
         shown = before, after or before
         aim = int(shown[1].foldings > 0 and not before.foldings)
-        self._follow(shown[aim])
+        self.find_clusters(self.mesh.f, shown[aim].folded)
         self._shown, self._marked = state, before.index
         first, second = self._spheres(self.mesh, shown, aim)
         source = Part(
@@ -267,7 +258,7 @@ class Player(App):
         halfway = int(np.argmax(counts <= (counts[0] + counts[-1]) / 2))
         chosen = sorted({0, halfway, before, star, end})
         self.before, self.after, self._shown = frames[before], frames[-1], ()
-        self._follow(self.before)
+        self.find_clusters(mesh.f, self.before.folded)
         spheres = self._spheres(mesh, [frames[k] for k in chosen], chosen.index(before))
         sources = [
             Part(part.caption, self.source, mesh.f, part.colours, legends=() if k else part.legends)
@@ -285,13 +276,9 @@ class Player(App):
     def _spheres(self, mesh: Mesh, shown: Sequence[Frame], aim: int) -> list[Part]:
         """Frames on spheres through one lens, as strong as fits one of them."""
         maps = [frame.iterate.x @ self.turn.T for frame in shown]
-        if self.picked is None:
-            lenses = follow(maps, mesh.f, self._followed, aim, self.power, self._facing)
-        else:
-            lenses = follow_vertex(maps, mesh.f, self.picked, aim, self.power, self._facing)
-        self._lens = lenses[aim]
+        lenses = self.lenses(maps, mesh.f, aim)
         edges = 0.0
-        if self._lens.power > 2:  # elsewhere they would be all that is seen
+        if self.lens.power > 2:  # elsewhere they would be all that is seen
             edges = edge_width(mesh, self.colours.subject)
         parts = []
         for frame, x, lens in zip(shown, maps, lenses, strict=True):
@@ -312,42 +299,10 @@ class Player(App):
             )
         return parts
 
-    def _follow(self, frame: Frame) -> None:
-        """Follow the cluster of folded faces that continues the last one, or the largest."""
-        assert self.mesh is not None
-        self.clusters = Clusters.of(self.mesh.f, frame.folded)
-        self._followed = _NONE
-        if self.clusters:
-            self._followed = self.clusters[self.cluster]
-
-    @property
-    def cluster(self) -> int:
-        """The lens' cluster of folded faces: that which continues its last one, or the largest."""
-        shared = np.isin(self.clusters.faces, self._followed)
-        if not len(self.clusters):
-            return 0
-        return int(np.argmax(self.clusters.sums(shared.astype(np.float64))))
-
-    def pick(self, vertex: int | None) -> None:
-        """Mark a vertex on all bodies; the lens goes to it with its present power. Without one, back to the
-        foldings."""
-        if vertex is not None:
-            self.power = self._lens.power
-        elif self.picked is not None:
-            self.power = None
-        self.picked = vertex
+    def refresh(self) -> None:
+        self._shown = ()
         if self.before is not None:
-            self.look(self.power)
-
-    def look(self, power: float | None, cluster: int | None = None) -> None:
-        """Magnify by a power, None for the fitting one; on a given cluster of folded faces."""
-        assert self.before is not None
-        if cluster is not None:
-            self.picked = None
-        self.power, self._facing, self._shown = power, self.grid.turn, ()
-        if cluster is not None:
-            self._followed = self.clusters[cluster]
-        self.show(self.before, self.after)
+            self.show(self.before, self.after)
 
     def _update(self) -> None:
         """Take over the runs' progress since the last time."""
@@ -375,21 +330,20 @@ class Player(App):
 
     def panel(self) -> None:
         if self.before is not None:
-            if self.picked is not None:
-                self.grid.mark(self.picked)
-            pressed = self._curves()
-            if pressed is not None and self.grid.panel:
-                self._leave_for(round(pressed))
+            iterate = self._curves()
+            if iterate is not None and self.grid.panel:
+                self._leave_for(round(iterate))
         if not self.grid.panel:
             return
         with panel("Player", self.grid.panel, _KEYS):
             self._run_widgets()
             imgui.Separator()
             if self.before is not None:
-                for widgets in (self._play_widgets, self._view_widgets, self._save):
+                for widgets in (self._play_widgets, self.view_widgets, self._save):
                     widgets()
                     imgui.Separator()
-            # Widgets of changing height are below those to click.
+                self.show(self.before, self.after)
+            # What changes its height is below what is clicked.
             if imgui.TreeNode("parameters"):
                 self._parameter_widgets()
                 imgui.TreePop()
@@ -411,7 +365,7 @@ class Player(App):
                 if imgui.Button("repair and run"):
                     self.start(self.name, self.method, remedy.options)
                 imgui.SameLine()
-            if imgui.Button("close"):
+            if imgui.Button("close") or pressed("Escape"):
                 self.refusal = None
 
     def _curves(self) -> float | None:
@@ -419,11 +373,11 @@ class Player(App):
         (width, height), left, high = ps.get_window_size(), self.grid.panel, self.grid.foot
         with box("curves", (left, height - high), (width - left, high)):
             size = (width - left) / 2 - 16, high - 16
-            pressed = energy_plot(self.run.history, self._marked, size)
+            iterate = energy_plot(self.run.history, self._marked, size)
             imgui.SameLine()
             folding = folding_plot(self.run.history, self.run.foldings, self._marked, size)
         if folding is None:
-            return pressed
+            return iterate
         return folding
 
     def _run_widgets(self) -> None:
@@ -521,15 +475,17 @@ class Player(App):
             self._leave_for(self.run.frames[marks[chosen]].index - 1)
 
     def _keys(self) -> None:
-        if imgui.GetIO().WantTextInput or self.before is None:
+        if self.before is None:
             return
-        if imgui.IsKeyPressed(imgui.ImGuiKey_Space, False):
+        if pressed("Space"):
             self._toggle()
         for key, find, way in (
-            (imgui.ImGuiKey_LeftArrow, self.run.beside, -1), (imgui.ImGuiKey_RightArrow, self.run.beside, 1),
-            (imgui.ImGuiKey_UpArrow, self.run.change, -1), (imgui.ImGuiKey_DownArrow, self.run.change, 1),
-        ):  # fmt: skip
-            if imgui.IsKeyPressed(key):
+            ("LeftArrow", self.run.beside, -1),
+            ("RightArrow", self.run.beside, 1),
+            ("UpArrow", self.run.change, -1),
+            ("DownArrow", self.run.change, 1),
+        ):
+            if pressed(key, again=True):
                 self._leave_for(find(self.before.index, way))
 
     def _toggle(self) -> None:
@@ -544,13 +500,6 @@ class Player(App):
         if iteration is not None:
             self.playing = False
             self.go_to(min(max(iteration, 0), self.frames() - 1))
-
-    def _view_widgets(self) -> None:
-        assert self.before is not None
-        self.colours.widgets()
-        if chosen := lens_widgets(self._lens, self.clusters.sizes, self.cluster):
-            self.look(*chosen)
-        self.show(self.before, self.after)
 
 
 @takes_mesh

@@ -1,11 +1,10 @@
-"""The vocabulary of all panels: boxes, menus and texts, subjects of colours, and the lens."""
+"""The vocabulary of all panels: boxes, menus, keys and texts, and what colours show."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
-from ...draw.lens import Lens
 from ...draw.palette import FOLDED, Ramp
 from ...mesh.arrays import FloatArray, IntArray
 from ...mesh.check import Mesh
@@ -20,8 +19,7 @@ from .colouring import (
     poles_at,
     scale,
 )
-from .grid import magnification
-from .window import imgui, implot, ps
+from .window import imgui, implot, pressed, ps
 
 
 @contextmanager
@@ -72,6 +70,14 @@ def menu(label: str, shown: str, entries: Iterable[str]) -> str | None:
     return chosen
 
 
+def subject_menu(shown: str, subjects: Sequence[str]) -> str:
+    """A menu of what colours can show, each of which has its number as a key; the one that is shown from now on."""
+    for number, subject in enumerate(subjects, 1):
+        if pressed(str(number)):
+            return subject
+    return menu("colours", shown, subjects) or shown
+
+
 def leave_open() -> None:
     """Let ImGui silently close widgets that an error left open: the window shows the error."""
     io = imgui.GetIO()
@@ -118,7 +124,7 @@ class Colours:
     def widgets(self) -> bool:
         """Choose a subject, its scale or the number of squares; whether one was chosen just now."""
         before = self.state
-        self.subject = menu("colours", self.subject, SUBJECTS) or self.subject
+        self.subject = subject_menu(self.subject, SUBJECTS)
         # an even number: with an odd one two squares of a colour would meet
         if self.subject == "checkerboard":
             self.squares = 2 * round(imgui.SliderInt("squares", self.squares, 4, 96)[1] / 2)
@@ -130,46 +136,6 @@ class Colours:
             imgui.EndDisabled()
             tip("It stays while the map changes. The legend says how much lies beyond its ends.")
         return before != self.state
-
-
-def lens_widgets(lens: Lens, sizes: IntArray, shown: int) -> tuple[float | None, int | None] | None:
-    """Choose the power of the lens, and its cluster of folded faces, of these sizes.
-
-    Return the new choices: the power, None for the fitting one, and, if it is another one, a cluster.
-    """
-    imgui.BeginDisabled(lens.limit == 1)
-    moved, chosen = imgui.SliderFloat(
-        "lens",
-        lens.power,
-        1.0,
-        lens.limit,
-        magnification(lens.power),
-        imgui.ImGuiSliderFlags_Logarithmic,
-    )
-    imgui.EndDisabled()
-    tip(
-        "A Moebius map, which keeps angles, magnifies what the small sphere circles. At its end that fills the view: "
-        "the faces around a vertex, or a cluster of folded faces."
-    )
-    if moved:
-        return min(max(float(chosen), 1.0), lens.limit), None
-    count = len(sizes)
-    said = "nothing folds"
-    if count:
-        said = f"%d of {count:,}: {sizes[shown]:,} faces"
-    imgui.BeginDisabled(count < 2)
-    picked, place = imgui.SliderInt("cluster", shown + 1, 1, max(count, 2), said)
-    imgui.EndDisabled()
-    tip("Which cluster of folded faces is magnified, the largest first.")
-    if imgui.Button("whole sphere"):
-        return 1.0, None
-    imgui.SameLine()
-    if imgui.Button("fit"):
-        return None, None
-    tip("As strong as shows all of the cluster, or what is around the vertex that was picked.")
-    if not picked:
-        return None
-    return None, min(max(place, 1), count) - 1
 
 
 def tip(text: str, width: float = 360.0) -> None:

@@ -233,6 +233,12 @@ def show(callback: Callable[[], None]) -> None:
     ps.clear_user_callback()
 
 
+def pressed(key: str, again: bool = False) -> bool:
+    """Whether a key was pressed just now, but into no field; while it is held, `again` and again."""
+    held = getattr(imgui, f"ImGuiKey_{key}")
+    return not imgui.GetIO().WantTextInput and bool(imgui.IsKeyPressed(held, again))
+
+
 def check_video(path: Path) -> None:
     """If a video can't be written, raise a FileError before the work starts."""
     if path.suffix.lower() not in VIDEOS:

@@ -283,10 +283,10 @@ for balance in (0.0, 1.0):
     high = view.colours.ramp.high
     view.show_subject('checkerboard')
     around = view.grid.bodies[0, 1].x[f[(f == tip).any(axis=1)]]
-    seen.append([high, view.colours._tips.tolist(), view.lenses[0].power, float(around[..., 2].min())])
+    seen.append([high, view.colours._tips.tolist(), view.lens.power, float(around[..., 2].min())])
 view.look(1.0)
 rebalance(0.5)
-whole = view.lenses[0].power
+whole = view.lens.power
 behind = int(np.argmin((view.grid.bodies[0, 1].x @ view.grid.turn.T)[:, 2]))
 view.pick(behind)
 image = window.grab().astype(int)
@@ -316,14 +316,14 @@ for column in (1, 0):
     body = view.grid.bodies[0, column]
     front = int(np.argmax((body.x @ view.grid.turn.T)[:, 2]))
     view.grid.draw()
-    view.pick_at(view.grid.pixels(view.grid.frame((0, column)), body.x[front]))
-    picked.append([view.picked, front])
+    view.pick(view.grid.vertex_at(view.grid.pixels(view.grid.frame((0, column)), body.x[front])))
+    picked.append([view.grid.picked, front])
 lines = view.lines
 view.look(3.0)
 seen = view.grid.bodies[0, 1].x
 mean = [float(np.abs(ism.angle_differences(v, f, x)).mean()) for x in (result.sphere, seen)]
-view.pick_at([5.0, 5.0])
-figures = dict(mean=mean, free=ism.certify(seen, f).folding_free, picked=picked, lines=lines, none=view.picked)
+view.pick(view.grid.vertex_at([5.0, 5.0]))
+figures = dict(mean=mean, free=ism.certify(seen, f).folding_free, picked=picked, lines=lines, none=view.grid.picked)
 """
     )
     before, after = figures["mean"]

@@ -381,7 +381,7 @@ magenta = (image[..., 0] > 180) & (image[..., 1] < 90) & (image[..., 2] > 100)
 rings = sum(bool(part.any()) for part in np.array_split(magenta, 3, axis=1))
 shown.look(3.0)
 ahead = float((shown.grid.bodies[0, 1].x @ shown.grid.turn.T)[front, 2])
-figures = dict(turns=turns, by_shape=by_shape, picked=shown.picked, front=front, rings=rings, ahead=ahead)
+figures = dict(turns=turns, by_shape=by_shape, picked=shown.grid.picked, front=front, rings=rings, ahead=ahead)
 """)
     assert figures["picked"] == figures["front"]
     assert figures["rings"] == 3
