@@ -22,35 +22,39 @@ WRITTEN = ("obj", "off")  # on stdout: text, nothing that would garble a termina
 
 
 def number(
-    words: str, allowed: Callable[[float], bool], kind: type[float] = float
+    kind: type[float], least: float, most: float = math.inf, *, above: bool = False
 ) -> Callable[[str], Any]:
-    """A type of arguments for argparse: finite numbers that are allowed, which the words describe.
+    """A type of arguments for argparse: numbers from the least on, or only `above` it, up to the most.
 
-    >>> number("from 0", lambda n: n >= 0, int)("7")
+    >>> number(int, 0)("7")
     7
     """
-
-    named = "number"
+    words = f"number from {least:g}"
+    if above:
+        words = f"number above {least:g}"
+    elif math.isfinite(most):
+        words += f" to {most:g}"
     if kind is int:
-        named = "whole number"
+        words = f"whole {words}"
 
     def parse(text: str) -> float:
         value = kind(text)
-        if not (math.isfinite(value) and allowed(value)):
-            raise ArgumentTypeError(f"{text} is out of range: give a {named} {words}")
+        within = least <= value <= most and math.isfinite(value)
+        if not within or (above and value == least):
+            raise ArgumentTypeError(f"{text} is out of range: give a {words}")
         return value
 
     parse.__name__ = "number"  # argparse: "invalid number value: 'x'"
     return parse
 
 
-COUNT = number("from 0", lambda n: n >= 0, int)
-POSITIVE_COUNT = number("from 1", lambda n: n >= 1, int)
-FROM_ZERO = number("from 0", lambda n: n >= 0)
-POSITIVE = number("above 0", lambda n: n > 0)
-FROM_0_TO_1 = number("from 0 to 1", lambda t: 0 <= t <= 1)
+COUNT = number(int, 0)
+POSITIVE_COUNT = number(int, 1)
+FROM_ZERO = number(float, 0)
+POSITIVE = number(float, 0, above=True)
+FROM_0_TO_1 = number(float, 0, 1)
 #: Pixels that the panels need, and those that OpenGL draws everywhere.
-_SIDE = number("from 200 to 8192", lambda n: 200 <= n <= 8192, int)
+_SIDE = number(int, 200, 8192)
 
 
 def cut(text: str) -> int | list[int] | str:
@@ -77,12 +81,17 @@ def rim(text: str) -> int | list[float]:
 
 
 def argument(
-    name: str, metavar: str | tuple[str, ...] | None, help: str, **options: Any
+    name: str,
+    metavar: str | tuple[str, ...] | None,
+    help: str,
+    type: Callable[[str], Any] | None = None,
+    default: object = None,
+    **options: Any,
 ) -> Argument:
     """A positional argument, or a flag with a value, whose default the help says."""
-    if options.get("default") not in (None, []):
+    if default not in (None, []):
         help += "; default: %(default)s"
-    return (name,), {"metavar": metavar, "help": help, **options}
+    return (name,), {"metavar": metavar, "help": help, "type": type, "default": default, **options}
 
 
 def choice(name: str, choices: Iterable[str], help: str, **options: Any) -> Argument:
@@ -171,8 +180,8 @@ def balance(default: float) -> Argument:
         "--balance",
         "T",
         "between 0, conformal, and 1, area-preserving",
-        type=FROM_0_TO_1,
-        default=default,
+        FROM_0_TO_1,
+        default,
     )
 
 
@@ -187,9 +196,9 @@ def pictures(size: tuple[int, int] = SIZE, shown_by: str | None = None) -> tuple
             "--size",
             ("WIDTH", "HEIGHT"),
             "of the window or picture, pixels",
-            type=_SIDE,
+            _SIDE,
+            size,
             nargs=2,
-            default=size,
         ),
     )
     if shown_by is not None:
@@ -199,22 +208,16 @@ def pictures(size: tuple[int, int] = SIZE, shown_by: str | None = None) -> tuple
         argument("--screenshot", "OUT.png", "write one picture; needs no display"),
         goes_with(
             "--screenshot",
-            argument("--frame", "K", "number of the frame, from 0; -1 is the last", type=int),
+            argument("--frame", "K", "which frame, from 0; -1 is the last", int),
         ),
         argument("--video", "OUT", "write OUT.gif, or OUT.mp4 (by ffmpeg); needs no display"),
         goes_with(
             "--video",
-            argument(
-                "--length",
-                "N",
-                "approximate number of pictures",
-                type=POSITIVE_COUNT,
-                default=LENGTH,
-            ),
+            argument("--length", "N", "about how many pictures", POSITIVE_COUNT, LENGTH),
         ),
         goes_with(
             "--video",
-            argument("--fps", "N", "pictures a second", type=POSITIVE_COUNT, default=RATE),
+            argument("--fps", "N", "pictures a second", POSITIVE_COUNT, RATE),
         ),
         sized,
     )
@@ -229,23 +232,19 @@ READING = (
         choices=_FORMATS,
         default="obj",
     ),
-    switch("--repair", help="weld open edges, triangulate, reorient, remove surplus faces"),
-    *(
-        goes_with("--repair", each)
-        for each in (
-            argument(
-                "--weld",
-                "T",
-                "weld vertices along open edges up to T diagonals of the bounding box",
-                type=number(f"from 0 to {LARGEST_WELD:g}", lambda t: 0 <= t <= LARGEST_WELD),
-            ),
-            switch("--keep-largest", help="keep only the largest component"),
-            switch("--fill-holes", help="close holes by caps"),
-            switch(
-                "--cut-handles", help="cut handles along short loops, and close the cuts by caps"
-            ),
-        )
+    switch(
+        "--repair",
+        help="weld open edges, triangulate, reorient, remove surplus faces; implied by the next four",
     ),
+    argument(
+        "--weld",
+        "T",
+        "weld vertices along open edges up to T diagonals of the bounding box",
+        number(float, 0, LARGEST_WELD),
+    ),
+    switch("--keep-largest", help="keep only the largest component"),
+    switch("--fill-holes", help="close holes by caps"),
+    switch("--cut-handles", help="cut handles along short loops, and close the cuts by caps"),
 )
 OUTPUT = (
     argument("--json", "FILE", "write the figures as JSON; '-' is stdout, instead of the summary"),
@@ -275,11 +274,11 @@ ENDS = (
         "--tolerance",
         "T",
         "energy above the minimum, in units of the mesh's discretisation error (auto)",
-        type=FROM_ZERO,
+        FROM_ZERO,
     ),
-    argument("--gradient-tolerance", "T", "norm of the gradient (lai2014, gu-yau)", type=FROM_ZERO),
+    argument("--gradient-tolerance", "T", "norm of the gradient (lai2014, gu-yau)", FROM_ZERO),
     argument(
-        "--max-iterations", "N", "of each minimisation, so of each round of Algorithm 2", type=COUNT
+        "--max-iterations", "N", "of each minimisation, so of each round of Algorithm 2", COUNT
     ),
     switch(
         "--as-printed",
@@ -327,7 +326,7 @@ PARTS = switch(
 )
 #: Workers on many files, and limits of jobs.
 ENGINE = (
-    argument("--jobs", "N", "processes; without it one for each processor", type=POSITIVE_COUNT),
+    argument("--jobs", "N", "processes; without it one for each processor", POSITIVE_COUNT),
     argument(
         "--scheduler",
         "ADDRESS",
@@ -341,9 +340,9 @@ ENGINE = (
             "default": True,
         },
     ),
-    switch("--retry-failed", help="run failed jobs again"),
-    argument("--timeout", "SECONDS", "end a job that takes longer", type=POSITIVE),
-    argument("--retries", "N", "repeats of a job whose process died", type=COUNT, default=1),
+    switch("--retry-failed", help="run again what failed"),
+    argument("--timeout", "SECONDS", "end a job that takes longer", POSITIVE),
+    argument("--retries", "N", "how often a job is run again whose process died", COUNT, 1),
 )
 #: Arguments of all commands that make files of many.
 MANY = (
@@ -368,7 +367,7 @@ PLANE = (
             "VERTEX|X,Y,Z",
             "leave open the hole nearest to this "
             "vertex or point (--rim=-1,0,0); without it the longest",
-            type=rim,
+            rim,
         ),
     ),
     argument(
@@ -376,7 +375,7 @@ PLANE = (
         "K|V,V,...|LIST",
         "cut a closed surface open along short paths through K of its tips, these "
         "vertices, or those of a .pinned or .vts list",
-        type=cut,
+        cut,
     ),
     argument("--patch", "FILE", "map the part of IN that this patch of FreeSurfer's holds"),
     goes_with(
@@ -418,7 +417,7 @@ PLANE = (
 
 
 def repair_options(args: Namespace) -> dict[str, Any]:
-    """The options of `repair_mesh` that the flags of --repair stand for; empty without them."""
+    """The options of `repair_mesh` that flags stand for."""
     options: dict[str, Any] = {}
     if args.weld is not None:
         options["weld"] = args.weld
@@ -432,10 +431,11 @@ def repair_options(args: Namespace) -> dict[str, Any]:
 
 
 def repair_of(args: Namespace) -> dict[str, Any] | None:
-    """The options of --repair; None without it."""
-    if not args.repair:
-        return None
-    return repair_options(args)
+    """The options of --repair, which each of their flags implies; None without any."""
+    options = repair_options(args)
+    if args.repair or options:
+        return options
+    return None
 
 
 def chosen_method(args: Namespace, **defaults: object) -> Method:

@@ -19,10 +19,15 @@ from ...errors import FileError, import_optional, printable
 from ...io.formats import Format, format_of
 from ...io.pages import check_own_page, page_file
 from ...io.replacing import check_writable, replacing
+from ...io.write_mesh import write_mesh
+from ...io.written_map import SphereCheck, write_map
+from ...maps.sphere_map import SphereMap
+from ...mesh.arrays import FloatArray, IntArray
 from ...result.findings import Finding
+from ...verify.certificate import Certificate
 from ..viewer.choices import Pictures
 from .arguments import WRITTEN
-from .exits import UsageError, usage
+from .exits import Exit, UsageError, exit_of, usage
 from .inputs import STREAM, InputMesh
 
 _INPUTS = (
@@ -155,6 +160,25 @@ def write_target(args: Namespace, write: Callable[[str | Path], _T]) -> _T:
     return outcome
 
 
+def write_surface(
+    args: Namespace, v: FloatArray, f: IntArray, metadata: Mapping[str, Any] | None = None
+) -> str:
+    """Write OUT as a surface, and say what was written."""
+    write_target(args, lambda path: write_mesh(path, v, f, force=args.force, metadata=metadata))
+    return f"{args.target} ({target_format(args).name}): {len(v)} vertices, {len(f)} faces"
+
+
+def write_sphere(
+    args: Namespace, result: SphereMap, source: InputMesh, **options: Any
+) -> SphereCheck:
+    """Write OUT as a map of the source by `write_map`."""
+    metadata = source.metadata
+    return write_target(
+        args,
+        lambda path: write_map(path, result, force=args.force, metadata=metadata, **options),
+    )
+
+
 class Findings:
     """The results of a command: figures for --json, and the lines of its summary."""
 
@@ -207,14 +231,14 @@ class Findings:
             if path is not None:
                 self.add(flag, os.fspath(path), **{flag: path})
 
-    def report(self, args: Namespace) -> None:
-        """Print the summary and write the JSON, as the flags ask."""
+    def report(self, args: Namespace, *certificates: Certificate) -> Exit:
+        """Print the summary and write the JSON, as the flags ask; the status is that of these certificates."""
         args.progress.close()
         if args.json is not None:
             text = json.dumps(_plain(self.figures), indent=2, allow_nan=False) + "\n"
             if args.json == STREAM:
                 sys.stdout.write(text)
-                return
+                return exit_of(*certificates)
             with replacing(args.json, force=True) as partial:
                 partial.write_text(text)
         if not args.quiet:
@@ -222,18 +246,24 @@ class Findings:
             if getattr(args, "target", None) == STREAM:  # the surface is there
                 stream = sys.stderr
             print(*self.lines, sep="\n", file=stream, flush=True)
+        return exit_of(*certificates)
 
     def report_beside(
-        self, args: Namespace, pictures: Pictures, show: Callable[[], object]
-    ) -> None:
+        self,
+        args: Namespace,
+        pictures: Pictures,
+        show: Callable[[], object],
+        *certificates: Certificate,
+    ) -> Exit:
         """Print the summary, then open the window that --show asks for; or write pictures, then name them."""
         if pictures.offscreen:
             args.progress.begin("drawing")
             show()
             self.written(screenshot=pictures.screenshot, video=pictures.video)
-        self.report(args)
+        status = self.report(args, *certificates)
         if args.show and not pictures.offscreen:
             show()
+        return status
 
 
 def pictures_of(args: Namespace) -> Pictures:

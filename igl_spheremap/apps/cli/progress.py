@@ -170,16 +170,13 @@ class Progress(logging.Handler):
 
 
 def measures(iterate: Iterate) -> str:
-    """Format energy and residual of an iterate, if finite."""
-    figures = {
-        "energy 4 pi": f"{iterate.energy - 4 * math.pi:+.2e}",
-        "residual": f"{iterate.residual:.1e}",
-    }
-    finite = (math.isfinite(iterate.energy), math.isfinite(iterate.residual))
+    """Format energy and residual of an iterate, leaving out what is not finite."""
+    figures = (
+        ("energy 4 pi", iterate.energy - 4 * math.pi, "+.2e"),
+        ("residual", iterate.residual, ".1e"),
+    )
     return ", ".join(
-        f"{name} {value}"
-        for (name, value), shown in zip(figures.items(), finite, strict=True)
-        if shown
+        f"{name} {value:{digits}}" for name, value, digits in figures if math.isfinite(value)
     )
 
 

@@ -15,18 +15,41 @@ from ...shapes.correspondence import STAGES, STIFFNESS, USUAL
 from ...shapes.harmonics import LARGEST_DEGREE
 from ..reproduce.items import ALL, ITEMS
 from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, SHOWN
-from . import arguments as shared
 from .arguments import (
     COUNT,
+    DATA,
+    DATA_HELP,
+    ENDS,
+    ENGINE,
+    FEATURE,
     FROM_ZERO,
+    MANY,
+    METHOD_OPTIONS,
+    OUTPUT,
+    PARTS,
+    PLANE,
     POSITIVE,
     POSITIVE_COUNT,
+    RATINGS,
+    READING,
+    REFLECT,
+    REPORT,
+    SOURCES,
+    TO,
+    UP,
     Argument,
     argument,
+    balance,
     choice,
     goes_with,
+    method,
     number,
+    pair,
+    pictures,
+    several,
+    source,
     switch,
+    target,
 )
 
 #: Flags that show a map between surfaces.
@@ -53,10 +76,8 @@ class Command:
 
 def _degree(least: int) -> Argument:
     """The degree of an expansion."""
-    allowed = number(
-        f"from {least} to {LARGEST_DEGREE}", lambda n: least <= n <= LARGEST_DEGREE, int
-    )
-    return argument("--degree", "L", "the largest degree of harmonics", type=allowed, default=15)
+    allowed = number(int, least, LARGEST_DEGREE)
+    return argument("--degree", "L", "the largest degree of harmonics", allowed, 15)
 
 
 COMMANDS = (
@@ -73,29 +94,29 @@ COMMANDS = (
             "igl-spheremap map bunny.ply bunny_sphere.ply --polish angles",
         ),
         (
-            *shared.source(),
-            *shared.target(
+            *source(),
+            *target(
                 "the sphere, same vertex order (but .stl); .npz holds the whole result; - for stdout"
             ),
-            shared.method("auto"),
-            *shared.METHOD_OPTIONS,
-            shared.balance(CONFORMAL),
+            method("auto"),
+            *METHOD_OPTIONS,
+            balance(CONFORMAL),
             argument(
                 "--radius",
                 "R",
                 "of the sphere in OUT; without it 100 for GIFTI and FreeSurfer, 1 elsewhere",
-                type=POSITIVE,
+                POSITIVE,
             ),
             switch(
                 "--with-surface",
                 help="write the surface with the sphere beside it: x y z px py pz of a .ply file",
             ),
-            shared.REPORT,
-            goes_with("--report", shared.UP),
+            REPORT,
+            goes_with("--report", UP),
             argument(
                 "--plot", "FILE", "draw energy, foldings and angle differences: .png, .svg or .pdf"
             ),
-            *shared.OUTPUT,
+            *OUTPUT,
         ),
     ),
     Command(
@@ -111,13 +132,13 @@ COMMANDS = (
             "igl-spheremap check face_flat.obj",
         ),
         (
-            *shared.pair(optional=True),
+            *pair(optional=True),
             switch(
                 "--directions",
                 help="certify the directions of the vertices, whatever their distances",
             ),
-            shared.REFLECT,
-            *shared.OUTPUT,
+            REFLECT,
+            *OUTPUT,
         ),
     ),
     Command(
@@ -128,7 +149,7 @@ COMMANDS = (
             "igl-spheremap disk face.ply face_disk.obj",
             "igl-spheremap disk face.ply face_disk.npz --balance 1 --plot face_disk.png",
         ),
-        (*shared.PLANE, shared.balance(CONFORMAL)),
+        (*PLANE, balance(CONFORMAL)),
     ),
     Command(
         "flatten",
@@ -141,7 +162,7 @@ COMMANDS = (
             "igl-spheremap flatten lh.white lh.cortex.patch.flat --patch lh.cortex.patch.3d",
             "igl-spheremap flatten lh.white lh.flat.obj --patch fsaverage/surf/lh.cortex.patch.3d --via lh.sphere.reg",
         ),
-        (*shared.PLANE, shared.balance(IN_PLANE)),
+        (*PLANE, balance(IN_PLANE)),
     ),
     Command(
         "info",
@@ -155,10 +176,10 @@ COMMANDS = (
             "igl-spheremap info lh.orig.nofix --repair --cut-handles --write lh.orig.repaired",
         ),
         (
-            *shared.source(),
-            shared.PARTS,
+            *source(),
+            PARTS,
             argument("--write", "FILE", "a new file with the surface as it is measured: repaired"),
-            *shared.OUTPUT,
+            *OUTPUT,
         ),
     ),
     Command(
@@ -171,15 +192,15 @@ COMMANDS = (
             "igl-spheremap view bunny_map.npz --screenshot bunny.png",
         ),
         (
-            *shared.source(),
+            *source(),
             argument(
                 "sphere", "SPHERE", "its map; without it a new one, or that of an .npz", nargs="?"
             ),
-            shared.method("auto"),
-            shared.balance(CONFORMAL),
-            choice("--show", SHOWN, "subject of the colours", default="foldings"),
-            *shared.pictures(),
-            *shared.OUTPUT,
+            method("auto"),
+            balance(CONFORMAL),
+            choice("--show", SHOWN, "what the colours show", default="foldings"),
+            *pictures(),
+            *OUTPUT,
         ),
     ),
     Command(
@@ -193,20 +214,20 @@ COMMANDS = (
             "igl-spheremap play sample:dino --screenshot dino.png",
         ),
         (
-            *shared.source(nargs="?", default="sample:dino"),
-            shared.method("lai2014"),
-            *shared.ENDS,
-            argument("--rounds", "N", "the most rounds of Algorithm 2", type=COUNT),
+            *source(nargs="?", default="sample:dino"),
+            method("lai2014"),
+            *ENDS,
+            argument("--rounds", "N", "the most rounds of Algorithm 2", COUNT),
             argument(
                 "--keep",
                 "MB",
                 "megabytes of iterations to keep; of a run that takes more, starts, ends and changes "
                 "of foldings stay",
-                type=POSITIVE,
-                default=KEEP,
+                POSITIVE,
+                KEEP,
             ),
-            *shared.pictures(),
-            *shared.OUTPUT,
+            *pictures(),
+            *OUTPUT,
         ),
     ),
     Command(
@@ -215,11 +236,9 @@ COMMANDS = (
         "Remove the foldings of a map, from any program.",
         ("igl-spheremap repair lh.pial their.sphere repaired.sphere",),
         (
-            *shared.pair(),
-            *shared.target(
-                "the repaired map, same vertex order (but .stl) and radius; - for stdout"
-            ),
-            *shared.OUTPUT,
+            *pair(),
+            *target("the repaired map, same vertex order (but .stl) and radius; - for stdout"),
+            *OUTPUT,
         ),
     ),
     Command(
@@ -231,11 +250,11 @@ COMMANDS = (
             "igl-spheremap resample sub01.ply sub01_sphere.ply sub01_on_sub02.ply --to sub02_sphere.ply",
         ),
         (
-            *shared.pair("IN"),
-            *shared.target("the resampled surface; - for stdout"),
-            shared.TO,
-            shared.REFLECT,
-            *shared.OUTPUT,
+            *pair("IN"),
+            *target("the resampled surface; - for stdout"),
+            TO,
+            REFLECT,
+            *OUTPUT,
         ),
     ),
     Command(
@@ -250,10 +269,10 @@ COMMANDS = (
             " --method adaptive-area",
         ),
         (
-            *shared.pair(),
-            *shared.target("the data at the vertices of --to, in a format of --data"),
-            argument("--data", "FILE", shared.DATA_HELP, required=True),
-            shared.TO,
+            *pair(),
+            *target("the data at the vertices of --to, in a format of --data"),
+            argument("--data", "FILE", DATA_HELP, required=True),
+            TO,
             switch(
                 "--labels",
                 help="take the value of the vertex with the largest weight, no weighted sum",
@@ -269,8 +288,8 @@ COMMANDS = (
                 "FILE",
                 "write the weights by scipy.sparse.save_npz, for values @ matrix",
             ),
-            shared.REFLECT,
-            *shared.OUTPUT,
+            REFLECT,
+            *OUTPUT,
         ),
     ),
     Command(
@@ -287,8 +306,8 @@ COMMANDS = (
             "igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor",
         ),
         (
-            *shared.pair(optional=True),
-            *shared.target(
+            *pair(optional=True),
+            *target(
                 "texture: .glb or .obj (with .mtl and .png); scalar map: .ply, .glb (colours), or a format of "
                 "--data of `transfer`"
             ),
@@ -306,8 +325,8 @@ COMMANDS = (
                 "coordinates of --show or of a map to the plane",
             ),
             argument("--image", "FILE", "the picture of a texture; without it a checkerboard"),
-            shared.UP,
-            *shared.OUTPUT,
+            UP,
+            *OUTPUT,
         ),
     ),
     Command(
@@ -320,19 +339,19 @@ COMMANDS = (
             'igl-spheremap harmonics "subjects/*.ply" spheres/{stem}.ply coefficients.tsv --align --modes 5',
         ),
         (
-            *shared.pair("SURFACE"),
-            *shared.target(
+            *pair("SURFACE"),
+            *target(
                 ".coef as SPHARM-PDM writes it, or .npz; of many surfaces, "
                 "SPHERE being such as spheres/{stem}.ply, one .tsv, .csv or .npz table"
             ),
             _degree(0),
-            shared.DATA,
+            DATA,
             switch("--align", help="put shapes into the frames of their first-order ellipsoids"),
             argument(
                 "--modes",
                 "K",
                 "of many surfaces: principal components, whose scores come first",
-                type=POSITIVE_COUNT,
+                POSITIVE_COUNT,
             ),
             goes_with(
                 "--align",
@@ -343,9 +362,9 @@ COMMANDS = (
                 "FILE",
                 "write the surface that the coefficients describe, on the mesh of --to",
             ),
-            goes_with("--surface", shared.TO),
+            goes_with("--surface", TO),
             argument("--table", "FILE", "write error and power by degree: .tsv or .csv"),
-            *shared.OUTPUT,
+            *OUTPUT,
         ),
     ),
     Command(
@@ -359,9 +378,9 @@ COMMANDS = (
             "igl-spheremap grid bunny.ply bunny_sphere.ply bunny_image.npz --kind octahedral --rows 129",
         ),
         (
-            *shared.pair("SURFACE"),
-            *shared.target("a picture (.png), or the numbers (.npz, array `grid`, or .npy)"),
-            shared.DATA,
+            *pair("SURFACE"),
+            *target("a picture (.png), or the numbers (.npz, array `grid`, or .npy)"),
+            DATA,
             choice(
                 "--kind",
                 ("equirectangular", "equiangular", "gauss", "octahedral"),
@@ -373,15 +392,15 @@ COMMANDS = (
                 "--rows",
                 "N",
                 "rows; without it 180, of the octahedral square 181",
-                type=POSITIVE_COUNT,
+                POSITIVE_COUNT,
             ),
             argument(
                 "--columns",
                 "N",
                 "columns; without it twice the rows, of the square as many",
-                type=POSITIVE_COUNT,
+                POSITIVE_COUNT,
             ),
-            *shared.OUTPUT,
+            *OUTPUT,
         ),
     ),
     Command(
@@ -395,8 +414,8 @@ COMMANDS = (
                 "IMAGE",
                 "positions that `grid --kind octahedral` wrote: .npz (array `grid`) or .npy",
             ),
-            *shared.target("the mesh"),
-            *shared.OUTPUT,
+            *target("the mesh"),
+            *OUTPUT,
         ),
     ),
     Command(
@@ -409,11 +428,11 @@ COMMANDS = (
             " --feature sulc=rh.sulc,lh.sulc",
         ),
         (
-            *shared.pair(),
+            *pair(),
             argument("other", "TARGET", "the surface to lay it on"),
             argument("other_sphere", "TARGET_SPHERE", "its map"),
-            *shared.target("SOURCE's map in the frame of TARGET; - for stdout"),
-            shared.FEATURE,
+            *target("SOURCE's map in the frame of TARGET; - for stdout"),
+            FEATURE,
             argument(
                 "--stages", "LIST", f"which of {', '.join(STAGES)} to run", default=",".join(USUAL)
             ),
@@ -421,8 +440,8 @@ COMMANDS = (
                 "--stiffness",
                 "S",
                 "weight of the strains beside the features' differences",
-                type=POSITIVE,
-                default=STIFFNESS,
+                POSITIVE,
+                STIFFNESS,
             ),
             switch(
                 "--reflect",
@@ -433,7 +452,7 @@ COMMANDS = (
                 help="open a window with both spheres, before and after, coloured by the first feature",
             ),
             argument("--screenshot", "OUT.png", "write that as a picture; needs no display"),
-            *shared.OUTPUT,
+            *OUTPUT,
         ),
     ),
     Command(
@@ -446,14 +465,14 @@ COMMANDS = (
             "igl-spheremap match rh.white lh.white lh_on_rh.npz --reflect --feature sulc=rh.sulc,lh.sulc",
         ),
         (
-            *shared.source("SOURCE"),
+            *source("SOURCE"),
             argument(
                 "other",
                 "TARGET",
                 "the surface to map it to; the map in an .npz is kept, others are mapped at "
                 "balance 1",
             ),
-            *shared.target(
+            *target(
                 "TARGET's positions on the connectivity of SOURCE; .npz holds the whole map; - for stdout"
             ),
             argument(
@@ -462,21 +481,21 @@ COMMANDS = (
                 "corresponding vertices, which are met exactly: .pinned or .vts lists",
                 nargs=2,
             ),
-            shared.several(
+            several(
                 "--curve",
                 ("SOURCE", "TARGET"),
                 "corresponding curves, such lists of neighbouring vertices, "
                 "which meet at the same share of their lengths",
                 nargs=2,
             ),
-            switch("--soft", help="if the landmarks can't be met, come near them"),
-            shared.FEATURE,
+            switch("--soft", help="come near the landmarks, if they can't be met"),
+            FEATURE,
             argument(
                 "--feature-weight",
                 "W",
                 "of the features' squared differences beside the strain",
-                type=FROM_ZERO,
-                default=0.4,
+                FROM_ZERO,
+                0.4,
             ),
             switch("--reflect", help="match the mirror image of SOURCE (x to -x); OUT has it, too"),
             argument(
@@ -489,9 +508,9 @@ COMMANDS = (
                 _SHOWING,
                 choice("--colours", CARRIED, "subject of the pictures of both", default=CARRIED[0]),
             ),
-            switch("--show", help="open a window with both and the surfaces between"),
-            *shared.pictures(CARRIED_SIZE, shown_by=_SHOWING),
-            *shared.OUTPUT,
+            switch("--show", help="open a window with both and what is between them"),
+            *pictures(CARRIED_SIZE, shown_by=_SHOWING),
+            *OUTPUT,
         ),
     ),
     Command(
@@ -505,7 +524,7 @@ COMMANDS = (
             'igl-spheremap template --series "frames/*.ply" --out cell',
         ),
         (
-            shared.SOURCES,
+            SOURCES,
             argument(
                 "--out",
                 "DIR",
@@ -515,24 +534,24 @@ COMMANDS = (
             switch(
                 "--series", help="follow points of one body, whose frames IN are in their order"
             ),
-            shared.several(
+            several(
                 "--feature",
                 "NAME=PATTERN",
                 "data over the vertices of each IN, as "
                 "{folder}/{stem}.thickness or {folder}/{stem}.npz:NAME",
             ),
-            argument("--modes", "K", "number of principal modes", type=POSITIVE_COUNT, default=10),
+            argument("--modes", "K", "how many principal modes", POSITIVE_COUNT, 10),
             argument(
                 "--to",
                 "ico:K",
                 "the mean's mesh, of 10 * 4^K + 2 vertices; cortices need ico:5",
                 default="ico:4",
             ),
-            shared.balance(AREA_PRESERVING),
+            balance(AREA_PRESERVING),
             switch("--rigid", help="keep the members' sizes; without it shapes are compared"),
-            shared.several("--exclude", "IN", "leave this one of the surfaces out"),
-            shared.RATINGS,
-            *shared.ENGINE,
+            several("--exclude", "IN", "leave this one of the surfaces out"),
+            RATINGS,
+            *ENGINE,
             argument(
                 "--add",
                 "NEW",
@@ -552,13 +571,13 @@ COMMANDS = (
                 "tests shapes, scores, or a feature of the group",
                 default="shapes",
             ),
-            argument("--permutations", "N", "of a test", type=POSITIVE_COUNT, default=1000),
+            argument("--permutations", "N", "of a test", POSITIVE_COUNT, 1000),
             switch(
                 "--augment",
                 help="test with permuted copies of the covariates: for few members and skewed data",
             ),
             switch("-f", "--force", help="replace the group in DIR"),
-            *shared.OUTPUT,
+            *OUTPUT,
         ),
     ),
     Command(
@@ -573,8 +592,8 @@ COMMANDS = (
             " --timeout 600",
         ),
         (
-            shared.SOURCES,
-            shared.PARTS,
+            SOURCES,
+            PARTS,
             argument(
                 "--out",
                 "PATTERN",
@@ -582,11 +601,11 @@ COMMANDS = (
                 "{folder}/lh.sphere.conformal or spheres/{stem}.ply",
                 required=True,
             ),
-            shared.method("auto"),
-            *shared.METHOD_OPTIONS,
-            shared.balance(CONFORMAL),
-            *shared.MANY,
-            *shared.READING[1:],
+            method("auto"),
+            *METHOD_OPTIONS,
+            balance(CONFORMAL),
+            *MANY,
+            *READING[1:],
         ),
     ),
     Command(
@@ -600,8 +619,8 @@ COMMANDS = (
             "igl-spheremap sphere-reg lh.white --to fsaverage5 --labels {hemi}.aparc.annot --out lh_on_right --reflect",
         ),
         (
-            shared.SOURCES,
-            shared.several(
+            SOURCES,
+            several(
                 "--to",
                 "TEMPLATE",
                 "fsaverage (without --to), fsaverage3 to fsaverage7 or fsLR, from programs "
@@ -614,13 +633,13 @@ COMMANDS = (
                 "the folder for the files; {folder} is that of IN, {subject} its subject",
                 required=True,
             ),
-            shared.several(
+            several(
                 "--names",
                 "CONVENTION",
                 f"conventions of file names: {', '.join(CONVENTIONS)}; without it bids",
                 choices=CONVENTIONS,
             ),
-            shared.several(
+            several(
                 "--labels",
                 "FILE",
                 "labels on a template, .annot or .label.gii, to be carried to the "
@@ -637,7 +656,7 @@ COMMANDS = (
                 "the pial surface of a white one, or a pattern with {folder}, {subject}, {hemi} and {side}; "
                 "without it the file beside it that is called pial",
             ),
-            *shared.MANY,
+            *MANY,
         ),
     ),
     Command(
@@ -649,7 +668,7 @@ COMMANDS = (
             'igl-spheremap spharm-pdm "surfaces/*.ply" --out shapes --template shapes/first_surf_SPHARM_ellalign.coef',
         ),
         (
-            shared.SOURCES,
+            SOURCES,
             argument(
                 "--out",
                 "DIR",
@@ -662,8 +681,8 @@ COMMANDS = (
                 "--subdivision",
                 "N",
                 "parts of the icosahedron's edges: 10 N^2 + 2 points",
-                type=number("from 1 to 1000", lambda n: 1 <= n <= 1000, int),
-                default=10,
+                number(int, 1, 1000),
+                10,
             ),
             argument(
                 "--template",
@@ -671,8 +690,8 @@ COMMANDS = (
                 "an ellalign.coef that directs each body's axes; without it their own third "
                 "moments",
             ),
-            shared.balance(AREA_PRESERVING),
-            *shared.MANY,
+            balance(AREA_PRESERVING),
+            *MANY,
         ),
     ),
     Command(
@@ -696,20 +715,20 @@ COMMANDS = (
                 "DIR",
                 "counterparts of the paper's surfaces (docs/corpus.md); without it samples stand "
                 "in",
-                type=Path,
+                Path,
             ),
             argument(
                 "--out",
                 "DIR",
-                "folder of results and finished runs; run again to continue",
-                type=Path,
-                default=Path("reproduction"),
+                "where results and finished runs are kept; run again to continue",
+                Path,
+                Path("reproduction"),
             ),
             argument(
                 "--max-iterations",
                 "N",
                 "of each minimisation; without it the methods' own",
-                type=COUNT,
+                COUNT,
             ),
             switch("-q", "--quiet", help="print nothing"),
         ),

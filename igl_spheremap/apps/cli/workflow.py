@@ -11,7 +11,7 @@ from ...maps.sphere_map import SphereMap
 from ...plane.plane_map import PlaneMap
 from ...result.run import Iterate, Listener, Status
 from ...verify.certificate import Certificate
-from .exits import Exit, Interrupt, exit_of
+from .exits import Exit, Interrupt
 from .inputs import STREAM, InputMesh, up_of
 from .output import Findings, command_of
 
@@ -65,7 +65,7 @@ def map_and_report(
             command=command_of(args),
         )
     found.written(plot=args.plot, report=report)
-    found.report(args)
+    status = found.report(args, result.certificate, certificate)
     if interrupted:
         return interrupt.status
-    return exit_of(result.certificate, certificate)
+    return status

@@ -37,7 +37,7 @@ from igl_spheremap.io.formats import FORMATS
         (["map", SAMPLE, "a.obj", "--method", "magic"], 64),
         (["info", "sample:unicorn"], 64),
         (["info", "sample:dino:wings=2"], 64),
-        (["info", SAMPLE, "--keep-largest"], 64),
+        (["view", SAMPLE, "--frame", "1"], 64),
         (["map", SAMPLE, "a.obj", "--radius", "-1"], 64),
         (["map", SAMPLE, "a.npz", "--radius", "2"], 64),
         (["map", SAMPLE, "a.obj", "--with-surface"], 64),

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ....descent.energies import HarmonicEnergy
-from ....io.written_map import SphereCheck, certify_radius, write_map
+from ....io.written_map import SphereCheck, certify_radius
 from ....maps.given_sphere import repair_foldings
 from ....mesh.arrays import EPS, FloatArray, check_directions
 from ....mesh.check import Mesh, check_mesh
@@ -16,9 +16,9 @@ from ....sphere.rows import row_lengths, unit_rows
 from ....verify.certificate import Certificate
 from ....verify.distortion import angle_differences, log_area_ratios, log_length_ratios
 from ..arguments import refuse_flags
-from ..exits import Exit, exit_of
+from ..exits import Exit
 from ..inputs import InputMap, load_pair
-from ..output import Findings, check_outputs, mirrored, write_target
+from ..output import Findings, check_outputs, mirrored, write_sphere
 from .plane import check_plane_map, load_map
 
 
@@ -73,8 +73,7 @@ def run_check(args: Namespace) -> Exit:
         found.add("off radius", text, off_radius=off_radius)
     if not len(checked.not_finite) and checked.radius > 0:
         found.extend(_measured(mesh, x / checked.radius))
-    found.report(args)
-    return exit_of(certificate)
+    return found.report(args, certificate)
 
 
 def _off_radius(x: FloatArray, checked: SphereCheck) -> dict[str, float]:
@@ -130,12 +129,7 @@ def run_repair(args: Namespace) -> Exit:
     result = repair_foldings(
         source.v, source.f, x, caps=source.caps, listener=args.progress.listener(source.f)
     )
-    written = write_target(
-        args,
-        lambda path: write_map(
-            path, result, force=args.force, radius=before.radius, metadata=source.metadata
-        ),
-    )
+    written = write_sphere(args, result, source, radius=before.radius)
     unit = unit_rows(x.astype(np.float64))
     found = Findings(sphere=pair.name, target=args.target)
     found.source(source)
@@ -155,5 +149,4 @@ def run_repair(args: Namespace) -> Exit:
         "moved", f"{moved} vertices, in {result.seconds:.2f} s", moved=moved, seconds=result.seconds
     )
     found.notes(result.notes)
-    found.report(args)
-    return exit_of(written)
+    return found.report(args, written)

@@ -32,7 +32,7 @@ from ....shapes.harmonics.harmonics import SphericalHarmonics, spherical_harmoni
 from ....timings import counted
 from ..exits import Exit, UsageError, usage
 from ..inputs import InputMap, InputMesh, expand, load_pair, read_data, read_target_sphere
-from ..output import Findings, check_outputs, target_format, write_target
+from ..output import Findings, check_outputs, write_surface
 
 
 def _data(args: Namespace, source: InputMesh) -> FloatArray:
@@ -94,11 +94,8 @@ def run_mesh(args: Namespace) -> None:
         raise MeshError(f"{args.image} holds no array `grid`; write it by `grid --kind octahedral`")
     with naming(args.image):
         v, f = mesh_from_grid(held["grid"])
-    write_target(args, lambda path: write_mesh(path, v, f, force=args.force))
     found = Findings(image=args.image, target=args.target, vertices=len(v), faces=len(f))
-    found.add(
-        "written", f"{args.target} ({target_format(args).name}): {len(v)} vertices, {len(f)} faces"
-    )
+    found.add("written", write_surface(args, v, f))
     found.report(args)
 
 
@@ -177,8 +174,7 @@ def run_harmonics(args: Namespace) -> Exit:
         rows = zip(range(args.degree + 1), error.tolist(), power.tolist(), strict=True)
         write_cells(args.table, [("degree", "error_percent", "power"), *rows], force=args.force)
     found.add("written", ", ".join(filter(None, (args.target, args.surface, args.table))))
-    found.report(args)
-    return Exit.OK
+    return found.report(args)
 
 
 def _expanded(args: Namespace, pair: InputMap) -> SphericalHarmonics:
@@ -236,7 +232,7 @@ def _harmonics_of_all(args: Namespace) -> Exit:
             compactness=table.compactness,
         )
     found.add("written", f"{args.target}: degree {args.degree}, a row for each surface")
-    found.report(args)
+    status = found.report(args)
     if reasons:
         return Exit.FAILED
-    return Exit.OK
+    return status

@@ -6,7 +6,7 @@ from typing import Any
 
 from ....balance.balanced_spherical_map import balanced_spherical_map
 from ....draw.run import plot_run
-from ....io.written_map import SphereCheck, write_map
+from ....io.written_map import SphereCheck
 from ....maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows
 from ....result.findings import certificate_numbers, moved_for_float32
 from ....result.recording import Recording
@@ -17,7 +17,7 @@ from ...report import write_report
 from ..arguments import chosen_method
 from ..exits import Exit, UsageError
 from ..inputs import InputMesh, load_source
-from ..output import Findings, aligned, check_outputs, check_plots, target_format, write_target
+from ..output import Findings, aligned, check_outputs, check_plots, target_format, write_sphere
 from ..workflow import map_and_report
 
 
@@ -45,17 +45,7 @@ def run_map(args: Namespace) -> Exit:
         )
 
     def write(result: SphereMap) -> tuple[Certificate, Findings]:
-        written = write_target(
-            args,
-            lambda path: write_map(
-                path,
-                result,
-                force=args.force,
-                radius=args.radius,
-                surface=args.with_surface,
-                metadata=source.metadata,
-            ),
-        )
+        written = write_sphere(args, result, source, radius=args.radius, surface=args.with_surface)
         return written, _findings(source, args, result, written)
 
     def plot(result: SphereMap) -> Any:

@@ -17,7 +17,7 @@ from ...viewer.app import open_for, run_app
 from ...viewer.carried_view import CarriedView
 from ..exits import Exit, UsageError
 from ..inputs import STREAM, InputMesh, load_source, map_of, up_of
-from ..output import Findings, check_outputs, pictures_of, write_target
+from ..output import Findings, check_outputs, pictures_of, write_surface
 from .register import read_features
 
 
@@ -63,7 +63,7 @@ def run_match(args: Namespace) -> Exit:
     found.add("written", f"{args.target}: {held}")
     if args.overlay:
         found.add("overlay", f"{' and '.join(args.overlay)}: {len(common.faces)} faces, on each")
-    found.report_beside(
+    return found.report_beside(
         args,
         pictures,
         lambda: run_app(
@@ -72,7 +72,6 @@ def run_match(args: Namespace) -> Exit:
             progress=args.progress,
         ),
     )
-    return Exit.OK
 
 
 def _write(args: Namespace, result: SurfaceMap, target: InputMesh) -> str:
@@ -81,11 +80,7 @@ def _write(args: Namespace, result: SurfaceMap, target: InputMesh) -> str:
         args.progress.begin(f"writing {args.target}")
         write_surface_map(args.target, result, force=args.force)
         return "both maps and the landmarks"
-    f, metadata = result.map.faces, target.metadata
-    write_target(
-        args,
-        lambda path: write_mesh(path, result.positions, f, force=args.force, metadata=metadata),
-    )
+    write_surface(args, result.positions, result.map.faces, target.metadata)
     return "TARGET's positions on the connectivity of SOURCE"
 
 

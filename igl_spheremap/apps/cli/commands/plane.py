@@ -31,8 +31,8 @@ from ....result.run import Iterate, Listener
 from ....sphere.rows import unit_rows
 from ....verify.certificate import Certificate
 from ...report import write_plane_report
-from ..arguments import repair_options
-from ..exits import Exit, UsageError, exit_of, usage
+from ..arguments import repair_of, repair_options
+from ..exits import Exit, UsageError, usage
 from ..inputs import (
     STREAM,
     InputMap,
@@ -127,8 +127,8 @@ def _findings(
 def _load(args: Namespace) -> InputMesh:
     """Read the mesh that the command line names; take the part that --patch names; repair it by the flags given."""
     args.progress.begin(f"reading {args.source}")
-    mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=args.repair))
-    source = InputMesh(args.source, mesh.v, mesh.f, mesh.metadata)
+    repairs = repair_of(args) is not None
+    mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=repairs))
     v, f, rows = mesh.v, mesh.f, np.arange(len(mesh.v))
     options = _disk_options(args)
     if args.via is not None:
@@ -137,7 +137,7 @@ def _load(args: Namespace) -> InputMesh:
         patch = read_patch(args.patch)
         rows = patch.rows
         v, f = patch.part(v, f)
-    if not (args.repair or args.patch or options):
+    if not (repairs or args.patch or options):
         return InputMesh(args.source, v, f, rows=rows)
     with naming(args.source), usage("--"):
         # the faces of a patch may touch at vertices, or leave some apart
@@ -218,7 +218,7 @@ def _disk_options(args: Namespace) -> dict[str, Any]:
 def find_plane_map(args: Namespace) -> tuple[InputMesh, FloatArray] | None:
     """If the command line names a surface and its map to the plane, these; else None."""
     name = sphere_name(args)
-    if STREAM in (args.source, args.sphere) or args.repair:
+    if STREAM in (args.source, args.sphere) or repair_of(args) is not None:
         return None
     mesh = read_any(args.source, args.format, read_mesh)
     try:
@@ -271,5 +271,4 @@ def check_plane_map(args: Namespace, source: InputMesh, p: FloatArray) -> Exit:
     if len(result.certificate.not_finite):
         known = known[-1:]  # the verdict alone
     found.extend(known)
-    found.report(args)
-    return exit_of(result.certificate)
+    return found.report(args, result.certificate)

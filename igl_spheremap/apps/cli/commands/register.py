@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....io.written_map import write_map
 from ....maps.sphere_map import SphereMap
 from ....mesh.arrays import FloatArray
 from ....result.findings import certificate_numbers
@@ -15,9 +14,9 @@ from ....shapes.correspondence.registration import WIDTHS, Registration, reflect
 from ...viewer.app import open_for, run_app
 from ...viewer.choices import REGISTRATION_SIZE, Pictures
 from ...viewer.registered_view import registration_view
-from ..exits import Exit, UsageError, exit_of
+from ..exits import Exit, UsageError
 from ..inputs import InputMesh, load_pair, read_data, read_pair, read_source
-from ..output import Findings, check_outputs, write_target
+from ..output import Findings, check_outputs, write_sphere
 
 #: Depth potentials by their widths, which are compared without --feature.
 _GEOMETRY = [f"depth ({width:g})" for width in WIDTHS]
@@ -50,9 +49,7 @@ def run_register(args: Namespace) -> Exit:
     out = result.map
     if args.reflect:
         out = _of_the_file(out)
-    written = write_target(
-        args, lambda path: write_map(path, out, force=args.force, metadata=source.metadata)
-    )
+    written = write_sphere(args, out, source)
     found = Findings()
     found.mesh("source", source)
     found.mesh("onto", target)
@@ -64,12 +61,12 @@ def run_register(args: Namespace) -> Exit:
         target=args.target,
         certificate=certificate_numbers(written),
     )
-    found.report_beside(
+    return found.report_beside(
         args,
         pictures,
         lambda: run_app(registration_view(*maps, result, features, shown), pictures),
+        written,
     )
-    return exit_of(written)
 
 
 def _of_the_file(result: SphereMap) -> SphereMap:

@@ -120,10 +120,10 @@ def _make(args: Namespace) -> Exit:
     write_group_page(out / _PAGE, group, command_of(args))
     # the maps stay, for another group of these surfaces
     shutil.rmtree(out / "work" / "rounds", ignore_errors=True)
-    _describe(args, group)
+    status = _describe(args, group)
     if failed:
         return Exit.FAILED
-    return Exit.OK
+    return status
 
 
 def _follow(args: Namespace) -> Exit:
@@ -159,8 +159,7 @@ def _follow(args: Namespace) -> Exit:
     )
     summary.add("written", f"{out / _PAGE} shows all of it, {SERIES} holds it")
     summary.notes(found.notes, "doubtful")
-    summary.report(args)
-    return Exit.OK
+    return summary.report(args)
 
 
 def _given(
@@ -216,8 +215,8 @@ def _features(
     return names, files
 
 
-def _describe(args: Namespace, group: Group) -> None:
-    """The results, and the members left out."""
+def _describe(args: Namespace, group: Group) -> Exit:
+    """What was found, and who is left out."""
     found, model = Findings(), group.figures()
     found.add(
         "members",
@@ -258,7 +257,7 @@ def _describe(args: Namespace, group: Group) -> None:
     found.notes(group.notes, "doubtful")
     for line in doubts[:LISTED]:
         found.add("doubtful", line)
-    found.report(args)
+    return found.report(args)
 
 
 def _add(args: Namespace) -> Exit:
@@ -293,10 +292,10 @@ def _add(args: Namespace) -> Exit:
     header = next(member_rows(group))
     write_cells(table, [header, *rows.values()], force=True)
     found.figures["members"] = [dict(zip(header, rows[name], strict=False)) for name in names]
-    found.report(args)
+    status = found.report(args)
     if refused:
         return Exit.FAILED
-    return Exit.OK
+    return status
 
 
 def _number(cell: str) -> float | str:
@@ -388,5 +387,4 @@ def _test(args: Namespace) -> Exit:
     found.add(
         "written", f"{table.with_name(_PAGE)} shows them, {table} and files beside it hold them"
     )
-    found.report(args)
-    return Exit.OK
+    return found.report(args)

@@ -12,13 +12,12 @@ from ....io.hemispheres import LEFT, RIGHT, fill_sides
 from ....io.records import Label
 from ....io.replacing import replacing
 from ....io.scalars import write_scalars
-from ....io.write_mesh import write_mesh
 from ....mesh.arrays import FloatArray, IntArray
 from ....resampling.transfer import transfer, transfer_matrix
 from ....resampling.weights import TransferMatrix, apply_matrix, largest
 from ..exits import UsageError
 from ..inputs import InputMap, load_pair, read_maps, read_table, read_target_sphere
-from ..output import Findings, check_outputs, mirrored, target_format, write_target
+from ..output import Findings, check_outputs, mirrored, write_surface
 
 
 def run_resample(args: Namespace) -> None:
@@ -28,9 +27,7 @@ def run_resample(args: Namespace) -> None:
     points, faces = read_target_sphere(args.to, source)
     args.progress.begin(f"resampling {source.name}")
     v = transfer(pair.map(), source.v, points)
-    write_target(
-        args, lambda path: write_mesh(path, v, faces, force=args.force, metadata=source.metadata)
-    )
+    written = write_surface(args, v, faces, source.metadata)
     found = Findings(target=args.target, vertices=len(v), faces=len(faces))
     found.mesh("source", source)
     found.add(
@@ -40,10 +37,7 @@ def run_resample(args: Namespace) -> None:
         to=args.to,
         reflect=args.reflect,
     )
-    found.add(
-        "written",
-        f"{args.target} ({target_format(args).name}): {len(v)} vertices, {len(faces)} faces",
-    )
+    found.add("written", written)
     found.report(args)
 
 

@@ -82,7 +82,6 @@ def test_a_batch_takes_the_options_of_a_method_as_map_does(desk, capsys):
         (["300.ply", "--out", "{stem}_sphere.ply", "--jobs", "0"], 64),
         (["300.ply", "--out", "{stem}_sphere.ply", "--timeout", "0"], 64),
         (["300.ply", "--out", "{stem}_sphere.ply", "--summary", "table.txt"], 64),
-        (["300.ply", "--out", "{stem}_sphere.ply", "--keep-largest"], 64),
         (["300.ply", "--out", "{stem}_sphere.ply", "--manifest", "600.ply"], 74),
         (["300.ply", "--out", "{stem}.ply", "--manifest", "x.tsv", "--summary", "x.tsv"], 64),
         (["-", "--out", "sphere.ply"], 64),
