@@ -40,7 +40,7 @@ from igl_spheremap.apps.cli import main as shell
 from igl_spheremap.apps.viewer import app as viewer
 from igl_spheremap.apps.viewer.app import App, present, run_app
 from igl_spheremap.apps.viewer.carried_view import CarriedView
-from igl_spheremap.apps.viewer.choices import CARRIED_SIZE
+from igl_spheremap.apps.viewer.choices import ROW_SIZE
 from igl_spheremap.apps.viewer.colouring import Colouring, checkerboard, colouring
 from igl_spheremap.apps.viewer.compare import PartsView
 from igl_spheremap.apps.viewer.grid import Part
@@ -170,7 +170,7 @@ def correspondence(path: Path) -> list[str]:
     onto = ism.shapes.match(
         *(ism.samples.make(name, n_vertices=3000) for name in ("dino", "bunny"))
     )
-    return _present(lambda: CarriedView(onto, up="z"), path, CARRIED_SIZE)
+    return _present(lambda: CarriedView(onto, up="z"), path, ROW_SIZE)
 
 
 def flat_maps(path: Path) -> list[str]:

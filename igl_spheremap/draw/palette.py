@@ -17,13 +17,26 @@ from ..mesh.arrays import FloatArray
 
 Colour = tuple[float, float, float]
 
-INK: Colour = (0.13, 0.15, 0.18)
-SURFACE: Colour = (0.82, 0.85, 0.88)
-FOLDED: Colour = (0.84, 0.24, 0.0)
-GUIDE: Colour = (0.60, 0.64, 0.67)  # lines that only guide the eye
-BACKGROUND: Colour = (1.0, 1.0, 1.0)
-EDGES: Colour = (0.45, 0.50, 0.55)
-FOLDED_EDGES: Colour = (0.66, 0.12, 0.0)
+
+def _stops(colours: str) -> FloatArray:
+    """Colours (k, 3) between 0 and 1 from their hexadecimal names."""
+    return np.frombuffer(bytes.fromhex(colours), np.uint8).reshape(-1, 3) / 255
+
+
+def _colour(name: str) -> Colour:
+    r, g, b = _stops(name)[0].tolist()
+    return r, g, b
+
+
+INK = _colour("21262e")
+SURFACE = _colour("d1d9e0")
+FOLDED = _colour("d63d00")
+GUIDE = _colour("99a3ab")  # lines that only guide the eye
+BACKGROUND = _colour("ffffff")
+EDGES = _colour("73808c")
+FOLDED_EDGES = _colour("a81f00")
+#: A vertex that is marked: magenta, which no scale has and which isn't the red of foldings.
+PICKED = _colour("d9008c")
 #: Squares of a checkerboard.
 CHECKS: tuple[Colour, Colour] = ((0.13, 0.32, 0.52), (0.95, 0.93, 0.86))
 #: Okabe and Ito's palette without the colours taken above, for curves that differ by colour alone.
@@ -123,11 +136,6 @@ def fitting(ramps: Sequence[Ramp], values: FloatArray) -> Ramp:
     if len(finite):
         reach = float(np.percentile(finite, share))
     return next((ramp for ramp in ramps if reach <= ramp.high), ramps[-1])
-
-
-def _stops(colours: str) -> FloatArray:
-    """Colours (k, 3) between 0 and 1 from their hexadecimal names."""
-    return np.frombuffer(bytes.fromhex(colours), np.uint8).reshape(-1, 3) / 255
 
 
 #: Scales of a measure, from fine to coarse: of angle differences, and of logarithms of area ratios and of conformal

@@ -45,7 +45,6 @@ _INPUTS = (
 _OUTPUTS = ("target", "surface", "table", "matrix", "json", "plot", "write")
 #: Lines of one kind that a summary has at most: files, landmarks. Tables and JSON have them all.
 LISTED = 20
-_WIDTH, _LABEL = 80, 13  # columns of a line, and of a figure's name
 _T = TypeVar("_T")
 
 
@@ -281,16 +280,17 @@ def mirrored(args: Namespace) -> str:
 
 
 def paragraph(label: str, text: str) -> str:
-    """A labelled paragraph of the summary, wrapped behind a label of at most 12 characters.
+    """A labelled paragraph of the summary, wrapped to 80 columns behind a label of at most 12 characters.
 
     >>> paragraph("energy", "12.57")
     'energy       12.57'
     """
+    first = printable(label).ljust(13)
     return textwrap.fill(
         printable(" ".join(text.split())),
-        _WIDTH,
-        initial_indent=printable(label).ljust(_LABEL),
-        subsequent_indent=" " * _LABEL,
+        80,
+        initial_indent=first,
+        subsequent_indent=" " * len(first),
         break_long_words=False,
         break_on_hyphens=False,
     )

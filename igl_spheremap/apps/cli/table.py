@@ -14,7 +14,7 @@ from ...io.formats import CONVENTIONS
 from ...shapes.correspondence import STAGES, STIFFNESS, USUAL
 from ...shapes.harmonics import LARGEST_DEGREE
 from ..reproduce.items import ALL, ITEMS
-from ..viewer.choices import CARRIED, CARRIED_SIZE, KEEP, SHOWN
+from ..viewer.choices import CARRIED, KEEP, ROW_SIZE, SHOWN
 from .arguments import (
     COUNT,
     DATA,
@@ -509,7 +509,7 @@ COMMANDS = (
                 choice("--colours", CARRIED, "subject of the pictures of both", default=CARRIED[0]),
             ),
             switch("--show", help="open a window with both and what is between them"),
-            *pictures(CARRIED_SIZE, shown_by=_SHOWING),
+            *pictures(ROW_SIZE, shown_by=_SHOWING),
             *OUTPUT,
         ),
     ),

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib.resources import files
 
 import numpy as np
 
@@ -21,8 +23,8 @@ class PaperRow:
 
     surface: str
     vertices: int
-    iterations: tuple[int, ...]
-    seconds: float | None
+    iterations: Sequence[int]
+    seconds: float | None = None
     their_iterations: int | None = None
     their_seconds: float | None = None
 
@@ -34,29 +36,8 @@ class PaperRow:
         return _ratio(self.their_seconds, self.seconds)
 
 
-TABLE_1 = (
-    PaperRow("Putamen", 10_000, (1414,), 4.80),
-    PaperRow("Brain", 15_002, (1329,), 9.36),
-    PaperRow("Maxplanck", 12_556, (892,), 5.19),
-)
-
-TABLE_2 = (
-    PaperRow("Hippocampus 1", 2_000, (210,), 0.19, 790, 16.91),
-    PaperRow("Hippocampus 2", 2_562, (4225,), 5.83, 1594, 108.36),
-    PaperRow("Putamen", 10_002, (1414,), 4.80, 2684, 760.33),
-    PaperRow("Gray matter", 10_000, (1598,), 5.79, 2794, 822.90),
-    PaperRow("Brain", 15_002, (1329,), 9.36, 1560, 664.97),
-    PaperRow("Maxplanck", 12_556, (892,), 5.19, 1990, 704.01),
-    PaperRow("Bimba", 15_002, (1432,), 17.40, 3197, 1358.72),
-)
-
-TABLE_3 = (
-    PaperRow("Dino", 5_524, (4480, 1518, 3652), None),
-    PaperRow("Dilo", 9_731, (3610, 5000, 4184), 73.94, 3106, 513.56),
-    PaperRow("Bird 1", 950, (1054, 4444, 1038), 2.64, 716, 19.29),
-    PaperRow("Bird 2", 926, (592, 1674, 5000), 14.44, 599, 14.09),
-    PaperRow("Armadillo", 16_519, (4164, 294, 496), 70.68, 3355, 1648.30),
-)
+_ROWS = json.loads(files(__package__).joinpath("paper_tables.json").read_text(encoding="utf-8"))
+TABLE_1, TABLE_2, TABLE_3 = (tuple(PaperRow(**row) for row in rows) for rows in _ROWS.values())
 
 
 _NOTE = """\

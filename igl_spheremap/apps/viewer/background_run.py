@@ -67,13 +67,6 @@ class ShownRun:
         self.began = 0.0
         self._recording: Recording | None = None
         self._budget = budget
-        #: Takers of messages, by their kinds.
-        self._take: dict[str, Callable[[Any], None]] = {
-            "mesh": self._take_mesh,
-            "iterates": self._take_iterates,
-            "result": self._take_result,
-            "error": self._take_error,
-        }
         #: The process that computes it, once it was begun.
         self.process: SpawnProcess | None = None
 
@@ -126,15 +119,15 @@ class ShownRun:
             try:
                 if not self._messages.poll(wait):
                     break
-                kind, content = self._messages.recv()
+                message = self._messages.recv()
             except (EOFError, OSError):  # behind the last message, or within one
                 self.process.join()
                 self.error = RuntimeError(
                     f"the computation ended with exit code {self.process.exitcode}"
                 )
                 break
-            self._take[kind](content)
-        self._update()
+            self._take(*message)
+        self._count()
 
     @property
     def running(self) -> bool:
@@ -198,21 +191,30 @@ class ShownRun:
             return int(before[-1])
         return None
 
-    def _update(self) -> None:
-        """Count the iterates taken over."""
+    def _take(self, kind: str, content: Any) -> None:
+        """Take over a message."""
+        match kind:
+            case "mesh":
+                self.mesh = check_mesh(*content)
+                self._recording = Recording(self.mesh.f, budget=self._budget)
+            case "iterates":
+                self._take_iterates(*content)
+            case "result":
+                self._take_result(content)
+            case "error":
+                self.error = content
+
+    def _count(self) -> None:
+        """Count what was taken over."""
         if self._recording is not None and len(self._recording.steps) > len(self.foldings):
             self.frames, self.foldings = self._recording.frames, self._recording.foldings
             places = np.array([frame.index for frame in self.frames])
             self.steps = np.flatnonzero(np.diff(places) == 1)
             self.iterations, self.changes = places[self.steps], changes(self.foldings)
 
-    def _take_mesh(self, source: Source) -> None:
-        self.mesh = check_mesh(*source)
-        self._recording = Recording(self.mesh.f, budget=self._budget)
-
-    def _take_iterates(self, content: tuple[float, list[Iterate]], same: float = 1e-9) -> None:
+    def _take_iterates(self, seconds: float, iterates: list[Iterate], same: float = 1e-9) -> None:
         """Record iterates; a stage may begin with the last map of the one before, up to rounding: it is shown once."""
-        self.seconds, iterates = content
+        self.seconds = seconds
         assert self.mesh is not None
         assert self._recording is not None
         if not self._recording.steps and iterates[0].stage is not Stage.GAUSS_MAP:
@@ -234,9 +236,6 @@ class ShownRun:
             place = self._recording.steps[-1][:3]
         self._recording(Iterate(*place, result.sphere, result.energy))
         self.result = result
-
-    def _take_error(self, error: Exception) -> None:
-        self.error = error
 
 
 def changes(foldings: IntArray, most: int = 24) -> IntArray:

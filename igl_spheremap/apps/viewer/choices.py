@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 from ...io.hemispheres import LEFT, RIGHT, structure_of
 
-#: Width and height in pixels of a window, a registration's, and that of a match: many screens have 1366 by 768.
+#: Width and height in pixels of a window, and of one that shows three bodies in a row: many screens have 1366 by 768.
 SIZE = (1280, 760)
-REGISTRATION_SIZE = (1200, 440)
-CARRIED_SIZE = (1280, 480)
+ROW_SIZE = (SIZE[0], 480)
 #: Different pictures of a video at most.
 LENGTH = 120
 #: Pictures a second of a video; a stop is held for a whole second.

@@ -13,8 +13,8 @@ from ...mesh.arrays import FloatArray, IntArray
 from ...result.run import Step
 from .window import imgui, implot
 
-#: Pixels around a plot: half of the last number below it stands there; and those of its title and of these numbers.
-_PADDING, _AROUND = (24.0, 8.0), 56.0
+#: Pixels around a plot: half of the last number below it stands there.
+_PADDING = (24.0, 8.0)
 
 
 def energy_plot(history: Sequence[Step], shown: int, size: tuple[float, float]) -> float | None:
@@ -61,7 +61,7 @@ def _curve(
         np.concatenate(([0.0], *zip(powers, -powers, strict=True))),
         unit,
         (low, high),
-        size[1] - _AROUND,
+        size[1] - 56.0,  # of the title and of the numbers
     )
     whole = _whole(last, size[0])
     implot.PushStyleVar(implot.ImPlotStyleVar_PlotPadding, _PADDING)

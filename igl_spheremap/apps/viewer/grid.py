@@ -28,30 +28,18 @@ MOUSE = (
     "Numbers choose colours, L the whole sphere or the lens that fits, S writes a picture."
 )
 
-#: Pixels: width of the panel, margin of a body, height of a line of text, and least width of a legend.
+#: Pixels: width of the panel, what is left around a body, a line of text, and between an inset, or a text, and what is
+#: next to it.
 PANEL = 290
 _MARGIN = 26
 _LINE = 20
-_LEGEND = 44
-#: White that lets a little through, behind text.
-_GROUND = 0xD0FFFFFF
+_GAP = 6
 #: Radius of an inset, as a share of its cell's width.
 _INSET = 0.13
-#: The largest share of the height for the strip at the lower edge.
-_FOOT = 0.28
-#: Pixels between an inset, or a caption, and what is next to it.
-_GAP = 6
-#: Radius of the circle that marks the place of the lens, in pixels.
-_CIRCLE = 7
-#: Radius in pixels of the ring around a vertex that is marked; a click moves the mouse by less.
+#: Pixels: radius of the rings around a vertex that is marked and around the place of the lens, and of the marks of
+#: folded faces that are not seen.
 _RING = 9.0
-#: Its colour: magenta, which no scale has and which isn't the red of foldings.
-_PICKED = (0.85, 0.0, 0.55)
-#: Radius of the marks of folded faces that are not seen, in pixels.
 _MARK = 4.0
-#: Of the mouse: radians a pixel (400 pixels are half a turn); pixels that shift a body by its radius; the factor of a
-#: notch of the wheel; least and largest magnification.
-_TURNING, _SHIFTING, _NOTCH, _ZOOMS = 0.008, 150, 1.15, (0.3, 200)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +106,8 @@ class Grid:
 
     @property
     def foot(self) -> float:
-        """Pixels that are kept free at the lower edge; less in small windows."""
-        return min(self._foot, _FOOT * ps.get_window_size()[1])
+        """Pixels that are kept free at the lower edge; in small windows less: bodies have most of the height."""
+        return min(self._foot, 0.28 * ps.get_window_size()[1])
 
     def show(self, rows: Rows) -> None:
         """Show parts in place of the earlier ones; polyscope is told of changes."""
@@ -187,7 +175,7 @@ class Grid:
             self._annotate(place, self.parts[place])
             self._mark(place, body, self.frame(place))
             if self.picked is not None:
-                self.ring(self.frame(place), body.x[self.picked], _RING, _PICKED)
+                self.ring(self.frame(place), body.x[self.picked], _RING, palette.PICKED)
         for place, body in self.insets.items():
             if body.visible:
                 self._mark(place, body, self.inset_frame(place))
@@ -291,11 +279,11 @@ class Grid:
             return
         dx, dy = io.MouseDelta
         if imgui.IsMouseDragging(0):
-            self.rotate(_TURNING * dx, _TURNING * dy)
+            self.rotate(0.008 * dx, 0.008 * dy)  # 400 pixels are half a turn
         elif imgui.IsMouseDragging(1):
-            self.shift = self.shift + np.array([dx, -dy]) / (_SHIFTING * self.zoom)
+            self.shift = self.shift + np.array([dx, -dy]) / (150 * self.zoom)  # pixels a radius
         if io.MouseWheel:
-            self.zoom = float(np.clip(self.zoom * _NOTCH**io.MouseWheel, *_ZOOMS))
+            self.zoom = float(np.clip(self.zoom * 1.15**io.MouseWheel, 0.3, 200))
 
     def clicked(self) -> FloatArray | None:
         """The pixel of a click that has just ended on the grid, and was no drag; to be called every frame."""
@@ -333,8 +321,8 @@ class Grid:
             draw_legend(canvas, left + w / 2, y, w, legend)
 
     def _circle(self, place: Place, lens: Lens) -> None:
-        """Mark the place of a lens on the small sphere, and say its power."""
-        self.ring(self.inset_frame(place), lens.place, _CIRCLE, palette.INK)
+        """Mark the place of a lens on the small sphere, and say what it does."""
+        self.ring(self.inset_frame(place), lens.place, _RING, palette.INK)
         left, top, w, h = self.cell(*place)
         corner = w - 2 * _INSET * w - _GAP
         lines = wrapped(f"circled: {magnification(lens.power)}", corner - 12)
@@ -377,7 +365,8 @@ def packed(colour: palette.Colour) -> int:
 def text(canvas: Any, x: float, y: float, line: str) -> None:
     """Write a line on a light ground; x is its middle and y its upper edge, in pixels."""
     left = x - text_width(line) / 2
-    canvas.AddRectFilled((left - 3, y), (2 * x - left + 3, y + _LINE), _GROUND)
+    ground = packed(palette.BACKGROUND) & 0xD0FFFFFF  # lets a little through
+    canvas.AddRectFilled((left - 3, y), (2 * x - left + 3, y + _LINE), ground)
     canvas.AddText((left, y), packed(palette.INK), line)
 
 
@@ -388,9 +377,7 @@ def _label(legend: Legend, width: float) -> tuple[str, ...]:
 
 def legend_height(legend: Legend, width: float) -> float:
     """Pixels that a legend takes: lines of text, and those of a colour map."""
-    return max(
-        _LEGEND, 4.0 + _LINE * (len(_label(legend, width)) + isinstance(legend, palette.Ramp))
-    )
+    return 4.0 + _LINE * max(2, len(_label(legend, width)) + isinstance(legend, palette.Ramp))
 
 
 def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -> None:

@@ -38,8 +38,6 @@ from .window import imgui, pressed, ps
 Start = Callable[[str, Method, "Mapping[str, Any] | None"], ShownRun]
 #: The name of a surface that is given as arrays.
 _GIVEN = "the given mesh"
-#: Iterations that a picture goes on by.
-SPEEDS = (1, 2, 5, 10, 25, 100)
 
 _KEYS = (
     "The space bar plays, the arrow keys left and right step, up and down go to where foldings change much. "
@@ -78,7 +76,8 @@ class Player(LensView):
         self._start = start
         self._first, self._first_up, self._always_up = name, up, always_up
         self.name, self.method = name, method
-        self.speed, self._refused = SPEEDS[0], ""
+        #: Iterations that a picture goes on by.
+        self.speed, self._refused = 1, ""
         self.colours = Colours(SUBJECTS[0])
         self._save = SaveWidgets(self, "", lambda: self.run.result)
         self._updated = self._ticked = time.monotonic()
@@ -450,7 +449,7 @@ class Player(LensView):
                 self._leave_for(self.run.beside(at, way))
         imgui.SameLine()
         imgui.SetNextItemWidth(70)
-        speeds = {f"x{speed}": speed for speed in SPEEDS}
+        speeds = {f"x{speed}": speed for speed in (1, 2, 5, 10, 25, 100)}
         if chosen := menu("speed", f"x{self.speed}", speeds):
             self.speed = speeds[chosen]
         imgui.SetNextItemWidth(-1)

@@ -12,7 +12,7 @@ from ....result.findings import certificate_numbers
 from ....shapes.correspondence import STAGES
 from ....shapes.correspondence.registration import WIDTHS, Registration, reflected, register
 from ...viewer.app import open_for, run_app
-from ...viewer.choices import REGISTRATION_SIZE, Pictures
+from ...viewer.choices import ROW_SIZE, Pictures
 from ...viewer.registered_view import registration_view
 from ..exits import Exit, UsageError
 from ..inputs import InputMesh, load_pair, read_data, read_pair, read_source
@@ -28,7 +28,7 @@ def run_register(args: Namespace) -> Exit:
     unknown = [stage for stage in stages if stage not in STAGES]
     if unknown:
         raise UsageError(f"--stages knows no {unknown[0]!r}: choose from {', '.join(STAGES)}")
-    pictures = Pictures(args.screenshot, size=REGISTRATION_SIZE)
+    pictures = Pictures(args.screenshot, size=ROW_SIZE)
     if args.show or pictures.offscreen:
         title = f"{args.source} on {args.other} - registration"
         open_for(pictures, instead="--screenshot OUT.png", title=title)

@@ -124,13 +124,13 @@ def test_a_closed_surface_is_cut_and_holes_but_one_are_filled(tmp_path, capsys):
         assert json.loads(figures.read_text())["rim"] == length
         assert main(["check", out, "-q"]) == Exit.OK
     capsys.readouterr()
-    for words in (
-        ["--fill-holes"],
-        ["--rim", "3"],
-        ["--cut-handles", "--repair"],
-        ["--cut", "99999,1"],
+    for words, status in (
+        (["--fill-holes"], Exit.NO_MESH),
+        (["--rim", "3"], Exit.USAGE),
+        (["--cut-handles", "--repair"], Exit.USAGE),
+        (["--cut", "99999,1"], Exit.USAGE),
     ):
-        assert main(["flatten", closed, out, "-f", *words]) == Exit.USAGE
+        assert main(["flatten", closed, out, "-f", *words]) == status
         one_line(capsys)
 
 
