@@ -41,7 +41,7 @@ from igl_spheremap.apps.viewer import app as viewer
 from igl_spheremap.apps.viewer.app import App, present, run_app
 from igl_spheremap.apps.viewer.carried_view import CarriedView
 from igl_spheremap.apps.viewer.choices import ROW_SIZE
-from igl_spheremap.apps.viewer.colouring import Colouring, checkerboard, colouring
+from igl_spheremap.apps.viewer.colouring import Colouring, Colours, checkerboard
 from igl_spheremap.apps.viewer.compare import PartsView
 from igl_spheremap.apps.viewer.grid import Part
 from igl_spheremap.apps.viewer.registered_view import registration_view
@@ -100,7 +100,7 @@ def eigen_projection(path: Path) -> list[str]:
     ):
         projection = ism.weighted_eigen_projection(mesh.v, mesh.f, x)
         folds, u = (
-            colouring(mesh, x, "foldings"),
+            Colours("foldings").of(mesh, x),
             np.log(ism.conformal_factor(mesh.v, mesh.f, x)) / 2,
         )
         u -= np.log(4 * np.pi) / 2

@@ -34,7 +34,7 @@ from ..result.run import Stage, title_of
 from ..verify.certificate import Certificate
 from .viewer.app import present
 from .viewer.choices import SUBJECTS
-from .viewer.colouring import colouring
+from .viewer.colouring import Colours
 from .viewer.compare import plane_view
 from .viewer.map_view import count_foldings
 from .viewer.show import picture_of
@@ -184,7 +184,7 @@ def _scene(mesh: Mesh, sphere: FloatArray, before: bool, up: str) -> str:
     if before:
         maps.insert(0, ("Gauss map", vertex_normals(mesh.unit, mesh.f)))
         by = "folded by the Gauss map"
-    coloured = [(name, x, colouring(mesh, x, SUBJECTS[0])) for name, x in maps]
+    coloured = [(name, x, Colours(SUBJECTS[0]).of(mesh, x)) for name, x in maps]
     legend, first = (f"{by}; same colour: same place", FOLDED), coloured[0][2]
     views = [View("Surface", fit(mesh.unit, turn), first.colours, first.folded, legend)]
     for name, x, colours in coloured:

@@ -71,44 +71,56 @@ def measured(mesh: Mesh, x: FloatArray, subject: str) -> FloatArray:
     return np.asarray(np.abs(angle_differences(mesh.unit, mesh.f, x)).mean(axis=1))
 
 
-def scale(mesh: Mesh, x: FloatArray, subject: str) -> palette.Ramp | None:
-    """The scale of a subject that fits a map."""
-    if subject not in SCALES:
-        return None
-    return palette.fitting(SCALES[subject], measured(mesh, x, subject)[mesh.surface])
+class Colours:
+    """What colours show, with a scale and poles of squares that stay while maps change."""
 
+    def __init__(self, subject: str) -> None:
+        if subject not in SUBJECTS:
+            raise ValueError(f"unknown subject {subject!r}: choose one of {', '.join(SUBJECTS)}")
+        self.subject, self.squares = subject, SQUARES
+        #: The scales by their subjects.
+        self.scales: dict[str, palette.Ramp] = {}
+        self._tips: IntArray | None = None
 
-def colouring(
-    mesh: Mesh,
-    x: FloatArray,
-    subject: str,
-    ramp: palette.Ramp | None = None,
-    folded: IntArray | None = None,
-) -> Colouring:
-    """Colours of a subject for source and image alike; caps are grey.
+    @property
+    def state(self) -> tuple[object, ...]:
+        """What decides on the colours of a map."""
+        return self.subject, self.squares, self.scales.get(self.subject)
 
-    `ramp` is the scale, by default a fitting one; the legend says how much lies beyond its ends. `folded` saves the
-    time to find the folded faces.
-    """
-    if subject not in SUBJECTS:
-        raise ValueError(f"unknown subject {subject!r}: choose one of {', '.join(SUBJECTS)}")
-    if folded is None:
-        folded = np.flatnonzero(folded_faces(x, mesh.f))
-    if subject == "checkerboard":
-        return checkerboard(mesh, x, folded=folded)
-    if ramp is None:
-        ramp = scale(mesh, x, subject)
-    if ramp is None:
-        meaning = PLACE_LEGEND
-        if len(folded):
-            meaning = FOLDED_LEGEND
-        return Colouring(_without_caps(mesh, places(mesh)), folded, (meaning,))
-    values = measured(mesh, x, subject)
-    beyond = float((np.abs(values[mesh.surface]) > ramp.high).mean())
-    legend = ramp
-    if beyond >= 0.01:
-        legend = replace(ramp, label=f"{ramp.label}; {beyond:.0%} beyond")
-    return Colouring(_without_caps(mesh, ramp.colours(values)), folded, (legend, *_marks(folded)))
+    def of(
+        self,
+        mesh: Mesh,
+        x: FloatArray,
+        folded: IntArray | None = None,
+        like: FloatArray | None = None,
+    ) -> Colouring:
+        """Colours for source and image alike; caps are grey. The legend says how much lies beyond the ends of a scale.
+
+        Scale and poles are those that fit the first map, or the one that it is `like`. `folded` saves the time to find
+        the folded faces.
+        """
+        if folded is None:
+            folded = np.flatnonzero(folded_faces(x, mesh.f))
+        if like is None:
+            like = x
+        if self.subject == "checkerboard":
+            if self._tips is None:
+                self._tips = deepest_tips(mesh, like)
+            return checkerboard(mesh, x, poles_at(x, self._tips), self.squares, folded)
+        if self.subject == "foldings":
+            meaning = PLACE_LEGEND
+            if len(folded):
+                meaning = FOLDED_LEGEND
+            return Colouring(_without_caps(mesh, places(mesh)), folded, (meaning,))
+        if self.subject not in self.scales:
+            fitted = measured(mesh, like, self.subject)[mesh.surface]
+            self.scales[self.subject] = palette.fitting(SCALES[self.subject], fitted)
+        ramp, values = self.scales[self.subject], measured(mesh, x, self.subject)
+        colours = _without_caps(mesh, ramp.colours(values))
+        beyond = float((np.abs(values[mesh.surface]) > ramp.high).mean())
+        if beyond >= 0.01:
+            ramp = replace(ramp, label=f"{ramp.label}; {beyond:.0%} beyond")
+        return Colouring(colours, folded, (ramp, *_marks(folded)))
 
 
 def _without_caps(mesh: Mesh, colours: FloatArray) -> FloatArray:

@@ -10,8 +10,9 @@ from ...draw.folds import Clusters
 from ...draw.lens import Lens, follow, follow_vertex
 from ...mesh.arrays import FloatArray, IntArray
 from .app import App
+from .colouring import Colours
 from .grid import magnification
-from .widgets import Colours, tip
+from .widgets import colour_widgets, tip
 from .window import imgui, pressed
 
 
@@ -87,7 +88,7 @@ class LensView(App):
 
     def view_widgets(self) -> None:
         """Choose colours, how much the lens magnifies, and the cluster of folded faces that it shows."""
-        if self.colours.widgets():
+        if colour_widgets(self.colours):
             self.refresh()
         lens, sizes = self.lens, self.clusters.sizes
         imgui.BeginDisabled(lens.limit == 1)

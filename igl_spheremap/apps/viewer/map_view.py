@@ -20,10 +20,10 @@ from .app import ColouredApp, SaveWidgets
 from .background_run import ShownRun, Source
 from .body import EDGE_WIDTH
 from .choices import SUBJECTS
-from .colouring import Legend
+from .colouring import Colours, Legend
 from .grid import MOUSE, Grid, Part
 from .lens_view import LensView
-from .widgets import Colours, panel, paragraph
+from .widgets import panel, paragraph
 from .window import imgui
 
 

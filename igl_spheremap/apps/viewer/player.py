@@ -27,11 +27,12 @@ from ...result.run import Listener, Stage
 from .app import SaveWidgets, file_stem, present
 from .background_run import ShownRun, Source
 from .choices import KEEP, SIZE, SUBJECTS, TIPS, guess_up
+from .colouring import Colours
 from .curves import energy_plot, folding_plot
 from .grid import MOUSE, Grid, Part, text_width
 from .lens_view import LensView
 from .map_view import count_foldings, edge_width
-from .widgets import Colours, box, menu, panel, paragraph, tip, warning
+from .widgets import box, menu, panel, paragraph, tip, warning
 from .window import imgui, pressed, ps
 
 #: Begins a run by the name of a mesh, a method, and options of `repair_mesh` or None.

@@ -5,20 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
-from ...draw.palette import FOLDED, Ramp
-from ...mesh.arrays import FloatArray, IntArray
-from ...mesh.check import Mesh
+from ...draw.palette import FOLDED
 from .choices import SUBJECTS
-from .colouring import (
-    SCALES,
-    SQUARES,
-    Colouring,
-    checkerboard,
-    colouring,
-    deepest_tips,
-    poles_at,
-    scale,
-)
+from .colouring import SCALES, Colours
 from .window import imgui, implot, pressed, ps
 
 
@@ -84,58 +73,24 @@ def leave_open() -> None:
     io.ConfigErrorRecoveryEnableDebugLog = io.ConfigErrorRecoveryEnableTooltip = False
 
 
-class Colours:
-    """Subject of the colours, with a scale and poles of squares that stay while maps change, and the widgets for
-    them."""
-
-    def __init__(self, subject: str) -> None:
-        self.subject, self.squares = subject, SQUARES
-        self._scales: dict[str, Ramp | None] = {}
-        self._tips: IntArray | None = None
-
-    def of(
-        self,
-        mesh: Mesh,
-        x: FloatArray,
-        folded: IntArray | None = None,
-        like: FloatArray | None = None,
-    ) -> Colouring:
-        """The colours of a map; scale and poles fit the first map, or the map that it is `like`."""
-        if like is None:
-            like = x
-        if self.subject == "checkerboard":
-            if self._tips is None:
-                self._tips = deepest_tips(mesh, like)
-            return checkerboard(mesh, x, poles_at(x, self._tips), self.squares, folded)
-        if self.subject not in self._scales:
-            self._scales[self.subject] = scale(mesh, like, self.subject)
-        return colouring(mesh, x, self.subject, self._scales[self.subject], folded)
-
-    @property
-    def ramp(self) -> Ramp | None:
-        """The scale of the subject, if it has one."""
-        return self._scales.get(self.subject)
-
-    @property
-    def state(self) -> tuple[object, ...]:
-        """Facts that decide a map's colours."""
-        return self.subject, self.squares, self.ramp
-
-    def widgets(self) -> bool:
-        """Choose a subject, its scale or the number of squares; whether one was chosen just now."""
-        before = self.state
-        self.subject = subject_menu(self.subject, SUBJECTS)
+def colour_widgets(colours: Colours) -> bool:
+    """Choose a subject, its scale or the number of squares; whether one was chosen just now."""
+    before = colours.state
+    colours.subject = subject_menu(colours.subject, SUBJECTS)
+    if colours.subject == "checkerboard":
         # an even number: with an odd one two squares of a colour would meet
-        if self.subject == "checkerboard":
-            self.squares = 2 * round(imgui.SliderInt("squares", self.squares, 4, 96)[1] / 2)
-        else:
-            names = {" to ".join(ramp.ends): ramp for ramp in SCALES.get(self.subject, ())}
-            imgui.BeginDisabled(not names)
-            if chosen := menu("scale", " to ".join(self.ramp.ends) if self.ramp else "none", names):
-                self._scales[self.subject] = names[chosen]
-            imgui.EndDisabled()
-            tip("It stays while the map changes. The legend says how much lies beyond its ends.")
-        return before != self.state
+        colours.squares = 2 * round(imgui.SliderInt("squares", colours.squares, 4, 96)[1] / 2)
+        return before != colours.state
+    names = {" to ".join(ramp.ends): ramp for ramp in SCALES.get(colours.subject, ())}
+    shown = "none"
+    if colours.subject in colours.scales:
+        shown = " to ".join(colours.scales[colours.subject].ends)
+    imgui.BeginDisabled(not names)
+    if chosen := menu("scale", shown, names):
+        colours.scales[colours.subject] = names[chosen]
+    imgui.EndDisabled()
+    tip("It stays while the map changes. The legend says how much lies beyond its ends.")
+    return before != colours.state
 
 
 def tip(text: str, width: float = 360.0) -> None:

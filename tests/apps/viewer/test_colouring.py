@@ -5,8 +5,8 @@ import pytest
 
 import igl_spheremap as ism
 from igl_spheremap.apps.viewer.colouring import (
+    Colours,
     checkerboard,
-    colouring,
     deepest_tips,
     mercator_corners,
     poles_at,
@@ -67,13 +67,13 @@ def test_caps_are_grey_and_count_in_no_scale():
     around = (f == top).any(axis=1)
     assert caps[around].all()
     for subject in ("foldings", "angle differences", "area distortion"):
-        colours = colouring(mesh, x, subject)
+        colours = Colours(subject).of(mesh, x)
         assert (colours.colours[caps] == SURFACE).all()
         assert not (colours.colours[~caps] == SURFACE).all(axis=1).any()
-    squares = colouring(mesh, x, "checkerboard").checks.reshape(-1, 3, 2)
+    squares = Colours("checkerboard").of(mesh, x).checks.reshape(-1, 3, 2)
     assert (squares[caps] == 0.5).all()
     own, all_faces = (
-        colouring(each, x, "area distortion").legends[0].high
+        Colours("area distortion").of(each, x).legends[0].high
         for each in (mesh, ism.check_mesh(v, f))
     )
     assert own <= all_faces

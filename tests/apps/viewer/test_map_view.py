@@ -11,7 +11,7 @@ import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
 from igl_spheremap.apps.viewer import choices, window
 from igl_spheremap.apps.viewer.choices import SUBJECTS
-from igl_spheremap.apps.viewer.colouring import colouring, relief
+from igl_spheremap.apps.viewer.colouring import Colours, relief
 from igl_spheremap.draw import palette
 from igl_spheremap.draw.plot import SIDES, UPS, fit, pose
 from igl_spheremap.errors import DisplayError
@@ -90,8 +90,8 @@ def test_every_subject_colours_every_face_and_finds_the_planted_fold(dino):
     planted[vertex] = -planted[vertex]
     around = np.flatnonzero((dino.f == vertex).any(axis=1))
     for subject in SUBJECTS:
-        assert len(colouring(dino, x, subject).folded) == 0
-        found = colouring(dino, planted, subject)
+        assert len(Colours(subject).of(dino, x).folded) == 0
+        found = Colours(subject).of(dino, planted)
         assert found.colours.shape == dino.f.shape
         assert 0 <= found.colours.min() <= found.colours.max() <= 1
         assert len(found.folded)
@@ -123,7 +123,7 @@ def test_unknown_subjects_and_directions_are_refused():
     with pytest.raises(
         ValueError, match="unknown subject 'factor': choose one of foldings, angle differences"
     ):
-        colouring(mesh, mesh.unit, "factor")
+        Colours("factor")
     with pytest.raises(ValueError, match="unknown direction 'up': choose one of auto, x, -x"):
         pose(mesh.unit, "up")
 
@@ -280,7 +280,7 @@ seen = []
 for balance in (0.0, 1.0):
     rebalance(balance)
     view.show_subject('area distortion')
-    high = view.colours.ramp.high
+    high = view.colours.scales['area distortion'].high
     view.show_subject('checkerboard')
     around = view.grid.bodies[0, 1].x[f[(f == tip).any(axis=1)]]
     seen.append([high, view.colours._tips.tolist(), view.lens.power, float(around[..., 2].min())])
