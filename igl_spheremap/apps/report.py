@@ -24,7 +24,7 @@ from ..errors import DisplayError, import_optional
 from ..io.pages import page_file, write_page
 from ..io.replacing import make_folder
 from ..maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows
-from ..mesh.arrays import FloatArray
+from ..mesh.arrays import FloatArray, IntArray
 from ..mesh.check import Mesh
 from ..mesh.measure import vertex_normals
 from ..plane.plane_map import PlaneMap, plane_findings
@@ -42,7 +42,6 @@ from .viewer.show import picture_of
 _SIZE = (900, 470)  # pixels of a picture
 _TURN = "Drag to turn, double-click to reset; click, then scroll to magnify what is in front."
 _MARKS = "A dot marks folded faces that are too small to be seen, a ring those that lie behind."
-_TOO_LARGE = "<p>A mesh of {:,} faces is too large to be turned in a page.</p>"
 _CAPTIONS = {
     "foldings": "Folded faces are red; elsewhere the same colour is the same place.",
     "angle differences": "Mean size of the angle differences of each face.",
@@ -89,7 +88,7 @@ def write_report(
         table(result_rows(result, map_findings(result))[1:]),
         *rounds,
         heading,
-        _scene(mesh, result.sphere, folded, up),
+        _scene(mesh.f, _views(mesh, result.sphere, folded, up), f"{_TURN} {_MARKS}"),
         "<h2>Pictures</h2>",
         *_drawn(_pictures(mesh, result.sphere, recording, up)),
         "<h2>Curves</h2>",
@@ -120,7 +119,7 @@ def write_plane_report(
         command,
         table(result_rows(result, plane_findings(result))[1:]),
         "<h2>The map</h2>",
-        _plane_scene(result, up),
+        _scene(result.faces, _plane_views(result, up), _TURN),
         "<h2>Pictures</h2>",
         *_drawn([(caption, draw)]),
         "<h2>Angles and areas</h2>",
@@ -149,24 +148,26 @@ def _write_report(
     return path
 
 
-def _plane_scene(result: PlaneMap, up: str) -> str:
-    """Surface and image coloured by area ratios, and the image by angle differences, to be turned."""
-    disk, f, certificate = result.mesh, result.faces, result.certificate
+def _scene(f: IntArray, views: Iterator[View], said: str) -> str:
+    """Views of the same faces, to be turned, unless there are too many for a page."""
     if len(f) > MOST_FACES:
-        return _TOO_LARGE.format(len(f))
+        return f"<p>A mesh of {len(f):,} faces is too large to be turned in a page.</p>"
+    return f"{scene(f, list(views))}<p>{said}</p>"
+
+
+def _plane_views(result: PlaneMap, up: str) -> Iterator[View]:
+    """Surface and image coloured by area ratios, and the image by angle differences."""
+    disk, certificate = result.mesh, result.certificate
     ratios, differences = result.log_area_ratios(), np.abs(result.angle_differences()).mean(axis=1)
     angles, areas = fitting(ANGLES, differences), fitting(AREAS, ratios)
     folded = np.sort(np.concatenate((certificate.flipped, certificate.degenerate)))
     image = fit(result.image, np.eye(3))
-    views = [
-        View(caption, x, ramp.colours(values), folded, ramp, image=x is image)
-        for caption, x, ramp, values in (
-            ("Surface: areas", fit(disk.unit, pose(disk.unit, up)), areas, ratios),
-            ("Image: areas", image, areas, ratios),
-            ("Image: angles", image, angles, differences),
-        )
-    ]
-    return f"{scene(f, views)}<p>{_TURN}</p>"
+    for caption, x, ramp, values in (
+        ("Surface: areas", fit(disk.unit, pose(disk.unit, up)), areas, ratios),
+        ("Image: areas", image, areas, ratios),
+        ("Image: angles", image, angles, differences),
+    ):
+        yield View(caption, x, ramp.colours(values), folded, ramp, image=x is image)
 
 
 def _began_folded(recording: Recording) -> bool:
@@ -176,23 +177,18 @@ def _began_folded(recording: Recording) -> bool:
     )
 
 
-def _scene(mesh: Mesh, sphere: FloatArray, before: bool, up: str) -> str:
-    """Surface and result, to be turned; if the run removed foldings of the Gauss map, this between them."""
-    if len(mesh.f) > MOST_FACES:
-        return _TOO_LARGE.format(len(mesh.f))
+def _views(mesh: Mesh, sphere: FloatArray, before: bool, up: str) -> Iterator[View]:
+    """Surface and result, and between them the Gauss map if the run removed its foldings."""
     turn, maps, by = pose(mesh.unit, up), [("Result", sphere)], "folded"
     if before:
         maps.insert(0, ("Gauss map", vertex_normals(mesh.unit, mesh.f)))
         by = "folded by the Gauss map"
     coloured = [(name, x, Colours(SUBJECTS[0]).of(mesh, x)) for name, x in maps]
     legend, first = (f"{by}; same colour: same place", FOLDED), coloured[0][2]
-    views = [View("Surface", fit(mesh.unit, turn), first.colours, first.folded, legend)]
+    yield View("Surface", fit(mesh.unit, turn), first.colours, first.folded, legend)
     for name, x, colours in coloured:
         caption = f"{name}: {count_foldings(len(colours.folded))}"
-        views.append(
-            View(caption, x @ turn.T, colours.colours, colours.folded, sphere=True, image=True)
-        )
-    return f"{scene(mesh.f, views)}<p>{_TURN} {_MARKS}</p>"
+        yield View(caption, x @ turn.T, colours.colours, colours.folded, sphere=True, image=True)
 
 
 def _pictures(

@@ -111,10 +111,12 @@ def open_for(
     pictures: Pictures,
     instead: str = "--screenshot OUT.png, --video OUT.gif",
     title: str = window.TITLE,
+    said: str = "",
 ) -> None:
     """Start polyscope for a window or for pictures, or raise a DisplayError, before anything is computed.
 
-    The error of a window names flags or arguments that write a file `instead`.
+    The error of a window names what writes a file `instead`: flags of the command line, or arguments. What is `said`
+    stands in the empty window until there is more to see.
     """
     try:
         check_pictures(pictures)
@@ -124,6 +126,8 @@ def open_for(
         if not pictures.offscreen:
             hint = f" ({instead})"
         raise DisplayError(f"{error}{hint}") from None
+    if said:
+        announce(pictures, said)
 
 
 def announce(pictures: Pictures, text: str) -> None:

@@ -119,19 +119,19 @@ class Grid:
                 if part is None or part.f is not body.f or part.image != body.image:
                     bodies.pop(place).remove()
         for place, part in self.parts.items():
-            power, colours = (
-                1.0 if part.lens is None else part.lens.power,
-                part.colours or _grey(len(part.f)),
-            )
-            seen = part.lens(part.x) if part.lens is not None and power > 1 else part.x
-            body = self._body(self.bodies, "part", place, part)
-            body.magnified, body.visible = power > 1, part.visible
-            body.show(seen, colours, part.edges, part.dots)
+            colours, seen = part.colours, part.x
+            if colours is None:
+                colours = Colouring(np.tile(palette.SURFACE, (len(part.f), 1)))
+            magnified = part.lens is not None and part.lens.power > 1
             if part.lens is not None:
                 small = self._body(self.insets, "inset", place, part)
-                small.visible = part.visible and power > 1
-                if small.visible:
+                small.visible = part.visible and magnified
+                if magnified:
+                    seen = part.lens(part.x)
                     small.show(part.x, colours, 0.0, {})
+            body = self._body(self.bodies, "part", place, part)
+            body.magnified, body.visible = magnified, part.visible
+            body.show(seen, colours, part.edges, part.dots)
 
     def _body(self, bodies: dict[Place, Body], kind: str, place: Place, part: Part) -> Body:
         if place not in bodies:
@@ -348,10 +348,6 @@ class Grid:
             )
 
 
-def _grey(count: int) -> Colouring:
-    return Colouring(np.tile(palette.SURFACE, (count, 1)))
-
-
 def packed(colour: palette.Colour) -> int:
     """A colour for ImGui: red in the lowest byte, opaque.
 
@@ -371,8 +367,10 @@ def text(canvas: Any, x: float, y: float, line: str) -> None:
 
 
 def _label(legend: Legend, width: float) -> tuple[str, ...]:
-    label, room = (legend.label, 2 * _GAP) if isinstance(legend, palette.Ramp) else (legend[0], 24)
-    return wrapped(label, width - room)
+    """The lines of a label; a colour stands beside its own."""
+    if isinstance(legend, palette.Ramp):
+        return wrapped(legend.label, width - 2 * _GAP)
+    return wrapped(legend[0], width - 24)
 
 
 def legend_height(legend: Legend, width: float) -> float:
@@ -430,4 +428,8 @@ def magnification(power: float) -> str:
     ('the whole sphere', 'magnified 2.3x', 'magnified 39,000x')
     """
     power = float(f"{power:.2g}")
-    return f"magnified {power:,.{int(power < 10)}f}x" if power > 1 else "the whole sphere"
+    if power <= 1:
+        return "the whole sphere"
+    if power < 10:
+        return f"magnified {power:.1f}x"
+    return f"magnified {power:,.0f}x"

@@ -68,8 +68,9 @@ class MapView(ColouredApp, LensView):
             float(np.abs(angle_differences(mesh.unit, mesh.f, x)[mesh.surface]).mean())
             for x in maps.values()
         ]
-        fewest = min(self._folded, key=lambda faces: len(faces) or np.inf)
-        self.find_clusters(mesh.f, fewest)
+        #: The map that the lens is to fit: the one with the fewest foldings.
+        self._aim = min(range(len(maps)), key=lambda k: len(self._folded[k]) or np.inf)
+        self.find_clusters(mesh.f, self._folded[self._aim])
         #: What is known of the result, for the panel.
         self._facts: list[str] = []
         if self.result is not None:
@@ -91,7 +92,7 @@ class MapView(ColouredApp, LensView):
     def show_subject(self, subject: str) -> None:
         """Colour surface and images by one of `SUBJECTS`, and apply the lens."""
         self.subject = self.colours.subject = subject
-        lenses = self.lenses(self._turned, self.mesh.f)
+        lenses = self.lenses(self._turned, self.mesh.f, self._aim)
         like, several = list(self.maps.values())[int(np.argmin(self._angles))], len(self.maps) > 1
         sources, images = [], []
         explained: list[Legend] = []

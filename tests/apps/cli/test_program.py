@@ -443,7 +443,7 @@ def test_no_output_replaces_an_input_or_another_output(words, tmp_path, monkeypa
     [
         (["map", SAMPLE, "out.obj", "--report", "page"], "commands.map.write_report"),
         (["repair", SAMPLE, "folded.obj", "out.obj"], "commands.check.repair_foldings"),
-        (["repair", SAMPLE, "folded.obj", "out.obj"], "commands.check.write_map"),
+        (["repair", SAMPLE, "folded.obj", "out.obj"], "output.write_map"),
         (["check", SAMPLE, "folded.obj"], "commands.check.certify_radius"),
     ],
 )

@@ -30,7 +30,8 @@ def run_match(args: Namespace) -> Exit:
     check_outputs(args, surface=True)
     pictures = pictures_of(args)
     if args.show or pictures.offscreen:
-        open_for(pictures, title=f"{args.source} onto {args.other} - match")
+        both = f"{args.source} onto {args.other}"
+        open_for(pictures, title=f"{both} - match", said=f"matching {both}")
     sources = [load_source(args, name) for name in (args.source, args.other)]
     landmarks, features = None, None
     if args.landmarks:

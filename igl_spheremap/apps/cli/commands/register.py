@@ -30,8 +30,9 @@ def run_register(args: Namespace) -> Exit:
         raise UsageError(f"--stages knows no {unknown[0]!r}: choose from {', '.join(STAGES)}")
     pictures = Pictures(args.screenshot, size=ROW_SIZE)
     if args.show or pictures.offscreen:
-        title = f"{args.source} on {args.other} - registration"
-        open_for(pictures, instead="--screenshot OUT.png", title=title)
+        both = f"{args.source} on {args.other}"
+        title, said = f"{both} - registration", f"registering {both}"
+        open_for(pictures, instead="--screenshot OUT.png", title=title, said=said)
     pair = load_pair(args)
     source, target = pair.source, read_source(args.other)
     maps = pair.map(), read_pair(target, args.other_sphere).map()

@@ -29,8 +29,8 @@ def run_view(args: Namespace) -> None:
         refuse_flags(args, _MAKING, f"{args.sphere}, a map that is there,")
     check_outputs(args)
     pictures = pictures_of(args)
-    open_for(pictures, title=f"{os.path.basename(args.source)} - map")
-    announce(pictures, f"mapping {args.source}")
+    title = f"{os.path.basename(args.source)} - map"
+    open_for(pictures, title=title, said=f"mapping {args.source}")
     app: App
     try:
         source, result, caption = _map(args)
@@ -80,8 +80,8 @@ def run_play(args: Namespace) -> None:
     check_outputs(args)
     method = chosen_method(args)
     pictures = pictures_of(args)
-    open_for(pictures, title=f"{os.path.basename(args.source)} - player")
-    announce(pictures, f"reading {args.source}")
+    title = f"{os.path.basename(args.source)} - player"
+    open_for(pictures, title=title, said=f"reading {args.source}")
     source = load_source(args)
     announce(pictures, f"mapping {len(source.v):,} vertices")
     args.progress.begin(f"mapping {source.name}")
