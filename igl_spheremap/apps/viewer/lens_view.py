@@ -1,4 +1,4 @@
-"""One lens on all maps that a window shows: what it is on, how strong it is, and the widgets for it and for colours."""
+"""One lens on all maps of a window: its place, its power, and the widgets for it and for colours."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ class LensView(App):
     """An app with a lens on the vertex that is picked, else on a cluster of folded faces, else on what is in front."""
 
     colours: Colours
-    #: How much the lens magnifies; None: as fits what it is on.
+    #: Power of the lens; None: as fits its target.
     power: float | None = None
 
     def leave_lens(self) -> None:
-        """Take the lens off what it is on, as for another surface."""
+        """Take the lens off its target, as for another surface."""
         none = np.empty(0, dtype=np.int64)
-        #: Clusters of folded faces, and the faces of that which the lens is on.
+        #: Clusters of folded faces, and the faces of the one that the lens is on.
         self.clusters, self._aimed = Clusters(none, none), none
-        #: How the grid was turned when the lens was aimed, which brings its place to the front.
+        #: Turn of the grid when the lens was aimed, which brings its place to the front.
         self._facing = np.eye(3)
-        #: The lens as it is now.
+        #: The present lens.
         self.lens = Lens()
         self.grid.picked = None
 
     def refresh(self) -> None:
-        """Show the maps through the lens as it is now."""
+        """Show the maps through the present lens."""
         raise NotImplementedError
 
     def find_clusters(self, f: IntArray, folded: IntArray) -> None:
-        """Find clusters of folded faces; the lens goes on to the one that it was on, or to the largest."""
+        """Find clusters of folded faces; the lens stays on its own, or goes to the largest."""
         self.clusters = Clusters.of(f, folded)
         cluster = self.cluster
         self._aimed = folded[:0]
@@ -48,14 +48,14 @@ class LensView(App):
 
     @property
     def cluster(self) -> int:
-        """The cluster of folded faces that goes on from what the lens was on, or the largest."""
+        """The cluster of folded faces that continues the last one of the lens, or the largest."""
         if not self.clusters:
             return 0
         shared = np.isin(self.clusters.faces, self._aimed)
         return int(np.argmax(self.clusters.sums(shared.astype(np.float64))))
 
     def lenses(self, maps: Sequence[FloatArray], f: IntArray, aim: int = 0) -> list[Lens]:
-        """Lenses of one power on the same place of maps, as they are seen; None of power fits the map `aim`."""
+        """Lenses of one power on the same place of all maps; a power of None fits the map `aim`."""
         vertex, power = self.grid.picked, self.power
         if vertex is None and len(self._aimed):
             found = follow(maps, f, self._aimed, aim, power, self._facing)
@@ -69,14 +69,14 @@ class LensView(App):
         return found
 
     def look(self, power: float | None = None, cluster: int | None = None) -> None:
-        """Magnify by a power, None by what fits; on a cluster if it is given, and no longer on the vertex picked."""
+        """Magnify by a power, None for the fitting one; on a given cluster, and no longer on the vertex picked."""
         self.power, self._facing = power, self.grid.turn
         if cluster is not None:
             self._aimed, self.grid.picked = self.clusters[cluster], None
         self.refresh()
 
     def pick(self, vertex: int | None) -> None:
-        """Mark a vertex; the lens goes to it, as strong as it is. Without one, it is what fits again."""
+        """Mark a vertex; the lens goes to it with its present power. Without one, the power fits again."""
         power = self.power
         if vertex is not None:
             power = self.lens.power
@@ -87,7 +87,7 @@ class LensView(App):
         self.look(power)
 
     def view_widgets(self) -> None:
-        """Choose colours, how much the lens magnifies, and the cluster of folded faces that it shows."""
+        """Choose colours, the power of the lens, and its cluster of folded faces."""
         if colour_widgets(self.colours):
             self.refresh()
         lens, sizes = self.lens, self.clusters.sizes

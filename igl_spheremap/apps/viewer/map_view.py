@@ -71,7 +71,7 @@ class MapView(ColouredApp, LensView):
         #: The map that the lens is to fit: the one with the fewest foldings.
         self._aim = min(range(len(maps)), key=lambda k: len(self._folded[k]) or np.inf)
         self.find_clusters(mesh.f, self._folded[self._aim])
-        #: What is known of the result, for the panel.
+        #: Figures of the result, for the panel.
         self._facts: list[str] = []
         if self.result is not None:
             found = (
@@ -83,7 +83,7 @@ class MapView(ColouredApp, LensView):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the maps as they are to be seen now, and say what is known of the vertex picked, or of the result."""
+        """Show the maps through the present lens, and figures of the vertex picked, or else of the result."""
         self.lines = self._facts
         if self.grid.picked is not None:
             self.lines = self._vertex_lines(self.grid.picked)

@@ -1,4 +1,4 @@
-"""The vocabulary of all panels: boxes, menus, keys and texts, and what colours show."""
+"""The vocabulary of all panels: boxes, menus, keys, texts, and subjects of colours."""
 
 from __future__ import annotations
 
