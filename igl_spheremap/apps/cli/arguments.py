@@ -94,9 +94,9 @@ def argument(
     return (name,), {"metavar": metavar, "help": help, "type": type, "default": default, **options}
 
 
-def choice(name: str, choices: Iterable[str], help: str, **options: Any) -> Argument:
+def choice(name: str, choices: Iterable[str], help: str, default: str | None = None) -> Argument:
     """A flag whose value is one of a list."""
-    return argument(name, None, help, choices=tuple(choices), **options)
+    return argument(name, None, help, default=default, choices=tuple(choices))
 
 
 def several(name: str, metavar: str | tuple[str, ...], help: str, **options: Any) -> Argument:
@@ -106,9 +106,9 @@ def several(name: str, metavar: str | tuple[str, ...], help: str, **options: Any
     )
 
 
-def switch(*names: str, help: str) -> Argument:
-    """A flag without a value."""
-    return names, {"action": "store_true", "help": help}
+def switch(name: str, help: str, *short: str) -> Argument:
+    """A flag without a value, and perhaps its short form."""
+    return (*short, name), {"action": "store_true", "help": help}
 
 
 def goes_with(flags: str, argument: Argument) -> Argument:
@@ -166,12 +166,12 @@ def pair(name: str = "SOURCE", optional: bool = False) -> tuple[Argument, ...]:
 
 def target(help: str) -> tuple[Argument, ...]:
     """OUT, and the flag that allows to replace it."""
-    return argument("target", "OUT", help), switch("-f", "--force", help="replace OUT if it exists")
+    return argument("target", "OUT", help), switch("--force", "replace OUT if it exists", "-f")
 
 
 def method(default: str) -> Argument:
     """The choice of a method."""
-    return choice("--method", METHODS, "the method of the map", default=default)
+    return choice("--method", METHODS, "the method of the map", default)
 
 
 def balance(default: float) -> Argument:
@@ -208,12 +208,12 @@ def pictures(size: tuple[int, int] = SIZE, shown_by: str | None = None) -> tuple
         argument("--screenshot", "OUT.png", "write one picture; needs no display"),
         goes_with(
             "--screenshot",
-            argument("--frame", "K", "which frame, from 0; -1 is the last", int),
+            argument("--frame", "K", "number of the frame, from 0; -1 is the last", int),
         ),
         argument("--video", "OUT", "write OUT.gif, or OUT.mp4 (by ffmpeg); needs no display"),
         goes_with(
             "--video",
-            argument("--length", "N", "about how many pictures", POSITIVE_COUNT, LENGTH),
+            argument("--length", "N", "approximate number of pictures", POSITIVE_COUNT, LENGTH),
         ),
         goes_with(
             "--video",
@@ -234,7 +234,7 @@ READING = (
     ),
     switch(
         "--repair",
-        help="weld open edges, triangulate, reorient, remove surplus faces; implied by the next four",
+        "weld open edges, triangulate, reorient, remove surplus faces; implied by the next four",
     ),
     argument(
         "--weld",
@@ -242,13 +242,13 @@ READING = (
         "weld vertices along open edges up to T diagonals of the bounding box",
         number(float, 0, LARGEST_WELD),
     ),
-    switch("--keep-largest", help="keep only the largest component"),
-    switch("--fill-holes", help="close holes by caps"),
-    switch("--cut-handles", help="cut handles along short loops, and close the cuts by caps"),
+    switch("--keep-largest", "keep only the largest component"),
+    switch("--fill-holes", "close holes by caps"),
+    switch("--cut-handles", "cut handles along short loops, and close the cuts by caps"),
 )
 OUTPUT = (
     argument("--json", "FILE", "write the figures as JSON; '-' is stdout, instead of the summary"),
-    switch("-q", "--quiet", help="print no summary"),
+    switch("--quiet", "print no summary", "-q"),
 )
 DATA_HELP = (
     "data over the vertices: .gii, CIFTI, .npz, .npy, .csv, .tsv, .txt, .1D, .ply, .vtk, .annot or "
@@ -266,7 +266,7 @@ TO = argument(
     default="ico:5",
 )
 REFLECT = switch(
-    "--reflect", help="mirror SOURCE and its sphere first (x to -x), as `register --reflect` did"
+    "--reflect", "mirror SOURCE and its sphere first (x to -x), as `register --reflect` did"
 )
 #: Ends of methods, each by its own measure, and the settings of lai2014 beside its default.
 ENDS = (
@@ -282,9 +282,9 @@ ENDS = (
     ),
     switch(
         "--as-printed",
-        help="Algorithms 1 and 2 without safeguards (lai2014); other options count on top",
+        "Algorithms 1 and 2 without safeguards (lai2014); other options count on top",
     ),
-    switch("--as-programmed", help="the rules of the authors' published program (lai2014)"),
+    switch("--as-programmed", "the rules of the authors' published program (lai2014)"),
 )
 #: Options of single methods, which name them.
 METHOD_OPTIONS = (
@@ -321,7 +321,7 @@ SOURCES = argument(
 )
 PARTS = switch(
     "--parts",
-    help="take each closed part of a file as a surface of its own: part K of name.obj is "
+    "take each closed part of a file as a surface of its own: part K of name.obj is "
     "name.obj:K, and its {stem} name_K",
 )
 #: Workers on many files, and limits of jobs.
@@ -340,9 +340,9 @@ ENGINE = (
             "default": True,
         },
     ),
-    switch("--retry-failed", help="run again what failed"),
+    switch("--retry-failed", "run failed jobs again"),
     argument("--timeout", "SECONDS", "end a job that takes longer", POSITIVE),
-    argument("--retries", "N", "how often a job is run again whose process died", COUNT, 1),
+    argument("--retries", "N", "repeats of a job whose process died", COUNT, 1),
 )
 #: Arguments of all commands that make files of many.
 MANY = (
@@ -354,8 +354,8 @@ MANY = (
     ),
     argument("--summary", "FILE", "a table with a line for each file: .tsv or .csv"),
     REPORT,
-    switch("-f", "--force", help="replace any other file at a target"),
-    switch("-q", "--quiet", help="print nothing"),
+    switch("--force", "replace any other file at a target", "-f"),
+    switch("--quiet", "print nothing", "-q"),
 )
 #: Arguments of `disk` and `flatten`.
 PLANE = (

@@ -63,8 +63,13 @@ class Command:
     name: str
     module: str
     purpose: str
-    examples: tuple[str, ...]
+    lines: str
     arguments: tuple[Argument, ...]
+
+    @property
+    def examples(self) -> list[str]:
+        """Its command lines."""
+        return [line.strip() for line in self.lines.strip().splitlines()]
 
     @property
     def run(self) -> Callable[..., Any]:
@@ -85,14 +90,14 @@ COMMANDS = (
         "map",
         "map",
         "Map a closed genus-0 mesh to the unit sphere and certify the map.",
-        (
-            "igl-spheremap map sample:bunny bunny_sphere.obj",
-            "igl-spheremap map lh.pial lh.sphere.conformal",
-            "igl-spheremap map bunny.ply bunny_map.npz --method lai2014 --json figures.json",
-            "igl-spheremap map bunny.ply bunny_sphere.ply --report bunny_report --plot bunny.svg",
-            "igl-spheremap map scan.stl sphere.ply --repair --keep-largest",
-            "igl-spheremap map bunny.ply bunny_sphere.ply --polish angles",
-        ),
+        """
+        igl-spheremap map sample:bunny bunny_sphere.obj
+        igl-spheremap map lh.pial lh.sphere.conformal
+        igl-spheremap map bunny.ply bunny_map.npz --method lai2014 --json figures.json
+        igl-spheremap map bunny.ply bunny_sphere.ply --report bunny_report --plot bunny.svg
+        igl-spheremap map scan.stl sphere.ply --repair --keep-largest
+        igl-spheremap map bunny.ply bunny_sphere.ply --polish angles
+        """,
         (
             *source(),
             *target(
@@ -109,7 +114,7 @@ COMMANDS = (
             ),
             switch(
                 "--with-surface",
-                help="write the surface with the sphere beside it: x y z px py pz of a .ply file",
+                "write the surface with the sphere beside it: x y z px py pz of a .ply file",
             ),
             REPORT,
             goes_with("--report", UP),
@@ -123,19 +128,19 @@ COMMANDS = (
         "check",
         "check",
         "Certify a map to the sphere, or of a surface with a boundary to the plane, from any program.",
-        (
-            "igl-spheremap check lh.pial lh.sphere.conformal",
-            "igl-spheremap check bunny.obj their_sphere.ply --json -",
-            "igl-spheremap check bunny_map.npz",
-            "igl-spheremap check lh.white their.sphere --directions",
-            "igl-spheremap check lh.white lh.cortex.patch.flat",
-            "igl-spheremap check face_flat.obj",
-        ),
+        """
+        igl-spheremap check lh.pial lh.sphere.conformal
+        igl-spheremap check bunny.obj their_sphere.ply --json -
+        igl-spheremap check bunny_map.npz
+        igl-spheremap check lh.white their.sphere --directions
+        igl-spheremap check lh.white lh.cortex.patch.flat
+        igl-spheremap check face_flat.obj
+        """,
         (
             *pair(optional=True),
             switch(
                 "--directions",
-                help="certify the directions of the vertices, whatever their distances",
+                "certify the directions of the vertices, whatever their distances",
             ),
             REFLECT,
             *OUTPUT,
@@ -145,36 +150,36 @@ COMMANDS = (
         "disk",
         "plane",
         "Map a surface with one boundary loop to the unit disk and certify the map.",
-        (
-            "igl-spheremap disk face.ply face_disk.obj",
-            "igl-spheremap disk face.ply face_disk.npz --balance 1 --plot face_disk.png",
-        ),
+        """
+        igl-spheremap disk face.ply face_disk.obj
+        igl-spheremap disk face.ply face_disk.npz --balance 1 --plot face_disk.png
+        """,
         (*PLANE, balance(CONFORMAL)),
     ),
     Command(
         "flatten",
         "plane",
         "Lay a surface with one boundary loop out in the plane, without folds and overlaps.",
-        (
-            "igl-spheremap flatten face.ply face_flat.obj",
-            "igl-spheremap flatten bunny.obj bunny_uv.obj --cut 4",
-            "igl-spheremap flatten scan.ply scan_flat.glb --repair --fill-holes --rim 0,0,-50",
-            "igl-spheremap flatten lh.white lh.cortex.patch.flat --patch lh.cortex.patch.3d",
-            "igl-spheremap flatten lh.white lh.flat.obj --patch fsaverage/surf/lh.cortex.patch.3d --via lh.sphere.reg",
-        ),
+        """
+        igl-spheremap flatten face.ply face_flat.obj
+        igl-spheremap flatten bunny.obj bunny_uv.obj --cut 4
+        igl-spheremap flatten scan.ply scan_flat.glb --repair --fill-holes --rim 0,0,-50
+        igl-spheremap flatten lh.white lh.cortex.patch.flat --patch lh.cortex.patch.3d
+        igl-spheremap flatten lh.white lh.flat.obj --patch fsaverage/surf/lh.cortex.patch.3d --via lh.sphere.reg
+        """,
         (*PLANE, balance(IN_PLANE)),
     ),
     Command(
         "info",
         "info",
         "Measure any mesh: its parts, holes and handles, sizes and angles, and the effect of --repair.",
-        (
-            "igl-spheremap info sample:octopus",
-            "igl-spheremap info scan.stl",
-            "igl-spheremap info lh.pial --json -",
-            "igl-spheremap info cells.obj --parts",
-            "igl-spheremap info lh.orig.nofix --repair --cut-handles --write lh.orig.repaired",
-        ),
+        """
+        igl-spheremap info sample:octopus
+        igl-spheremap info scan.stl
+        igl-spheremap info lh.pial --json -
+        igl-spheremap info cells.obj --parts
+        igl-spheremap info lh.orig.nofix --repair --cut-handles --write lh.orig.repaired
+        """,
         (
             *source(),
             PARTS,
@@ -186,11 +191,11 @@ COMMANDS = (
         "view",
         "view",
         "Show a surface beside its sphere, or its map to the plane, in a window or as a picture.",
-        (
-            "igl-spheremap view sample:dino",
-            "igl-spheremap view lh.pial lh.sphere.conformal --show angles",
-            "igl-spheremap view bunny_map.npz --screenshot bunny.png",
-        ),
+        """
+        igl-spheremap view sample:dino
+        igl-spheremap view lh.pial lh.sphere.conformal --show angles
+        igl-spheremap view bunny_map.npz --screenshot bunny.png
+        """,
         (
             *source(),
             argument(
@@ -198,7 +203,7 @@ COMMANDS = (
             ),
             method("auto"),
             balance(CONFORMAL),
-            choice("--show", SHOWN, "what the colours show", default="foldings"),
+            choice("--show", SHOWN, "subject of the colours", "foldings"),
             *pictures(),
             *OUTPUT,
         ),
@@ -207,12 +212,12 @@ COMMANDS = (
         "play",
         "view",
         "Watch a map being computed step by step, in a window, as a picture or as a video.",
-        (
-            "igl-spheremap play sample:dino",
-            "igl-spheremap play lh.pial --method auto",
-            "igl-spheremap play bunny.ply --video bunny.gif --json bunny_frames.json",
-            "igl-spheremap play sample:dino --screenshot dino.png",
-        ),
+        """
+        igl-spheremap play sample:dino
+        igl-spheremap play lh.pial --method auto
+        igl-spheremap play bunny.ply --video bunny.gif --json bunny_frames.json
+        igl-spheremap play sample:dino --screenshot dino.png
+        """,
         (
             *source(nargs="?", default="sample:dino"),
             method("lai2014"),
@@ -234,7 +239,9 @@ COMMANDS = (
         "repair",
         "check",
         "Remove the foldings of a map, from any program.",
-        ("igl-spheremap repair lh.pial their.sphere repaired.sphere",),
+        """
+        igl-spheremap repair lh.pial their.sphere repaired.sphere
+        """,
         (
             *pair(),
             *target("the repaired map, same vertex order (but .stl) and radius; - for stdout"),
@@ -245,10 +252,10 @@ COMMANDS = (
         "resample",
         "transfer",
         "Remesh a surface with the connectivity of a regular sphere, or of another map.",
-        (
-            "igl-spheremap resample lh.pial lh.sphere.conformal lh_ico5.surf.gii --to ico:5",
-            "igl-spheremap resample sub01.ply sub01_sphere.ply sub01_on_sub02.ply --to sub02_sphere.ply",
-        ),
+        """
+        igl-spheremap resample lh.pial lh.sphere.conformal lh_ico5.surf.gii --to ico:5
+        igl-spheremap resample sub01.ply sub01_sphere.ply sub01_on_sub02.ply --to sub02_sphere.ply
+        """,
         (
             *pair("IN"),
             *target("the resampled surface; - for stdout"),
@@ -261,13 +268,12 @@ COMMANDS = (
         "transfer",
         "transfer",
         "Carry data over a mapped surface to another one, or to an icosphere.",
-        (
-            "igl-spheremap transfer lh.pial lh.sphere.conformal lh_thickness.shape.gii --data lh.thickness --to ico:5",
-            "igl-spheremap transfer a.ply a_sphere.ply b_parcels.npz --data parcels.npz --labels --to b_sphere.ply",
-            "igl-spheremap transfer lh.white lh.sphere.reg lh.aparc.label.gii --data lh.aparc.annot --to other.sphere",
-            "igl-spheremap transfer lh.white lh.sphere.reg lh.area5.shape.gii --data lh.area --to ico:5"
-            " --method adaptive-area",
-        ),
+        """
+        igl-spheremap transfer lh.pial lh.sphere.conformal lh_thickness.shape.gii --data lh.thickness --to ico:5
+        igl-spheremap transfer a.ply a_sphere.ply b_parcels.npz --data parcels.npz --labels --to b_sphere.ply
+        igl-spheremap transfer lh.white lh.sphere.reg lh.aparc.label.gii --data lh.aparc.annot --to other.sphere
+        igl-spheremap transfer lh.white lh.sphere.reg area.shape.gii --data lh.area --to ico:5 --method adaptive-area
+        """,
         (
             *pair(),
             *target("the data at the vertices of --to, in a format of --data"),
@@ -275,13 +281,13 @@ COMMANDS = (
             TO,
             switch(
                 "--labels",
-                help="take the value of the vertex with the largest weight, no weighted sum",
+                "take the value of the vertex with the largest weight, no weighted sum",
             ),
             choice(
                 "--method",
                 ("linear", "adaptive-area"),
                 "adaptive-area keeps integrals, as HCP's ADAP_BARY_AREA",
-                default="linear",
+                "linear",
             ),
             argument(
                 "--matrix",
@@ -296,15 +302,15 @@ COMMANDS = (
         "export",
         "export",
         "Write a texture, vertex colours or a scalar map of a mapped surface.",
-        (
-            "igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb",
-            "igl-spheremap export bunny.obj bunny_sphere.obj globe.obj --show equirectangular --image earth.png",
-            "igl-spheremap export fox.glb fox_sphere.npz fox_octahedral.glb --texture baked --repair",
-            "igl-spheremap export face.obj face_flat.obj face_new.obj --texture baked",
-            "igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles",
-            "igl-spheremap export lh.pial lh.sphere.conformal lh.factor.shape.gii --show factor",
-            "igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor",
-        ),
+        """
+        igl-spheremap export bunny.obj bunny_sphere.obj bunny.glb
+        igl-spheremap export bunny.obj bunny_sphere.obj globe.obj --show equirectangular --image earth.png
+        igl-spheremap export fox.glb fox_sphere.npz fox_octahedral.glb --texture baked --repair
+        igl-spheremap export face.obj face_flat.obj face_new.obj --texture baked
+        igl-spheremap export bunny.obj bunny_sphere.obj bunny_angles.ply --show angles
+        igl-spheremap export lh.pial lh.sphere.conformal lh.factor.shape.gii --show factor
+        igl-spheremap export lh.pial lh.sphere.conformal lh.factor --show factor
+        """,
         (
             *pair(optional=True),
             *target(
@@ -333,11 +339,11 @@ COMMANDS = (
         "harmonics",
         "harmonics",
         "Expand mapped surfaces, or data over one, in spherical harmonics.",
-        (
-            "igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --degree 15 --table errors.tsv",
-            "igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --align --surface reconstructed.ply",
-            'igl-spheremap harmonics "subjects/*.ply" spheres/{stem}.ply coefficients.tsv --align --modes 5',
-        ),
+        """
+        igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --degree 15 --table errors.tsv
+        igl-spheremap harmonics bunny.ply bunny_sphere.ply bunny.coef --align --surface reconstructed.ply
+        igl-spheremap harmonics "subjects/*.ply" spheres/{stem}.ply coefficients.tsv --align --modes 5
+        """,
         (
             *pair("SURFACE"),
             *target(
@@ -346,7 +352,7 @@ COMMANDS = (
             ),
             _degree(0),
             DATA,
-            switch("--align", help="put shapes into the frames of their first-order ellipsoids"),
+            switch("--align", "put shapes into the frames of their first-order ellipsoids"),
             argument(
                 "--modes",
                 "K",
@@ -371,12 +377,12 @@ COMMANDS = (
         "grid",
         "harmonics",
         "Sample a mapped surface, or data over it, on a grid of the sphere.",
-        (
-            "igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss --rows 64",
-            "igl-spheremap grid bunny.ply bunny_sphere.ply bunny_mwss.npz --kind equiangular --rows 65 --columns 128",
-            "igl-spheremap grid lh.pial lh.sphere.conformal lh_sulc.png --data lh.sulc",
-            "igl-spheremap grid bunny.ply bunny_sphere.ply bunny_image.npz --kind octahedral --rows 129",
-        ),
+        """
+        igl-spheremap grid bunny.ply bunny_sphere.ply bunny_positions.npz --kind gauss --rows 64
+        igl-spheremap grid bunny.ply bunny_sphere.ply bunny_mwss.npz --kind equiangular --rows 65 --columns 128
+        igl-spheremap grid lh.pial lh.sphere.conformal lh_sulc.png --data lh.sulc
+        igl-spheremap grid bunny.ply bunny_sphere.ply bunny_image.npz --kind octahedral --rows 129
+        """,
         (
             *pair("SURFACE"),
             *target("a picture (.png), or the numbers (.npz, array `grid`, or .npy)"),
@@ -386,7 +392,7 @@ COMMANDS = (
                 ("equirectangular", "equiangular", "gauss", "octahedral"),
                 "cell centres of a picture; equal "
                 "steps from pole to pole; Gauss-Legendre latitudes; or the square of which `mesh` makes a mesh again",
-                default="equirectangular",
+                "equirectangular",
             ),
             argument(
                 "--rows",
@@ -407,7 +413,9 @@ COMMANDS = (
         "mesh",
         "harmonics",
         "Make a mesh of a geometry image: positions on the octahedral square.",
-        ("igl-spheremap mesh bunny_image.npz bunny_regular.ply",),
+        """
+        igl-spheremap mesh bunny_image.npz bunny_regular.ply
+        """,
         (
             argument(
                 "image",
@@ -422,11 +430,10 @@ COMMANDS = (
         "register",
         "register",
         "Lay one mapped surface on another so that their features agree.",
-        (
-            "igl-spheremap register sub01.ply sub01_sphere.ply sub02.ply sub02_sphere.ply sub01_on_sub02.ply",
-            "igl-spheremap register rh.white rh.sphere lh.white lh.sphere rh.on_left.reg --reflect"
-            " --feature sulc=rh.sulc,lh.sulc",
-        ),
+        """
+        igl-spheremap register sub01.ply sub01_sphere.ply sub02.ply sub02_sphere.ply sub01_on_sub02.ply
+        igl-spheremap register rh.white rh.sphere lh.white lh.sphere rh.lh.reg --reflect --feature sulc=rh.sulc,lh.sulc
+        """,
         (
             *pair(),
             argument("other", "TARGET", "the surface to lay it on"),
@@ -445,11 +452,11 @@ COMMANDS = (
             ),
             switch(
                 "--reflect",
-                help="register the mirror image of SOURCE (x to -x); OUT fits SOURCE as it is",
+                "register the mirror image of SOURCE (x to -x); OUT fits SOURCE as it is",
             ),
             switch(
                 "--show",
-                help="open a window with both spheres, before and after, coloured by the first feature",
+                "open a window with both spheres, before and after, coloured by the first feature",
             ),
             argument("--screenshot", "OUT.png", "write that as a picture; needs no display"),
             *OUTPUT,
@@ -459,11 +466,11 @@ COMMANDS = (
         "match",
         "match",
         "Map one surface onto another with low distortion, bijectively, with landmarks met.",
-        (
-            "igl-spheremap match cat.ply horse.ply horse_as_cat.ply",
-            "igl-spheremap match cat.ply horse.ply cat_to_horse.npz --landmarks cat.vts horse.vts --video morph.gif",
-            "igl-spheremap match rh.white lh.white lh_on_rh.npz --reflect --feature sulc=rh.sulc,lh.sulc",
-        ),
+        """
+        igl-spheremap match cat.ply horse.ply horse_as_cat.ply
+        igl-spheremap match cat.ply horse.ply cat_to_horse.npz --landmarks cat.vts horse.vts --video morph.gif
+        igl-spheremap match rh.white lh.white lh_on_rh.npz --reflect --feature sulc=rh.sulc,lh.sulc
+        """,
         (
             *source("SOURCE"),
             argument(
@@ -488,7 +495,7 @@ COMMANDS = (
                 "which meet at the same share of their lengths",
                 nargs=2,
             ),
-            switch("--soft", help="come near the landmarks, if they can't be met"),
+            switch("--soft", "if the landmarks can't be met, come near them"),
             FEATURE,
             argument(
                 "--feature-weight",
@@ -497,7 +504,7 @@ COMMANDS = (
                 FROM_ZERO,
                 0.4,
             ),
-            switch("--reflect", help="match the mirror image of SOURCE (x to -x); OUT has it, too"),
+            switch("--reflect", "match the mirror image of SOURCE (x to -x); OUT has it, too"),
             argument(
                 "--overlay",
                 ("ON_SOURCE", "ON_TARGET"),
@@ -506,9 +513,9 @@ COMMANDS = (
             ),
             goes_with(
                 _SHOWING,
-                choice("--colours", CARRIED, "subject of the pictures of both", default=CARRIED[0]),
+                choice("--colours", CARRIED, "subject of the pictures of both", CARRIED[0]),
             ),
-            switch("--show", help="open a window with both and what is between them"),
+            switch("--show", "open a window with both and the surfaces between"),
             *pictures(ROW_SIZE, shown_by=_SHOWING),
             *OUTPUT,
         ),
@@ -517,12 +524,12 @@ COMMANDS = (
         "template",
         "template",
         "Make the mean of many surfaces, its modes, and a table of scores.",
-        (
-            'igl-spheremap template "subjects/*.ply" --out group',
-            "igl-spheremap template --add new.ply --out group",
-            "igl-spheremap template --design subjects.tsv --out group",
-            'igl-spheremap template --series "frames/*.ply" --out cell',
-        ),
+        """
+        igl-spheremap template "subjects/*.ply" --out group
+        igl-spheremap template --add new.ply --out group
+        igl-spheremap template --design subjects.tsv --out group
+        igl-spheremap template --series "frames/*.ply" --out cell
+        """,
         (
             SOURCES,
             argument(
@@ -531,16 +538,14 @@ COMMANDS = (
                 "folder of the group: archive, mean surface, table, page and the members' maps",
                 required=True,
             ),
-            switch(
-                "--series", help="follow points of one body, whose frames IN are in their order"
-            ),
+            switch("--series", "follow points of one body, whose frames IN are in their order"),
             several(
                 "--feature",
                 "NAME=PATTERN",
                 "data over the vertices of each IN, as "
                 "{folder}/{stem}.thickness or {folder}/{stem}.npz:NAME",
             ),
-            argument("--modes", "K", "how many principal modes", POSITIVE_COUNT, 10),
+            argument("--modes", "K", "number of principal modes", POSITIVE_COUNT, 10),
             argument(
                 "--to",
                 "ico:K",
@@ -548,7 +553,7 @@ COMMANDS = (
                 default="ico:4",
             ),
             balance(AREA_PRESERVING),
-            switch("--rigid", help="keep the members' sizes; without it shapes are compared"),
+            switch("--rigid", "keep the members' sizes; without it shapes are compared"),
             several("--exclude", "IN", "leave this one of the surfaces out"),
             RATINGS,
             *ENGINE,
@@ -574,9 +579,9 @@ COMMANDS = (
             argument("--permutations", "N", "of a test", POSITIVE_COUNT, 1000),
             switch(
                 "--augment",
-                help="test with permuted copies of the covariates: for few members and skewed data",
+                "test with permuted copies of the covariates: for few members and skewed data",
             ),
-            switch("-f", "--force", help="replace the group in DIR"),
+            switch("--force", "replace the group in DIR", "-f"),
             *OUTPUT,
         ),
     ),
@@ -584,13 +589,12 @@ COMMANDS = (
         "batch",
         "batch",
         "Map many files by processes or on a Dask cluster; run it again to continue.",
-        (
-            "igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4",
-            'igl-spheremap batch "subjects/*/surf/?h.white" --out {folder}/{name}.conformal --summary white.tsv',
-            "igl-spheremap batch cells.obj --parts --out cells/{stem}.ply",
-            "igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786"
-            " --timeout 600",
-        ),
+        """
+        igl-spheremap batch meshes/*.ply --out spheres/{stem}.ply --jobs 4
+        igl-spheremap batch "subjects/*/surf/?h.white" --out {folder}/{name}.conformal --summary white.tsv
+        igl-spheremap batch cells.obj --parts --out cells/{stem}.ply
+        igl-spheremap batch @files.txt --out {folder}/{stem}_sphere.ply --scheduler tcp://cluster:8786 --timeout 600
+        """,
         (
             SOURCES,
             PARTS,
@@ -612,12 +616,11 @@ COMMANDS = (
         "sphere-reg",
         "sphere_reg",
         "Register cortical surfaces to fsaverage or fsLR, and write the files that pipelines expect.",
-        (
-            "igl-spheremap sphere-reg sub-01_hemi-L_white.surf.gii --to fsaverage --to fsLR --out derivatives",
-            'igl-spheremap sphere-reg "subjects/*/surf/?h.white" --out reg/{subject}/surf --names freesurfer'
-            " --report quality",
-            "igl-spheremap sphere-reg lh.white --to fsaverage5 --labels {hemi}.aparc.annot --out lh_on_right --reflect",
-        ),
+        """
+        igl-spheremap sphere-reg sub-01_hemi-L_white.surf.gii --to fsaverage --to fsLR --out derivatives
+        igl-spheremap sphere-reg "subjects/*/surf/?h.white" --out reg/{subject}/surf --names freesurfer --report quality
+        igl-spheremap sphere-reg lh.white --to fsaverage5 --labels {hemi}.aparc.annot --out lh_on_right --reflect
+        """,
         (
             SOURCES,
             several(
@@ -647,7 +650,7 @@ COMMANDS = (
             ),
             switch(
                 "--reflect",
-                help="register mirror images (x to -x) to the templates of the other side",
+                "register mirror images (x to -x) to the templates of the other side",
             ),
             choice("--hemi", ("L", "R"), "the side, if neither the name nor the file tells it"),
             argument(
@@ -663,10 +666,10 @@ COMMANDS = (
         "spharm-pdm",
         "spharm_pdm",
         "Map and expand surfaces into the files that SPHARM-PDM's programs write, one process each.",
-        (
-            'igl-spheremap spharm-pdm "surfaces/*_surf.vtk" --out shapes',
-            'igl-spheremap spharm-pdm "surfaces/*.ply" --out shapes --template shapes/first_surf_SPHARM_ellalign.coef',
-        ),
+        """
+        igl-spheremap spharm-pdm "surfaces/*_surf.vtk" --out shapes
+        igl-spheremap spharm-pdm "surfaces/*.ply" --out shapes --template shapes/first_surf_SPHARM_ellalign.coef
+        """,
         (
             SOURCES,
             argument(
@@ -698,10 +701,10 @@ COMMANDS = (
         "reproduce",
         "reproduce",
         "Compute the paper's tables and figures, beside its own numbers.",
-        (
-            "igl-spheremap reproduce table2",
-            "igl-spheremap reproduce all --meshes meshes --out reproduction",
-        ),
+        """
+        igl-spheremap reproduce table2
+        igl-spheremap reproduce all --meshes meshes --out reproduction
+        """,
         (
             argument(
                 "names",
@@ -720,7 +723,7 @@ COMMANDS = (
             argument(
                 "--out",
                 "DIR",
-                "where results and finished runs are kept; run again to continue",
+                "folder of results and finished runs; run again to continue",
                 Path,
                 Path("reproduction"),
             ),
@@ -730,7 +733,7 @@ COMMANDS = (
                 "of each minimisation; without it the methods' own",
                 COUNT,
             ),
-            switch("-q", "--quiet", help="print nothing"),
+            switch("--quiet", "print nothing", "-q"),
         ),
     ),
 )
