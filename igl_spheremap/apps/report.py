@@ -178,7 +178,7 @@ def _began_folded(recording: Recording) -> bool:
 
 
 def _views(mesh: Mesh, sphere: FloatArray, before: bool, up: str) -> Iterator[View]:
-    """Surface and result, and between them the Gauss map if the run removed its foldings."""
+    """Surface and result; if the run removed foldings of the Gauss map, this between them."""
     turn, maps, by = pose(mesh.unit, up), [("Result", sphere)], "folded"
     if before:
         maps.insert(0, ("Gauss map", vertex_normals(mesh.unit, mesh.f)))

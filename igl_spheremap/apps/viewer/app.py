@@ -115,8 +115,8 @@ def open_for(
 ) -> None:
     """Start polyscope for a window or for pictures, or raise a DisplayError, before anything is computed.
 
-    The error of a window names what writes a file `instead`: flags of the command line, or arguments. What is `said`
-    stands in the empty window until there is more to see.
+    The error of a window names flags or arguments that write a file `instead`. The text `said` stands in the empty
+    window until there is more to see.
     """
     try:
         check_pictures(pictures)

@@ -205,7 +205,7 @@ class ShownRun:
                 self.error = content
 
     def _count(self) -> None:
-        """Count what was taken over."""
+        """Count the iterates taken over."""
         if self._recording is not None and len(self._recording.steps) > len(self.foldings):
             self.frames, self.foldings = self._recording.frames, self._recording.foldings
             places = np.array([frame.index for frame in self.frames])

@@ -72,7 +72,7 @@ def measured(mesh: Mesh, x: FloatArray, subject: str) -> FloatArray:
 
 
 class Colours:
-    """What colours show, with a scale and poles of squares that stay while maps change."""
+    """Subject of the colours, with a scale and poles of squares that stay while maps change."""
 
     def __init__(self, subject: str) -> None:
         if subject not in SUBJECTS:
@@ -84,7 +84,7 @@ class Colours:
 
     @property
     def state(self) -> tuple[object, ...]:
-        """What decides on the colours of a map."""
+        """Facts that decide a map's colours."""
         return self.subject, self.squares, self.scales.get(self.subject)
 
     def of(
@@ -96,7 +96,7 @@ class Colours:
     ) -> Colouring:
         """Colours for source and image alike; caps are grey. The legend says how much lies beyond the ends of a scale.
 
-        Scale and poles are those that fit the first map, or the one that it is `like`. `folded` saves the time to find
+        Scale and poles fit the first map, or the map that it is `like`. `folded` saves the time to find
         the folded faces.
         """
         if folded is None:

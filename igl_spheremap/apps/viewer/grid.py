@@ -321,7 +321,7 @@ class Grid:
             draw_legend(canvas, left + w / 2, y, w, legend)
 
     def _circle(self, place: Place, lens: Lens) -> None:
-        """Mark the place of a lens on the small sphere, and say what it does."""
+        """Mark the place of a lens on the small sphere, and say its power."""
         self.ring(self.inset_frame(place), lens.place, _RING, palette.INK)
         left, top, w, h = self.cell(*place)
         corner = w - 2 * _INSET * w - _GAP

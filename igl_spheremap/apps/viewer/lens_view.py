@@ -48,7 +48,7 @@ class LensView(App):
 
     @property
     def cluster(self) -> int:
-        """The cluster of folded faces that continues the last one of the lens, or the largest."""
+        """The lens' cluster of folded faces: that which continues its last one, or the largest."""
         if not self.clusters:
             return 0
         shared = np.isin(self.clusters.faces, self._aimed)

@@ -216,7 +216,7 @@ def _features(
 
 
 def _describe(args: Namespace, group: Group) -> Exit:
-    """What was found, and who is left out."""
+    """The results, and the members left out."""
     found, model = Findings(), group.figures()
     found.add(
         "members",
