@@ -8,6 +8,7 @@ import sys
 import tempfile
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -243,17 +244,17 @@ def read_any(name: str, kind: str, read: Callable[[str | Path], LoadedMesh]) -> 
 
 def read_target_sphere(to: str, source: InputMesh | None = None) -> tuple[FloatArray, IntArray]:
     """Vertices and faces of the sphere mesh that --to names, of a template on the side of `source`."""
+    if to.startswith("ico:"):
+        with usage("--to "):
+            return regular_mesh(to)
     if to in TEMPLATES and not Path(to).exists():
         structure = None
         if source is not None:
             structure = source.metadata.get("structure")
         _, f, x = template_files(to, structure, None).read()
-        return x, check_faces(f, len(x))
-    if not to.startswith("ico:"):
+    else:
         x, f = read_sphere(to)
-        return x, check_faces(f, len(x))
-    with usage("--to "):
-        return regular_mesh(to)
+    return x, check_faces(f, len(x))
 
 
 def read_data(path: str, mesh: InputMesh) -> FloatArray:
@@ -280,13 +281,10 @@ def read_table(path: str) -> tuple[Label, ...] | None:
 
 def parts_of(name: str) -> list[str]:
     """The closed parts of a file; if it has none or can't be read, as its row will say, the file itself."""
-    try:
-        parts = parts_in(name)
-    except (MeshError, FileError):
-        return [name]
-    if not parts:
-        return [name]
-    return parts
+    with suppress(MeshError, FileError):
+        if parts := parts_in(name):
+            return parts
+    return [name]
 
 
 def expand(words: Iterable[str], lists: tuple[str, ...] = ()) -> list[str]:

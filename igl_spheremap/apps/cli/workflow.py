@@ -18,6 +18,15 @@ from .output import Findings, command_of
 M = TypeVar("M", SphereMap, PlaneMap)
 
 
+def as_written(result: Certificate, written: Certificate, exact: str) -> str:
+    """The verdict on a map as it stands in its file; `exact` names formats that keep every digit."""
+    if written.folding_free:
+        return "certified as written"
+    if result.folding_free:
+        return f"but rounded to this format it is {written}; write {exact}, which keep every digit"
+    return "not certified"
+
+
 def map_and_report(
     args: Namespace,
     source: InputMesh,

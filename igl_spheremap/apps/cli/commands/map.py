@@ -18,7 +18,7 @@ from ..arguments import chosen_method
 from ..exits import Exit, UsageError
 from ..inputs import InputMesh, load_source
 from ..output import Findings, aligned, check_outputs, check_plots, target_format, write_sphere
-from ..workflow import map_and_report
+from ..workflow import as_written, map_and_report
 
 
 def run_map(args: Namespace) -> Exit:
@@ -86,9 +86,10 @@ def _findings(
     found.lines += _rounds(result)
     found.extend(map_findings(result))
     kind, radius = target_format(args).name, written.radius
-    found.add(
-        "written", f"{args.target} ({kind}, radius {radius:.6g}), {_as_written(result, written)}"
-    )
+    said = as_written(result.certificate, written, ".obj, .ply or .npz")
+    if written.folding_free and written.moved:
+        said += f", {moved_for_float32(written.moved)}"
+    found.add("written", f"{args.target} ({kind}, radius {radius:.6g}), {said}")
     found.figures["file"] = {
         "format": kind,
         "radius": radius,
@@ -103,16 +104,3 @@ def _rounds(result: SphereMap) -> list[str]:
     if not result.rounds:
         return []
     return ["", *aligned([ROUNDS, *round_rows(result)], left=2), ""]
-
-
-def _as_written(result: SphereMap, written: SphereCheck) -> str:
-    if written.folding_free:
-        if not written.moved:
-            return "certified as written"
-        return f"certified as written, {moved_for_float32(written.moved)}"
-    if result.certificate.folding_free:
-        return (
-            f"but rounded to this format it is {written}; write .obj, .ply or .npz, "
-            "which keep every digit"
-        )
-    return "not certified"

@@ -47,7 +47,7 @@ from ..inputs import (
     up_of,
 )
 from ..output import Findings, check_outputs, check_plots
-from ..workflow import map_and_report
+from ..workflow import as_written, map_and_report
 
 
 def run_disk(args: Namespace) -> Exit:
@@ -114,12 +114,8 @@ def _findings(
     )
     found.extend(run_findings(result))
     found.extend(plane_findings(result))
-    as_written = "certified as written"
-    if not written.folding_free:
-        as_written = f"but as written it is {written}"
-        if result.certificate.folding_free:
-            as_written += "; .obj and .npz files hold all digits"
-    found.add("written", f"{args.target}, {as_written}")
+    said = as_written(result.certificate, written, ".obj or .npz")
+    found.add("written", f"{args.target}, {said}")
     found.figures["file"] = {"certificate": findings.certificate_numbers(written)}
     return found
 

@@ -141,7 +141,7 @@ def test_what_float32_folds_is_said_with_the_formats_that_do_not(tmp_path, capsy
     thin = str(tmp_path / "thin.obj")
     assert main(["flatten", thin, str(tmp_path / "a.npz"), "-q"]) == Exit.OK
     assert main(["flatten", thin, str(tmp_path / "a.glb")]) == Exit.UNCERTIFIED
-    assert ".obj and .npz files hold all digits" in " ".join(capsys.readouterr().out.split())
+    assert "write .obj or .npz, which keep every digit" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_plot_is_drawn(face, tmp_path):

@@ -283,6 +283,7 @@ def test_the_picture_shows_the_moving_sphere_before_and_as_the_fixed_one_after(
     assert done.returncode == 0, done.stderr
     with images.open(picture) as image:
         pixels = np.asarray(image.convert("RGB"), dtype=float)
-    fixed, before, after = (pixels[60:380, 400 * k : 400 * k + 400] for k in range(3))
+    lefts = (1280 * k // 3 for k in range(3))
+    fixed, before, after = (pixels[60:400, left : left + 426] for left in lefts)
     assert (fixed.min(axis=2) < 250).mean() > 0.4
     assert np.abs(after - fixed).mean() < 0.3 * np.abs(before - fixed).mean()
