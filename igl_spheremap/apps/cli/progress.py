@@ -170,7 +170,7 @@ class Progress(logging.Handler):
 
 
 def measures(iterate: Iterate) -> str:
-    """Format the finite ones of energy and residual of an iterate."""
+    """Format energy and residual of an iterate, if finite."""
     figures = (
         ("energy 4 pi", iterate.energy - 4 * math.pi, "+.2e"),
         ("residual", iterate.residual, ".1e"),
