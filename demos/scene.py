@@ -24,6 +24,8 @@ def end_scene(picture):
     low, high = np.array(ps.get_bounding_box())
     width, depth, height = high - low
     columns, rows = ps.get_window_size()
+    if picture is None:
+        columns -= 2 * 310  # polyscope's panel, and as much on the other side
     seen = max(height, width * rows / columns)
     far = depth / 2 + 1.3 * seen  # polyscope sees 45 degrees from top to bottom
     ps.look_at((low + high) / 2 - [0, far, 0], (low + high) / 2)
