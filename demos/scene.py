@@ -24,11 +24,13 @@ def end_scene(picture):
     low, high = np.array(ps.get_bounding_box())
     width, depth, height = high - low
     columns, rows = ps.get_window_size()
+    covered = 0
     if picture is None:
-        columns -= 2 * 310  # polyscope's panel, and as much on the other side
-    seen = max(height, width * rows / columns)
+        covered = 310  # pixels of polyscope's panel at the left
+    seen = max(height, width * rows / (columns - covered))
     far = depth / 2 + 1.3 * seen  # polyscope sees 45 degrees from top to bottom
-    ps.look_at((low + high) / 2 - [0, far, 0], (low + high) / 2)
+    middle = (low + high) / 2 - [covered / 2 * seen / rows, 0, 0]
+    ps.look_at(middle - [0, far, 0], middle)
     if picture:
         ps.screenshot(picture)
         if not Path(picture).exists():
