@@ -58,18 +58,6 @@ def _meant(names: list[str]) -> str:
     return "".join(f"; did you mean {name}?" for name in names)
 
 
-def _is_known(first: str) -> bool:
-    """Whether a line may begin with this word."""
-    return first in _COMMANDS or first in _GENERAL
-
-
-def _kind(word: str) -> str:
-    """The kind of a word by its first letter."""
-    if word.startswith("-"):
-        return "flag"
-    return "command"
-
-
 def _alike(first: str) -> list[str]:
     """The likely meaning of the first word of a line, which is no command and no flag."""
     if first.startswith("-"):
@@ -106,9 +94,12 @@ class _Parser(ArgumentParser):
         if words[0] == "help":
             words = [*words[1:], "--help"]
         first = words[0]
-        if not _is_known(first):
+        if first not in (*_COMMANDS, *_GENERAL):
+            kind = "command"
+            if first.startswith("-"):
+                kind = "flag"
             raise UsageError(
-                f"there is no {_kind(first)} {first!r}{_meant(_alike(first))} (see {self.prog} --help)"
+                f"there is no {kind} {first!r}{_meant(_alike(first))} (see {self.prog} --help)"
             )
         if "" in words:  # as a path it would be the working folder
             raise UsageError(

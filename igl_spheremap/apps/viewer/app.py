@@ -98,15 +98,6 @@ class ColouredApp(App):
         self.show_subject(self.subjects[frame])
 
 
-def check_pictures(pictures: Pictures) -> None:
-    """If a window can't be opened, or a picture or a video not be written, raise before the work starts."""
-    if pictures.screenshot is not None:
-        window.check_picture(pictures.screenshot)
-    if pictures.video is not None:
-        window.check_video(Path(pictures.video))
-    window.backend(pictures.offscreen)
-
-
 def open_for(
     pictures: Pictures,
     instead: str = "--screenshot OUT.png, --video OUT.gif",
@@ -119,7 +110,10 @@ def open_for(
     window until there is more to see.
     """
     try:
-        check_pictures(pictures)
+        if pictures.screenshot is not None:
+            window.check_picture(pictures.screenshot)
+        if pictures.video is not None:
+            window.check_video(Path(pictures.video))
         window.open_window(pictures.size, pictures.offscreen, title)
     except DisplayError as error:
         hint = ""

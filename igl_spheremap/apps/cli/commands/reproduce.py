@@ -6,11 +6,14 @@ from ...reproduce.items import ALL, ITEMS, reproduce
 
 
 def run_reproduce(args: Namespace) -> None:
-    names, report = tuple(dict.fromkeys(args.names)), args.progress.write
+    names = tuple(dict.fromkeys(args.names))
     if ALL in names:
         names = tuple(ITEMS)
-    if args.quiet:
-        report = _say_nothing
+
+    def report(line: str) -> None:
+        if not args.quiet:
+            args.progress.write(line)
+
     written = reproduce(
         names,
         args.out,
@@ -20,7 +23,3 @@ def run_reproduce(args: Namespace) -> None:
     )
     if not args.quiet:
         print(*written, sep="\n")
-
-
-def _say_nothing(line: str) -> None:
-    pass
