@@ -56,3 +56,21 @@ figures = dict(shots=shots, dots=dots)
     )
     assert min(figures["shots"]) > 0.1
     assert all(labels == ["landmark 0"] for frame in figures["dots"] for labels in frame)
+
+
+def test_a_vertex_of_the_overlay_that_is_clicked_is_marked_on_all_three():
+    figures = drive(
+        _VIEW
+        + """
+window.grab()
+body = view.grid.bodies[0, 2]
+front = int(np.argmax((body.x @ view.grid.turn.T)[:, 2]))
+view.pick(view.grid.vertex_at(view.grid.pixels(view.grid.frame((0, 2)), body.x[front])))
+image = window.grab().astype(int)
+magenta = (image[..., 0] > 180) & (image[..., 1] < 90) & (image[..., 2] > 100)
+rings = [bool(part.any()) for part in np.array_split(magenta[:, view.grid.panel :], 3, axis=1)]
+figures = dict(picked=view.grid.picked, front=front, rings=rings)
+"""
+    )
+    assert figures["picked"] == figures["front"]
+    assert figures["rings"] == [True, True, True]

@@ -97,3 +97,25 @@ figures = dict(words=sorted(set(words)))
     assert any("beyond" in line for *_, line in figures["words"])
     for (y, _, right, line), (below, left, _, other) in pairwise(figures["words"]):
         assert right <= left if y == below else below - y > 12, (line, other)
+
+
+def test_the_lens_fits_the_map_with_the_fewest_foldings_and_columns_say_their_share_beyond_the_scale():
+    figures = drive("""
+from igl_spheremap.apps.viewer.map_view import MapView
+app.open_for(Pictures('unused.png', size=(900, 700)))
+v, f = ism.samples.make('dino', n_vertices=1500)
+sound = ism.spherical_conformal_map(v, f)
+planted = sound.sphere.copy()
+tip = int(np.argmin(sound.conformal_factor()))
+other = next(int(vertex) for vertex in f[(f == tip).any(axis=1)][0] if vertex != tip)
+planted[tip] = 2 * planted[other] - planted[tip]
+planted[tip] /= np.linalg.norm(planted[tip])
+maps = {'Gauss map': ism.gauss_map(v, f), 'one fold': planted, 'auto': sound.sphere}
+shown = MapView(sound.mesh, maps, subject='angle differences')
+shown.look()
+said = [[legend.label for legend in shown.grid.parts[0, k].legends if hasattr(legend, 'label')] for k in range(3)]
+figures = dict(power=shown.lens.power, said=said)
+""")
+    assert figures["power"] > 1  # of the Gauss map, which is folded all over, it would be 1
+    assert all(len(labels) == 1 for labels in figures["said"])
+    assert "beyond" in figures["said"][0][0]

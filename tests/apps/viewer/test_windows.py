@@ -7,7 +7,7 @@ from drawing import needs_drawing, use
 
 import igl_spheremap as ism
 from igl_spheremap.apps.viewer.background_run import ShownRun
-from igl_spheremap.apps.viewer.choices import TIPS
+from igl_spheremap.apps.viewer.choices import SUBJECTS, TIPS
 from igl_spheremap.apps.viewer.player import parameters
 from igl_spheremap.maps.options import METHODS
 
@@ -223,3 +223,53 @@ result = ism.spherical_conformal_map(*ism.samples.make('spheroid', n_vertices=20
 Hand().run(lambda: ism.show(result), script)
 """)
     assert "IndexError: planted" in figures["said"][0]
+
+
+@needs_drawing
+def test_keys_choose_colours_and_lens_forget_a_vertex_and_write_a_picture(tmp_path):
+    figures = use(f"""
+import os
+from igl_spheremap.apps.viewer.map_view import MapView
+os.chdir({str(tmp_path)!r})
+
+def build():
+    views.append(MapView(result.mesh, {{'map': result.sphere}}, result=result))
+    return views[0]
+
+def script(hand):
+    imgui, view = app.imgui, views[0]
+    powers = []
+    for number in range(4, 0, -1):
+        hand.key(getattr(imgui, f'ImGuiKey_{{number}}'))
+        figures['colours'].append(view.subject)
+    hand.click_at(390, 180)
+    figures['picked'] = hand.shows('vertex ') and view.grid.picked is not None
+    for _ in range(3):
+        powers.append(view.lens.power)
+        hand.key(imgui.ImGuiKey_L)
+    figures['powers'] = powers
+    hand.drag((390, 180), (440, 200))
+    hand.wheel(390, 180, 2)
+    turned = view.grid.zoom > 1 and not np.array_equal(view.grid.turn, np.eye(3))
+    hand.key(imgui.ImGuiKey_R)
+    figures['reset'] = turned and view.grid.zoom == 1 and np.array_equal(view.grid.turn, np.eye(3))
+    hand.key(imgui.ImGuiKey_Escape)
+    figures['forgotten'] = view.grid.picked is None and not hand.shows('vertex ')
+    hand.type('##name', 'lrs', enter=False)  # into a field: no key of the window
+    figures['typed'] = view.lens.power
+    hand.key(imgui.ImGuiKey_Enter)
+    hand.key(imgui.ImGuiKey_S)
+    hand.wait(lambda: hand.shows('wrote lrs.png'))
+
+views, figures = [], dict(colours=[])
+result = ism.spherical_conformal_map(*ism.samples.make('spheroid', n_vertices=1500))
+Hand().run(lambda: app.present(build, size=(700, 360)), script)
+""")
+    assert figures["colours"] == list(reversed(SUBJECTS))
+    assert figures["picked"]
+    whole, fit, again = figures["powers"]
+    assert whole == again == 1 < fit
+    assert figures["reset"]
+    assert figures["forgotten"]
+    assert figures["typed"] == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["lrs.png"]
