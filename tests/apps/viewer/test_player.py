@@ -388,3 +388,20 @@ figures = dict(turns=turns, by_shape=by_shape, picked=shown.grid.picked, front=f
     assert figures["ahead"] == pytest.approx(1)
     assert figures["turns"][1] == figures["by_shape"]
     assert figures["turns"][0] != figures["turns"][1]
+
+
+@needs_drawing
+def test_the_lens_stays_on_the_cluster_that_was_chosen_from_step_to_step():
+    figures = play("""
+shown = player('dino:n_vertices=1200', 'lai2014')
+shown.prepare()
+shown.go_to(100)
+shown.look(None, 1)
+chosen, faces = shown.cluster, set(shown.clusters[1].tolist())
+shown.go_to(101)
+kept = faces & set(shown.clusters[shown.cluster].tolist())
+figures = dict(chosen=chosen, count=len(faces), kept=len(kept), largest=len(shown.clusters[0]))
+""")
+    assert figures["chosen"] == 1
+    assert figures["kept"] > figures["count"] / 2
+    assert figures["count"] <= figures["largest"]
