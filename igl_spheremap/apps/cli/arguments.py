@@ -190,7 +190,7 @@ def pictures(size: tuple[int, int] = SIZE, shown_by: str | None = None) -> tuple
 
     If pictures are shown by certain flags only, --up and --size go with these.
     """
-    up, sized = (
+    shown: tuple[Argument, ...] = (
         UP,
         argument(
             "--size",
@@ -202,9 +202,9 @@ def pictures(size: tuple[int, int] = SIZE, shown_by: str | None = None) -> tuple
         ),
     )
     if shown_by is not None:
-        up, sized = goes_with(shown_by, up), goes_with(shown_by, sized)
+        shown = tuple(goes_with(shown_by, each) for each in shown)
     return (
-        up,
+        *shown,
         argument("--screenshot", "OUT.png", "write one picture; needs no display"),
         goes_with(
             "--screenshot",
@@ -219,7 +219,6 @@ def pictures(size: tuple[int, int] = SIZE, shown_by: str | None = None) -> tuple
             "--video",
             argument("--fps", "N", "pictures a second", POSITIVE_COUNT, RATE),
         ),
-        sized,
     )
 
 
