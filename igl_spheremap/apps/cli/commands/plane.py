@@ -125,6 +125,7 @@ def _load(args: Namespace) -> InputMesh:
     args.progress.begin(f"reading {args.source}")
     repairs = repair_of(args) is not None
     mesh = read_any(args.source, args.format, lambda path: read_mesh(path, triangulate=repairs))
+    source = InputMesh(args.source, mesh.v, mesh.f, mesh.metadata)
     v, f, rows = mesh.v, mesh.f, np.arange(len(mesh.v))
     options = _disk_options(args)
     if args.via is not None:
