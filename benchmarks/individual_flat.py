@@ -1,10 +1,10 @@
 """Flat maps of an individual's hemispheres: its own cuts, those of a template, and how far distances are off.
 
 The template's cuts are those that autoflatten 1.0.7 ships for fsaverage, carried over the registration, as `flatten
---patch --via` does. Distances are those along the white surface within each patch, up to 30 mm, from the same vertices
-to others that all patches have: shortest paths over edges and straight lines across pairs of neighbouring faces, less
-1.67 percent, by which these are longer than exact geodesics (60 vertices of S1's right hemisphere, 98 of 100 pairs
-within 2 percent).
+--patch --via` does. Distances up to 30 mm are measured along the white surface within each patch, between vertices that
+all patches have. Shortest paths follow edges and straight lines across pairs of neighbouring faces. They are 1.67
+percent longer than exact geodesics, so this is subtracted (60 vertices of S1's right hemisphere, 98 of 100 pairs within
+2 percent).
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ class Confined(Hooks):
 
 
 class Safeguards(Confined):
-    """For Algorithm 2: minimise first, then correct; if a map has shrunk, its weights may be left out.
+    """For Algorithm 2: minimise first, then correct. The weights of a shrunken map may be left out.
 
     The first minimisation is not confined: half of the faces of a Gauss map are folded, and on the way there may be
     more. No step may fold more faces than the star map from which it starts.
@@ -95,7 +95,7 @@ class Safeguards(Confined):
         self._star_map: FloatArray | None = None
 
     def end(self, last: Iterate) -> Iterate:
-        """The last map; if it is too coarse for chord energies and the star map keeps angles better, the star map."""
+        """The last map, or the star map if the last one is too coarse for chord energies and keeps angles worse."""
         star_map, self._star_map = self._star_map, None
         if star_map is None or not is_coarse(surface_area(last.x, self._mesh.f)):
             return last
@@ -118,7 +118,7 @@ class Safeguards(Confined):
         return Certificate.of(last.x, self._mesh.f).degree == 0
 
     def project(self, mesh: Mesh, L: sp.csr_matrix, x: FloatArray) -> EigenProjection:
-        """The star map; where the map has shrunk, the better one of that and the star map without weights."""
+        """The star map; after a map that has shrunk, the better one of the star maps with and without weights."""
         if Certificate.of(x, mesh.f).degree != 0:
             return super().project(mesh, L, x)
         unweighted = project_unweighted(mesh, L, x, self._problem.centred)
@@ -130,7 +130,7 @@ class Safeguards(Confined):
         return best
 
     def _off(self, found: EigenProjection) -> tuple[int, float]:
-        """How far a star map is from a conformal one: by its degree, then by its angles."""
+        """Distance of a star map from a conformal one: by its degree, then by its angles."""
         degree = Certificate.of(found.star_map, self._mesh.f).degree
         return abs(degree - 1), mean_angle_difference(self._mesh, found.star_map)
 

@@ -37,8 +37,8 @@ class Lai2014(Method):
         Each minimisation ends, too, when its lowest energy fell by less than this share over the last 100 iterations:
         limbs go on changing for thousands of iterations after the rest has converged.
     rounds : int, default 1
-        Maximum number of times that foldings are removed; 0 is Algorithm 1 alone, whose folds stay. With safeguards a
-        second time removed none on any of 156 bodies.
+        Maximum number of corrections; 0 is Algorithm 1 alone, whose folds stay. With safeguards a second correction
+        removed no foldings on any of 156 bodies.
     rho : float, default 1e-4
         Share of the predicted decrease that a step must reach.
     delta : float, default 0.1

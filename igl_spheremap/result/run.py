@@ -106,8 +106,7 @@ class Iterate:
     stage : Stage
         The step of the run that made it: "gauss map", "harmonic", "star map", "repair", ...
     round : int
-        Number of the entry of `Run.rounds` that it belongs to, 0 if there is none: for Algorithm 2 its round, for the
-        repair the map that it has tried.
+        Number of its entry in `Run.rounds`, 0 without one: a round of Algorithm 2, or a map that the repair has tried.
     iteration : int
         Count within the stage; 0 for its start.
     x : (n, 3) float64 array

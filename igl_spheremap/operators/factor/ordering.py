@@ -28,9 +28,9 @@ class Dissection:
 
 
 def bandwidth_order(P: sp.csr_matrix) -> np.ndarray:
-    """Order that keeps neighbours close in memory, breadth first from the last vertex to the first: the i-th vertex.
+    """Number vertices breadth first, last to first, so that neighbours are close in memory; return the i-th vertex.
 
-    A good start for minimum degree orders, which break ties by index. Vertices that no path joins to 0 come first.
+    A good start for minimum degree orders, which break ties by index. Vertices without a path to vertex 0 come first.
     """
     found = breadth_first_order(P, 0, return_predecessors=False)
     apart = np.ones(P.shape[0], dtype=bool)

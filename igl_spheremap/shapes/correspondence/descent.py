@@ -101,8 +101,8 @@ class Descent:
 
         `moebius` adds the Moebius map that fits these features. The rotation with the least product of energy and
         distance of positions on the coarsest level is taken; both vanish for similar surfaces. Energy alone is local: a
-        body may be registered to another with its limbs exchanged, and be strained less. Only rotations that correlate
-        by the share `least` of the best one are tried.
+        body may be registered to another with its limbs exchanged, and be strained less. Only rotations with at least
+        the share `least` of the best correlation are tried.
         """
         candidates = self.pair.rotations(width)
         starts = [

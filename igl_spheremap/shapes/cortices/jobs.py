@@ -46,7 +46,7 @@ class LabelFile:
 
     @property
     def name(self) -> str:
-        """What the atlas is called."""
+        """Name of the atlas."""
         return atlas_of(self.path)
 
 
@@ -183,7 +183,7 @@ def hemisphere_jobs(
 
 
 def _check_complete(job: HemisphereJob) -> None:
-    """Refuse a hemisphere without what fMRIPrep's set is made of."""
+    """Refuse a hemisphere without the inputs of fMRIPrep's set."""
     needed = {
         "a pial surface beside it": job.pial,
         "labels whose table names the medial wall": job.wall,

@@ -177,9 +177,9 @@ class MemberFiles:
     def carried(
         self, members: Sequence[Entry], turns: Sequence[FloatArray]
     ) -> tuple[list[Entry], list[AnyArray]]:
-        """Carry the last registrations, turned, to the members' own meshes; corresponding points, areas and features.
+        """Carry the last registrations, turned, to the members' own meshes.
 
-        They are those of the members that are left, which come first.
+        Return the members that are left, and their corresponding points, areas and features.
         """
         jobs = {
             member: MemberJob(

@@ -47,8 +47,8 @@ class MemberRegistration(NamedTuple):
     def has_rival(self) -> bool:
         """Whether another rotation fits nearly as well.
 
-        That of an octopus with its arms exchanged leads to 1/1.3 times, for members that lie right the next one to 4
-        times or more.
+        A turn that puts exchanged arms of an octopus right divides energy times distance by 1.3. For correct members
+        any other rotation multiplies it by 4 or more.
         """
         return self.rival < 1.5
 
@@ -108,8 +108,8 @@ def register_with_restarts(source: SphereMap, target: SphereMap) -> MemberRegist
 def _best_start(problem: RegistrationDescent, further: float = 1.5, most: int = 4) -> FloatArray:
     """The rotation with the least energy times distance, of those that bring the surfaces nearly nearest in space.
 
-    The right one of an octopus with its arms exchanged may leave 1.05 times the distance of the nearest, besides which
-    at most so many are tried: arms are exchanged with the next ones.
+    The right one of an octopus with its arms exchanged may leave 1.05 times the distance of the nearest. At most `most`
+    others are tried: arms are exchanged with the next ones.
     """
     nearest, *others = problem.turns()
     near = [turn for turn in others if turn.distance <= further * nearest.distance]

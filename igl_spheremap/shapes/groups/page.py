@@ -143,7 +143,7 @@ def _cards(
                 known[k],
                 member.name,
                 text,
-                "MemberRegistration on the mean, from the front and from behind.",
+                "Registered to the mean, from the front and from behind.",
                 ("view", f"{path.parent}/members/{shorts[k]}.npz"),
                 f"pictures/{quote(shorts[k], errors='surrogateescape')}.png",
                 list(member.doubts),

@@ -298,8 +298,8 @@ def _notes(
 ) -> Iterator[str]:
     """Reasons to doubt p: `same` permutations leave F as it is, and covariates are independent.
 
-    With `enough` members for each covariate at most 7 of 100 experiments, however skewed, had a false finding, with
-    fewer up to 16 (docs/shapes.md).
+    Of 100 experiments, however skewed, at most 7 had a false finding with `enough` members for each covariate, up to 16
+    with fewer (docs/shapes.md).
     """
     count, least = len(residuals.rest), (1 + same) / (1 + permutations)
     if not residuals.squares.any():

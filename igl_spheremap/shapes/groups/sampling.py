@@ -36,10 +36,10 @@ def names_of(sources: Sequence[SurfaceLike]) -> list[str]:
 
 
 def check_member(result: SphereMap, most: float = 2.0**160) -> None:
-    """If areas, variances or volumes of a surface in such units may not be float64 numbers, raise a MeshError.
+    """Raise a MeshError if a surface is inside out, or its areas, variances or volumes may not be float64 numbers.
 
-    Products of six coordinates up to 1e48, or of their reciprocals, are. Also if it is inside out: only a mirror image
-    of it could be aligned with the others.
+    Products of six coordinates up to 1e48, or of their reciprocals, are such numbers. Of a surface inside out only a
+    mirror image could be aligned with the others.
     """
     largest, least = np.abs(result.vertices).max(), np.ptp(result.vertices, axis=0).max()
     if largest > most or least < 1 / most:

@@ -101,7 +101,7 @@ def _near(
 ) -> list[FloatArray]:
     """Turns of g that leave it nearer to f than `least`: the best ones near turns of a grid within twice that.
 
-    At most so many besides the best: arms of an octopus are exchanged with the next ones.
+    At most `most` besides the best: arms of an octopus are exchanged with the next ones.
     """
     distances, found = _on_grid(f, g), list[FloatArray]()
     nearest = np.argsort(distances)[: np.count_nonzero(distances < 2 * least)]

@@ -115,9 +115,9 @@ def _lattice(k: int) -> IntArray:
 
 
 def _cells(row: IntArray, column: IntArray, k: int) -> tuple[tuple[IntArray, ...], BoolArray]:
-    """The corners of cells, by their places in the flattened grid, northwest, northeast, southwest and southeast.
+    """Indices of cells' corners in the flattened grid: northwest, northeast, southwest and southeast.
 
-    Also whether the diagonal of each runs from its upper left to its lower right corner, as octahedron's edges do.
+    Also whether the diagonal of each runs from its upper left to its lower right corner, as edges of the octahedron do.
     """
     northwest = row * k + column
     falls = (2 * column + 2 > k) != (2 * row + 2 > k)
