@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 from ..mesh.arrays import HALF_DIGITS, TINY, FloatArray, own_unit
 from ..mesh.disk import Disk
 from ..mesh.edges import marked, shared_edges, sides
-from ..mesh.measure import angle_defects
+from ..mesh.measure import angle_defects, corner_angles
 from ..sphere.rows import row_crosses, row_dots, row_lengths
 from ..verify.certificate import Certificate
 
@@ -69,11 +69,7 @@ def _projected(disk: Disk, v: FloatArray) -> FloatArray:
 
 def _closes(disk: Disk) -> bool:
     """Whether the angles around each inner vertex sum to 2 pi, up to rounding of those of thin faces."""
-    corners = disk.unit[disk.f]
-    after, before = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    after, before = after.reshape(-1, 3), before.reshape(-1, 3)
-    angles = np.arctan2(row_lengths(row_crosses(after, before)), row_dots(after, before))
-    defects = angle_defects(angles, disk.f, len(disk.v))
+    defects = angle_defects(corner_angles(disk.unit, disk.f), disk.f, len(disk.v))
     return bool((np.abs(defects)[~marked(disk.rim, len(disk.v))] < ISOMETRIC).all())
 
 
