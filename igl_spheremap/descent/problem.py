@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -53,7 +54,7 @@ class Diagonal(Metric):
     #: Vertex areas, if runs are to end by the L2 norm.
     areas: FloatArray | None = None
 
-    @property
+    @cached_property
     def l2_ratio(self) -> FloatArray | None:
         """Areas over weights; None if this is the L2 metric itself."""
         if self.areas is None:
@@ -74,9 +75,14 @@ class Diagonal(Metric):
 
     def residual(self, gradient: FloatArray) -> float:
         """The L2 norm of A F, so that runs in all diagonal metrics with areas end by one rule."""
+        return float(np.sqrt(self._l2.inner(gradient, gradient)))
+
+    @cached_property
+    def _l2(self) -> Diagonal:
+        """The metric whose norm of a gradient is the L2 norm of A F; the metric itself if areas are not known."""
         if self.areas is None:
-            return super().residual(gradient)
-        return Diagonal(self.weights**2 / self.areas).residual(gradient)
+            return self
+        return Diagonal(self.weights**2 / self.areas)
 
 
 def l2_metric(mesh: Mesh) -> Diagonal:
