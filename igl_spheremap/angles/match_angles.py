@@ -93,7 +93,7 @@ def is_worth_steps(
     price: float,
     *,
     good: float = 1.2,
-    sampled: int = 250,
+    sampled: int = 500,
     smoothing: float = 0.03,
     thin: float = np.radians(30),
     steps_per_sweep: float = 4,
