@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import breadth_first_order
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from .graph_sphere import graph_sphere
 
@@ -28,14 +28,11 @@ class Dissection:
 
 
 def bandwidth_order(P: sp.csr_matrix) -> np.ndarray:
-    """Number vertices breadth first, last to first, so that neighbours are close in memory; return the i-th vertex.
+    """Number vertices so that neighbours are close in memory (reverse Cuthill-McKee); return the i-th vertex.
 
-    A good start for minimum degree orders, which break ties by index. Vertices without a path to vertex 0 come first.
+    A good start for minimum degree orders, which break ties by index.
     """
-    found = breadth_first_order(P, 0, return_predecessors=False)
-    apart = np.ones(P.shape[0], dtype=bool)
-    apart[found] = False
-    return np.append(np.flatnonzero(apart).astype(found.dtype), found[::-1])
+    return reverse_cuthill_mckee(P, symmetric_mode=True)
 
 
 def inverse_permutation(order: np.ndarray) -> np.ndarray:
