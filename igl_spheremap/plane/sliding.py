@@ -95,8 +95,10 @@ def doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArray
         p, double = double_map(disk, listener, symmetric)
     except (FactorisationFailed, FoldingsRemain):
         return None
-    witnesses = (double.certificate, Certificate.of_plane(p, disk.f, disk.rim))
-    if double.status is Status.STOPPED or all(each.folding_free for each in witnesses):
+    # the second certificate is long where a folded double crowds its images
+    if double.status is Status.STOPPED or (
+        double.certificate.folding_free and Certificate.of_plane(p, disk.f, disk.rim).folding_free
+    ):
         return p, Run(double.status, double.energy, backend=double.backend, notes=double.notes)
     return None
 
