@@ -193,7 +193,7 @@ def map_conformally(disk: Disk, history: History) -> DiskMap:
 def map_doubled(disk: Disk, history: History) -> DiskMap | None:
     """That map if doubling alone finds it, at a small part of the cost; None if the double folds."""
     with phase("disk"):
-        found = doubled(disk, history, symmetric=True)
+        found = doubled(disk, history, "left")
         if found is None:
             return None
         return _presented(disk, history, found)

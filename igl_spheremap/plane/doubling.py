@@ -18,14 +18,13 @@ from ..sphere.rows import unit_rows, weighted_moment
 
 
 def double_map(
-    disk: Disk, listener: Listener | None, symmetric: bool = True
+    disk: Disk, listener: Listener | None, large: Large = "laid out"
 ) -> tuple[FloatArray, SphereMap]:
     """Images (n, 2) of a disk's vertices in the unit disk, the boundary on the circle, and the map of the double.
 
     On the map of the double the exchange of the copies is nearly a reflection of the sphere. The map is changed so that
-    it is exactly one; its plane cuts the sphere in the image of the boundary. If the map was far from symmetric, faces
-    may fold; also if only an embedding, which a `symmetric` map excludes, would unfold it. If most of the vertices lie
-    on the boundary, layouts do not repair it either: these distort angles at the boundary, and the map is slid.
+    it is exactly one; its plane cuts the sphere in the image of the boundary. If the map was far from symmetric, as an
+    embedding is, faces may fold; also if they are many, and `large` leaves them.
     """
     v, f = without_chords(disk.unit, disk.f, disk.rim)
     n, on_rim = len(v), marked(disk.rim, len(v))
@@ -33,11 +32,6 @@ def double_map(
     copy = np.arange(n)
     copy[inside] = n + np.arange(len(inside))
     mesh = check_mesh(np.concatenate((v, v[inside])), np.concatenate((f, copy[f][:, ::-1])))
-    large: Large = "laid out"
-    if not symmetric:
-        large = "embedded"
-    elif 2 * len(disk.rim) > len(disk.v):
-        large = "left"
     # By the default tolerance the reflection is found too roughly: errors fall by less than 4 when edges are halved
     # (`python -m benchmarks disks exact`).
     result = auto(mesh, Auto(tolerance=1e-5), listener, large=large)

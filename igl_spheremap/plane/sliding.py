@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from ..angles.plan import Large
 from ..balance.energy import BalancedEnergy
 from ..balance.family import balanced_energy, minimize_balanced
 from ..balance.flat_faces import FlatFaces
@@ -76,10 +77,13 @@ def conformal_disk(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
 
     It folds only if rounding folds every start.
     """
-    if found := doubled(disk, listener, symmetric=True):
+    large: Large = "laid out"
+    if 2 * len(disk.rim) > len(disk.v):
+        large = "left"  # layouts distort angles at the boundary
+    if found := doubled(disk, listener, large):
         return found
     p, run = slid_map(disk, listener)
-    if run.status is Status.STALLED and (found := doubled(disk, listener, symmetric=False)):
+    if run.status is Status.STALLED and (found := doubled(disk, listener, "embedded")):
         return found
     if len(disk.f) > 1 and run.status is not Status.STALLED:
         note = "the doubled surface folds faces: the boundary was slid along the circle instead"
@@ -87,12 +91,12 @@ def conformal_disk(disk: Disk, listener: Listener) -> tuple[FloatArray, Run]:
     return p, run
 
 
-def doubled(disk: Disk, listener: Listener, symmetric: bool) -> tuple[FloatArray, Run] | None:
+def doubled(disk: Disk, listener: Listener, large: Large) -> tuple[FloatArray, Run] | None:
     """The map by doubling, if it is free of foldings, or was stopped."""
     if len(disk.f) == 1:  # a triangle has no double
         return None
     try:
-        p, double = double_map(disk, listener, symmetric)
+        p, double = double_map(disk, listener, large)
     except (FactorisationFailed, FoldingsRemain):
         return None
     # the second certificate is long where a folded double crowds its images
