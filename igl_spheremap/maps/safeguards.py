@@ -17,7 +17,7 @@ from ..mesh.measure import surface_area
 from ..paper.hooks import Hooks
 from ..paper.optm import TRIALS
 from ..paper.star_map import EigenProjection, project_unweighted
-from ..result.run import Iterate
+from ..result.run import Iterate, Stage
 from ..start.punctured import is_coarse
 from ..verify.certificate import Certificate
 from ..verify.distortion import mean_angle_difference
@@ -91,14 +91,13 @@ class Safeguards(Confined):
     def __init__(self, mesh: Mesh, problem: Problem, may_fold: bool) -> None:
         super().__init__(mesh, problem, may_fold)
         self._is_first = True
-        #: The start of a round after the first, until that ends.
-        self._star_map: FloatArray | None = None
 
-    def end(self, last: Iterate) -> Iterate:
+    def end(self, start: Iterate, last: Iterate) -> Iterate:
         """The last map, or the star map if the last one is too coarse for chord energies and keeps angles worse."""
-        star_map, self._star_map = self._star_map, None
-        if star_map is None or not is_coarse(surface_area(last.x, self._mesh.f)):
+        begins_at_star_map = start.stage is Stage.STAR_MAP and not self._may_fold
+        if not begins_at_star_map or not is_coarse(surface_area(last.x, self._mesh.f)):
             return last
+        star_map = np.asfortranarray(self._problem.centred(start.x, 0.0))
         before, after = (mean_angle_difference(self._mesh, x) for x in (star_map, last.x))
         if after <= before:
             return last
@@ -138,5 +137,4 @@ class Safeguards(Confined):
         is_first, self._is_first = self._is_first, False
         if self._may_fold or is_first:
             return np.inf
-        self._star_map = x
         return self._foldings(x)

@@ -37,7 +37,7 @@ def algorithm_1(setup: Setup, start: Iterate) -> tuple[Iterate, Round]:
         max_iterations=options.max_iterations,
         plateau=options.plateau,
         settled=setup.hooks.settled,
-        end=setup.hooks.end,
+        end=partial(setup.hooks.end, start),
         listener=setup.listener,
     )
 

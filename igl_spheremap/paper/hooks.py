@@ -48,8 +48,8 @@ class Hooks:
         """Whether the run ends here, though its gradient is above the tolerance of step 2."""
         return False
 
-    def end(self, last: Iterate) -> Iterate:
-        """The map with which Algorithm 1 ends."""
+    def end(self, start: Iterate, last: Iterate) -> Iterate:
+        """The map with which Algorithm 1 ends, from its start and its last iterate."""
         return last
 
     def project(self, mesh: Mesh, L: sp.csr_matrix, x: FloatArray) -> EigenProjection:
