@@ -19,6 +19,7 @@ from ..mesh.arrays import (
     plural,
 )
 from ..mesh.edges import edge_keys
+from ..sphere.rows import plane_crosses
 from . import SIX_DIGITS
 
 
@@ -198,7 +199,7 @@ def _ears(p: FloatArray, corners: list[int], taken: set[int], n: int) -> list[li
         longest = max(float(side @ side) for side in (b - a, c - b, a - c))
         shape = 0.0
         if longest:
-            shape = float(cross(b - a, c - a)) / longest
+            shape = float(plane_crosses(b - a, c - a)) / longest
         if not shape > SIX_DIGITS:
             return -1 + min(shape, 0.0)
         others = p[ring]
@@ -206,7 +207,7 @@ def _ears(p: FloatArray, corners: list[int], taken: set[int], n: int) -> list[li
         others = others[(others != c).any(axis=1)]
         within = np.ones(len(others), dtype=bool)
         for start, stop in ((a, b), (b, c), (c, a)):
-            within &= cross(stop - start, others - start) > -SIX_DIGITS * longest
+            within &= plane_crosses(stop - start, others - start) > -SIX_DIGITS * longest
         if within.any():
             return shape - 1
         found = shape + 1
@@ -223,12 +224,3 @@ def _ears(p: FloatArray, corners: list[int], taken: set[int], n: int) -> list[li
         for k in (tip - 1, tip % len(ring)):
             scores[k] = score(k)
     return [*triangles, ear(0)]
-
-
-def cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The cross product of rows of the plane.
-
-    >>> float(cross(np.array([2.0, 0]), np.array([5.0, 3])))
-    6.0
-    """
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -15,8 +15,7 @@ from ..gate import gate
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, PixelArray, check_directions, plain_array
 from ..mesh.check import MapLike, Mesh, check_faces, rows_and_faces
 from ..mesh.edges import edge_keys
-from ..mesh_repair.polygons import cross
-from ..sphere.rows import unit_rows
+from ..sphere.rows import plane_crosses, unit_rows
 
 #: Side of a picture in texels: 64 for each of a checkerboard's 16 squares.
 SIDE = 1024
@@ -212,9 +211,9 @@ def bake(
         row, column = np.divmod(k, sides[face, 0])
         texel = low[face] + np.column_stack((column, row))
         a, b, c = here[face].transpose(1, 0, 2)
-        whole = cross(b - a, c - a)
+        whole = plane_crosses(b - a, c - a)
         a, b, c = a - texel, b - texel, c - texel
-        share = np.column_stack([cross(b, c), cross(c, a), cross(a, b)])
+        share = np.column_stack([plane_crosses(b, c), plane_crosses(c, a), plane_crosses(a, b)])
         inside = (share * np.sign(whole)[:, None] >= 0).all(axis=1) & (whole != 0)
         t = share[inside] / whole[inside, None]
         column, row = texel[inside].T

@@ -53,6 +53,15 @@ def column_crosses(a: FloatArray, b: FloatArray, c: FloatArray | None = None) ->
     return c
 
 
+def plane_crosses(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The cross product of rows of the plane.
+
+    >>> float(plane_crosses(np.array([2.0, 0]), np.array([5.0, 3])))
+    6.0
+    """
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
 def row_dets(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """Determinant a . (b x c) of each three rows."""
     return row_dots(a, row_crosses(b, c))
