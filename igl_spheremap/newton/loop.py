@@ -155,9 +155,9 @@ class Levenberg:
 
     #: The damping is multiplied by this around faces that a step folds.
     raised_around = 10.0
-    #: The same, everywhere after a step that failed.
+    #: The damping of all vertices is multiplied by this after a step that failed.
     raised_everywhere = 4.0
-    #: The same, after a step that succeeds at once.
+    #: The damping of all vertices is multiplied by this after a step that succeeds at once.
     lowered = 0.1
     #: A vertex of larger damping moves by less than a tenth of its undamped step: there the search gives up.
     largest = 10.0
