@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import platform
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
@@ -21,6 +20,7 @@ from ..draw.palette import ANGLES, AREAS, FOLDED, fitting
 from ..draw.plot import fit, pose
 from ..draw.run import plot_run
 from ..errors import DisplayError, import_optional
+from ..io.formats import PathLike
 from ..io.pages import page_file, write_page
 from ..io.replacing import make_folder
 from ..maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows
@@ -51,7 +51,7 @@ _CAPTIONS = {
 
 
 def write_report(
-    place: str | os.PathLike[str], result: SphereMap, recording: Recording, *, source: str, command: str = "",
+    place: PathLike, result: SphereMap, recording: Recording, *, source: str, command: str = "",
     up: str = "auto",
 ) -> Path:  # fmt: skip
     """Write a page, a file that ends in .html or `report.html` in a folder, made if it is missing; return its path.
@@ -97,7 +97,7 @@ def write_report(
 
 
 def write_plane_report(
-    place: str | os.PathLike[str],
+    place: PathLike,
     result: PlaneMap,
     *,
     source: str,
@@ -128,7 +128,7 @@ def write_plane_report(
 
 
 def _write_report(
-    place: str | os.PathLike[str], title: str, certificate: Certificate, command: str, *parts: str
+    place: PathLike, title: str, certificate: Certificate, command: str, *parts: str
 ) -> Path:
     """Write a page with a verdict, these parts, and the versions of its programs; return its path."""
     verdict = "folded"

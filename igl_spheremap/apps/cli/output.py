@@ -16,7 +16,7 @@ import numpy as np
 
 from ...draw.plot import FORMATS
 from ...errors import FileError, import_optional, printable
-from ...io.formats import Format, format_of
+from ...io.formats import Format, PathLike, format_of
 from ...io.pages import check_own_page, page_file
 from ...io.replacing import check_writable, replacing
 from ...io.write_mesh import write_mesh
@@ -74,7 +74,7 @@ def check_outputs(args: Namespace, surface: bool = False) -> None:
         others.append(path)
 
 
-def check_apart(path: str | os.PathLike[str], others: Iterable[str], flag: str = "") -> None:
+def check_apart(path: PathLike, others: Iterable[str], flag: str = "") -> None:
     """If a file is one of others, which it would replace, raise a UsageError that names the flag."""
     if os.path.realpath(path) in set(map(os.path.realpath, others)):
         raise UsageError(
@@ -224,7 +224,7 @@ class Findings:
         for name, reason in list(reasons.items())[:LISTED]:
             self.add("left out", f"{name}: {reason}")
 
-    def written(self, **paths: str | os.PathLike[str] | None) -> None:
+    def written(self, **paths: PathLike | None) -> None:
         """Add the files besides OUT, each by the flag that asked for it."""
         for flag, path in paths.items():
             if path is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
 import re
 import traceback
 from collections.abc import Callable, Sequence
@@ -14,6 +13,7 @@ from typing import Any
 
 from ...draw.palette import INK
 from ...errors import DisplayError, FileError, check_list, check_whole
+from ...io.formats import PathLike
 from ...io.written_map import write_map
 from ...maps.sphere_map import SphereMap
 from ...result.run import Iterate, Listener
@@ -142,7 +142,7 @@ def announce(pictures: Pictures, text: str) -> None:
 
 def present(
     build: Callable[[], App],
-    target: str | os.PathLike[str] | None = None,
+    target: PathLike | None = None,
     *,
     size: tuple[int, int] = SIZE,
     frame: int | None = None,
@@ -155,7 +155,7 @@ def present(
 
 
 def pictures_of(
-    target: str | os.PathLike[str] | None, size: tuple[int, int] = SIZE, frame: int | None = None
+    target: PathLike | None, size: tuple[int, int] = SIZE, frame: int | None = None
 ) -> Pictures:
     """A picture or a video, by the ending of `target`; a window without one."""
     picture = target is not None and Path(target).suffix.lower() in window.PICTURES
@@ -289,7 +289,7 @@ class SaveWidgets:
         tip(f"{Path(self.name).absolute()}, with an ending; a file that is there stays")
         imgui.SameLine()
         imgui.TextUnformatted("save as")
-        self._button("picture", ".png", window.PICTURES, self._picture)
+        self._button("picture", ".png", window.PICTURES, self._picture, key="S")
         tip("Or press S.")
         imgui.SameLine()
         self._button("video", ".gif", window.VIDEOS, self._video)
@@ -298,9 +298,14 @@ class SaveWidgets:
             self._button("map", ".npz", (Path(self.name).suffix,), self._map)
 
     def _button(
-        self, label: str, ending: str, allowed: Sequence[str], write: Callable[[Path], str]
+        self,
+        label: str,
+        ending: str,
+        allowed: Sequence[str],
+        write: Callable[[Path], str],
+        key: str | None = None,
     ) -> None:
-        if imgui.Button(label) or (label == "picture" and pressed("S")):
+        if imgui.Button(label) or (key is not None and pressed(key)):
             self._app.message = ""
             self._app.pending = partial(write, self._path(ending, allowed))
 

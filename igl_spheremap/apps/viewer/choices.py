@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 
+from ...io.formats import PathLike
 from ...io.hemispheres import LEFT, RIGHT, structure_of
 
 #: Width and height in pixels of a window, and of one that shows three bodies in a row: many screens have 1366 by 768.
@@ -61,8 +61,8 @@ class Pictures:
         Different pictures of a video at most, and pictures a second.
     """
 
-    screenshot: str | os.PathLike[str] | None = None
-    video: str | os.PathLike[str] | None = None
+    screenshot: PathLike | None = None
+    video: PathLike | None = None
     size: tuple[int, int] = SIZE
     frame: int | None = None
     length: int = LENGTH

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
@@ -18,6 +17,7 @@ from ...draw.plot import fit, pose
 from ...errors import check_number
 from ...gate import takes_mesh
 from ...io.files import read_mesh
+from ...io.formats import PathLike
 from ...maps.options import METHODS, Method, method_of
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray
@@ -508,7 +508,7 @@ def play(
     f: ArrayLike,
     *,
     method: str | Method = "lai2014",
-    out: str | os.PathLike[str] | None = None,
+    out: PathLike | None = None,
     up: str = "auto",
     size: tuple[int, int] = SIZE,
     keep: float = KEEP,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 
 from numpy.typing import ArrayLike
 
 from ...gate import gate
+from ...io.formats import PathLike
 from ...maps.methods import check_start
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray
@@ -67,7 +67,7 @@ def show(
 @gate
 def screenshot(
     result: SphereMap,
-    path: str | os.PathLike[str],
+    path: PathLike,
     *,
     up: str = "auto",
     subject: str = SUBJECTS[0],
@@ -124,7 +124,7 @@ def _checked(result: SphereMap, maps: Mapping[str, ArrayLike]) -> dict[str, Floa
 def picture_of(
     mesh: Mesh,
     maps: Mapping[str, FloatArray],
-    path: str | os.PathLike[str],
+    path: PathLike,
     *,
     up: str = "auto",
     subject: str = SUBJECTS[0],

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from ...draw import palette
 from ...draw.plot import LIGHT
 from ...errors import DisplayError, FileError, import_optional
+from ...io.formats import PathLike
 from ...io.replacing import check_writable, replacing
 from ...mesh.arrays import FloatArray
 from .choices import SIZE
@@ -196,14 +197,14 @@ def aim(height: int) -> None:
     ps.look_at((0.0, 0.0, 3 * reach), (0.0, 0.0, 0.0))
 
 
-def check_picture(path: str | os.PathLike[str]) -> None:
+def check_picture(path: PathLike) -> None:
     """If a picture can't be written, raise a FileError before the work starts; polyscope reports nothing."""
     if Path(path).suffix.lower() not in PICTURES:
         raise FileError(f"{path}: a picture is a {' or '.join(PICTURES)} file")
     check_writable(path, force=True)
 
 
-def save(path: str | os.PathLike[str]) -> None:
+def save(path: PathLike) -> None:
     """Write the window as a picture."""
     check_picture(path)
     _settle()

@@ -16,7 +16,7 @@ import numpy as np
 from ..._version import __version__
 from ...errors import FileError, MeshError, Remedy
 from ...io.files import read_mesh, read_sphere
-from ...io.formats import CONVENTIONS, Convention
+from ...io.formats import CONVENTIONS, Convention, PathLike
 from ...io.hemispheres import (
     SIDES,
     Hemisphere,
@@ -124,7 +124,7 @@ class HemisphereJob(Job):
 
 
 def hemisphere_jobs(
-    sources: Sequence[str | os.PathLike[str]],
+    sources: Sequence[PathLike],
     out: str,
     *,
     to: Sequence[str],

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Literal
 
 from ...gate import gate
-from ...io.formats import Convention
+from ...io.formats import Convention, PathLike
 from ...populations.engine import USUAL, Engine
 from ...populations.map_many import manifest_of
 from ...populations.page import check_page, write_population_page
@@ -20,7 +20,7 @@ from .task import SphereRegistration
 
 @gate
 def register_hemispheres(
-    sources: Sequence[str | os.PathLike[str]],
+    sources: Sequence[PathLike],
     out: str,
     *,
     to: Sequence[str] = ("fsaverage",),
@@ -30,9 +30,9 @@ def register_hemispheres(
     hemisphere: Literal["L", "R"] | None = None,
     pial: str | None = None,
     force: bool = False,
-    manifest: str | os.PathLike[str] | None = None,
+    manifest: PathLike | None = None,
     engine: Engine = USUAL,
-    report: str | os.PathLike[str] | None = None,
+    report: PathLike | None = None,
     listener: Callable[[RegistrationRow], None] | None = None,
 ) -> list[RegistrationRow]:
     """Register cortical surfaces to templates, and write the files that pipelines expect.
