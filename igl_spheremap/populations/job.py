@@ -19,6 +19,7 @@ from ..errors import (
     Say,
     WorkersUnavailable,
     one_line,
+    printable,
     said_by,
     said_here,
 )
@@ -175,5 +176,7 @@ def check_places(jobs: Sequence[Job], remedy: str) -> None:
     for job in jobs:
         for target in job.targets:
             if (place := os.path.realpath(target)) in owner:
-                raise ValueError(f"out gives {job.source} the file {owner[place]}; {remedy}")
+                raise ValueError(
+                    printable(f"out gives {job.source} the file {owner[place]}; {remedy}")
+                )
             owner[place] = f"{target}, which is that of {job.source}, too"

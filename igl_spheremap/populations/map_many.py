@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from ..balance import CONFORMAL
-from ..errors import check_list, check_number, shown
+from ..errors import check_list, check_number, printable, shown
 from ..gate import gate
 from ..io.files import own_name
 from ..io.formats import PathLike, format_of, stem_of
@@ -141,7 +141,7 @@ def targets_of(pattern: str, sources: Sequence[str]) -> list[str]:
     for target in targets:
         if not format_of(target).ordered:
             raise ValueError(
-                f"out gives {target}, whose format keeps no vertex order; give .ply, .obj or .npz"
+                f"out gives {printable(target)}, whose format keeps no vertex order; give .ply, .obj or .npz"
             )
     check_places(list(map(Job, sources, targets)), "use {folder} or {stem}, and each input once")
     return targets
@@ -168,7 +168,7 @@ def filled(pattern: str, source: str, option: str = "") -> str:
     """
     if set("{}") & set(_FIELD.sub("", pattern)):
         raise ValueError(
-            f"{option}{pattern}: only {{folder}}, {{name}} and {{stem}} can stand in it"
+            f"{option}{printable(pattern)}: only {{folder}}, {{name}} and {{stem}} can stand in it"
         )
     path = own_name(source)
     parts = {"folder": str(path.parent), "name": path.name, "stem": stem_of(path)}

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ..errors import printable
 from ..io.formats import PathLike
 from ..io.tables import SEPARATORS, write_cells
 from ..mesh.arrays import HALF_DIGITS, FloatArray
@@ -170,7 +171,7 @@ def from_plain(entry: Mapping[str, Any]) -> JobRow:
 def check_table(path: PathLike) -> None:
     """Raise a ValueError unless the name is one of a table."""
     if not str(path).lower().endswith(TABLES):
-        raise ValueError(f"{path}: give a {' or '.join(TABLES)} file")
+        raise ValueError(f"{printable(str(path))}: give a {' or '.join(TABLES)} file")
 
 
 def write_table(path: PathLike, rows: Sequence[JobRow]) -> None:

@@ -425,6 +425,21 @@ def test_what_would_be_lost_is_refused(sources, pattern):
         targets_of(pattern, sources)
 
 
+@pytest.mark.parametrize(
+    ("sources", "out", "options"),
+    [
+        (["a\n1.ply", "b/a\n1.ply"], "{name}.npz", {}),
+        (["1.ply"], "a\n{where}.ply", {}),
+        (["1.ply"], "a\n.stl", {}),
+        (["1.ply"], "{stem}.npz", {"report": "a\n.png"}),
+    ],
+)
+def test_a_refusal_is_one_line_whatever_files_are_called(sources, out, options, tmp_path):
+    with pytest.raises(ValueError, match=r"a\\n") as refused:
+        map_many(sources, str(tmp_path / out), **options)
+    assert "\n" not in str(refused.value)
+
+
 def test_a_manifest_lies_in_the_folder_of_all_targets():
     patterns = [
         "{stem}.ply",

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ..._version import __version__
-from ...errors import FileError, MeshError, Remedy
+from ...errors import FileError, MeshError, Remedy, printable
 from ...io.files import read_mesh, read_sphere
 from ...io.formats import CONVENTIONS, Convention, PathLike
 from ...io.hemispheres import (
@@ -138,7 +138,7 @@ def hemisphere_jobs(
     if unknown := [convention for convention in names if convention not in CONVENTIONS]:
         raise ValueError(f"unknown names {unknown[0]!r}: choose from {', '.join(CONVENTIONS)}")
     if set("{}") & set(out.replace("{folder}", "").replace("{subject}", "")):
-        raise ValueError(f"out {out}: only {{folder}} and {{subject}} can stand in it")
+        raise ValueError(f"out {printable(out)}: only {{folder}} and {{subject}} can stand in it")
     asked = SIDES.get(hemisphere or "")
     # of many subjects each file is looked for and read once
     template, fit = cache(_template), cache(_fit)
@@ -223,7 +223,9 @@ def _template(name: str, structure: str, kind: str) -> TemplateFiles:
         return template_files(name, structure, kind)
     surface, comma, sphere = fill_sides(files, structure).partition(",")
     if not (own and equals and surface and comma and sphere):
-        raise ValueError(f"to {name}: give NAME=SURFACE,SPHERE, or one of {', '.join(TEMPLATES)}")
+        raise ValueError(
+            f"to {printable(name)}: give NAME=SURFACE,SPHERE, or one of {', '.join(TEMPLATES)}"
+        )
     return TemplateFiles(own, own, kind, sphere, (surface,), len(read_sphere(sphere).v))
 
 
