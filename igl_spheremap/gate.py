@@ -62,10 +62,10 @@ class _Nilearn(Protocol):
     def faces(self) -> Any: ...
 
 
+#: The name of a file.
+PathLike = str | os.PathLike[str]
 #: Stands for `v, f`: a mesh of this package or of another one, the name of a file, or a pair.
-MeshLike = (
-    _Triangles | _Pair | _Cells | _Nilearn | str | os.PathLike[str] | tuple[ArrayLike, ArrayLike]
-)
+MeshLike = _Triangles | _Pair | _Cells | _Nilearn | PathLike | tuple[ArrayLike, ArrayLike]
 
 
 class TakesMesh(Protocol[P, R_co]):

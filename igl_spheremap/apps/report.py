@@ -20,7 +20,7 @@ from ..draw.palette import ANGLES, AREAS, FOLDED, fitting
 from ..draw.plot import fit, pose
 from ..draw.run import plot_run
 from ..errors import DisplayError, import_optional
-from ..io.formats import PathLike
+from ..gate import PathLike
 from ..io.pages import page_file, write_page
 from ..io.replacing import make_folder
 from ..maps.sphere_map import ROUNDS, SphereMap, map_findings, round_rows

@@ -12,10 +12,10 @@ import numpy as np
 
 from .. import samples
 from ..errors import MeshError
-from ..gate import gate
+from ..gate import PathLike, gate
 from ..mesh.arrays import IntArray, check_rows
 from ..mesh_repair.topology import closed_parts
-from .formats import PathLike, format_in, stem_of
+from .formats import format_in, stem_of
 from .hemispheres import structure_of
 from .reading import opening, reading
 from .records import LoadedMesh, RawMesh

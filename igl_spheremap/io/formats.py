@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import re
 import zlib
 from dataclasses import dataclass
@@ -12,8 +11,8 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from ..errors import FileError
+from ..gate import PathLike
 
-PathLike = str | os.PathLike[str]
 #: By whose convention a hemisphere's files are named. FreeSurfer's are written in its formats, the others as GIFTI.
 Convention = Literal["bids", "freesurfer", "hcp", "fmriprep"]
 CONVENTIONS = get_args(Convention)

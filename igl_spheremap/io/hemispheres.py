@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import FileError, Remedy
-from .formats import Convention, PathLike
+from ..gate import PathLike
+from .formats import Convention
 
 LEFT, RIGHT = "CortexLeft", "CortexRight"
 #: The structures by the letters that stand for them.

@@ -17,12 +17,12 @@ import numpy as np
 import scipy
 
 from ..errors import MeshError, Remedy, printable, shown
+from ..gate import PathLike
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import AnyArray, FloatArray, IntArray, check_rows
 from ..mesh.check import check_mesh
 from ..result.run import Round, Run, Stage, Status, Step
 from ..verify.certificate import Certificate
-from .formats import PathLike
 from .reading import check_expansion
 from .records import Label, LabelTable, Metadata, NamedArrays, RawMesh, ScalarMaps, of_triangles
 from .replacing import replacing

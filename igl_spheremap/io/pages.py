@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..draw.markup import BEGIN, page
 from ..errors import FileError, printable
-from .formats import PathLike
+from ..gate import PathLike
 from .replacing import replacing
 
 
@@ -48,6 +48,7 @@ def page_file(place: PathLike, name: str) -> Path:
     folder = path.is_dir() or str(place).endswith(("/", os.sep)) or not path.suffix
     if not folder or path.is_file():
         raise ValueError(
-            f"{printable(str(place))}: give a file that ends in .html, or a folder, whose name has no ending or ends in /"
+            f"{printable(str(place))}: give a file that ends in .html, or a folder, whose name has no ending or "
+            "ends in /"
         )
     return path / name

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError
+from ..gate import PathLike
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows, check_triangles
-from .formats import PathLike
 from .reading import Bytes, reading
 from .replacing import replacing
 

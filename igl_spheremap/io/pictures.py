@@ -9,8 +9,8 @@ import numpy as np
 
 from ..draw.markup import png
 from ..errors import FileError, import_optional
+from ..gate import PathLike
 from ..mesh.arrays import PixelArray
-from .formats import PathLike
 from .reading import PARSER_ERRORS, opening
 from .replacing import replacing
 

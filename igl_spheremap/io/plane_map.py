@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import FileError, MeshError, shown
-from ..gate import MeshLike, gate
+from ..gate import MeshLike, PathLike, gate
 from ..mesh.arrays import AnyArray, FloatArray, IntArray, check_rows, check_triangles, plain_array
 from ..mesh.disk import Disk, check_disk
 from ..plane.plane_map import PlaneMap, given_map, unit_square
@@ -20,7 +20,7 @@ from ..resampling.texture import checker_image, plane_atlas
 from ..verify.certificate import Certificate
 from . import npz
 from .files import read_mesh
-from .formats import PathLike, format_of
+from .formats import format_of
 from .obj import ObjTexture, texture
 from .objects import vertices_and_faces
 from .patch import SUFFIXES, Patch, read_patch, write_patch

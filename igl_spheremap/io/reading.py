@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from ..errors import FileError, MeshError, shown, within
+from ..gate import PathLike
 from ..mesh.arrays import AnyArray
-from .formats import GZIP, PathLike
+from .formats import GZIP
 
 #: Folders of files that the system makes up when they are read: some have no end, or hold secrets of the process.
 _OF_THE_SYSTEM = ("/proc/", "/sys/")

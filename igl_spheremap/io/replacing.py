@@ -12,7 +12,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import FileError, Remedy
-from .formats import READ_ONLY, PathLike, suffix_of
+from ..gate import PathLike
+from .formats import READ_ONLY, suffix_of
 
 #: The need of an existing file.
 REPLACE = Remedy(options={"force": True})

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import FileError, MeshError, printable
-from ..gate import gate
+from ..gate import PathLike, gate
 from ..mesh.arrays import FloatArray, IntArray
-from .formats import PathLike, format_in, format_of
+from .formats import format_in, format_of
 from .npz import LABEL_TABLE
 from .reading import read_lines, reading
 from .records import LabelTable, Metadata, ScalarMaps

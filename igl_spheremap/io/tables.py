@@ -7,7 +7,7 @@ import io
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from .formats import PathLike
+from ..gate import PathLike
 from .replacing import replacing
 
 #: Separators of cells, by the suffix.

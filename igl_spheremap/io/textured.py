@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import FileError, MeshError, import_optional
+from ..gate import PathLike
 from ..mesh.arrays import TINY, FloatArray, PixelArray, check_triangles, own_unit
 from ..mesh.check import check_indices, check_positions
 from ..resampling.texture import Atlas
-from .formats import PathLike, format_of
+from .formats import format_of
 from .gltf import Scene, joined, only_picture, write_body
 from .obj import read, texture
 from .pictures import picture, write_picture

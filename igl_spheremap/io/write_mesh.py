@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError
-from ..gate import MeshLike, gate
+from ..gate import MeshLike, PathLike, gate
 from ..mesh.arrays import FloatArray, check_rows, check_triangles
-from .formats import PathLike, format_of
+from .formats import format_of
 from .hemispheres import structure_of
 from .objects import vertices_and_faces
 from .records import Metadata

@@ -16,7 +16,7 @@ import numpy as np
 
 from .._version import __version__
 from ..errors import FileError, MeshError
-from ..gate import gate
+from ..gate import PathLike, gate
 from ..maps.sphere_map import SphereMap
 from ..mesh.arrays import BoolArray, FloatArray, IntArray, check_rows
 from ..mesh.check import check_faces
@@ -25,7 +25,7 @@ from ..verify.certificate import UNIT_TOLERANCE, Certificate
 from . import npz
 from .files import read_sphere
 from .float32 import certified_float32
-from .formats import PathLike, format_of, head_of
+from .formats import format_of, head_of
 from .reading import reading
 from .records import Metadata
 from .replacing import replacing

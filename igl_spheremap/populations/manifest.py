@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..errors import FileError, Remedy, printable
-from ..io.formats import PathLike
+from ..gate import PathLike
 from ..io.replacing import check_writable, make_folder
 from .table import MAPPED, ROW_ERRORS, JobRow, from_plain, json_lines, plain
 

@@ -9,9 +9,9 @@ from typing import Any
 
 from ..balance import CONFORMAL
 from ..errors import check_list, check_number, printable, shown
-from ..gate import gate
+from ..gate import PathLike, gate
 from ..io.files import own_name
-from ..io.formats import PathLike, format_of, stem_of
+from ..io.formats import format_of, stem_of
 from ..maps.options import Auto, Method, method_of
 from ..mesh_repair import REPAIRS
 from ..mesh_repair.repair_mesh import asked_for

@@ -19,8 +19,8 @@ from ..draw.markup import data_address, small_png, top
 from ..draw.palette import AREAS, FOLDED, Colour, Ramp, fitting
 from ..draw.plot import both_sides, pose
 from ..errors import import_optional
+from ..gate import PathLike
 from ..io.files import read_sphere
-from ..io.formats import PathLike
 from ..io.hemispheres import LEFT, RIGHT, structure_of
 from ..io.pages import check_own_page, page_file, write_page
 from ..io.pictures import write_picture

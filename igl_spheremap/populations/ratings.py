@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..errors import MeshError
-from ..io.formats import PathLike
+from ..gate import PathLike
 from ..io.reading import reading
 from ..io.tables import SEPARATORS, read_cells
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from datetime import datetime, timezone
 from typing import Any
 
-from ..io.formats import PathLike
+from ..gate import PathLike
 from .engine import Engine, results, started
 from .job import JobT, Task, host_and_process, key_of
 from .manifest import Manifest

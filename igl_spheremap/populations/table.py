@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..errors import printable
-from ..io.formats import PathLike
+from ..gate import PathLike
 from ..io.tables import SEPARATORS, write_cells
 from ..mesh.arrays import HALF_DIGITS, FloatArray
 

@@ -16,7 +16,8 @@ import numpy as np
 
 from ...draw.plot import FORMATS
 from ...errors import FileError, import_optional, printable
-from ...io.formats import Format, PathLike, format_of
+from ...gate import PathLike
+from ...io.formats import Format, format_of
 from ...io.pages import check_own_page, page_file
 from ...io.replacing import check_writable, replacing
 from ...io.write_mesh import write_mesh

@@ -13,7 +13,7 @@ from typing import Any
 
 from ...draw.palette import INK
 from ...errors import DisplayError, FileError, check_list, check_whole
-from ...io.formats import PathLike
+from ...gate import PathLike
 from ...io.written_map import write_map
 from ...maps.sphere_map import SphereMap
 from ...result.run import Iterate, Listener

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...io.formats import PathLike
+from ...gate import PathLike
 from ...io.hemispheres import LEFT, RIGHT, structure_of
 
 #: Width and height in pixels of a window, and of one that shows three bodies in a row: many screens have 1366 by 768.

@@ -15,9 +15,8 @@ from numpy.typing import ArrayLike
 from ... import samples
 from ...draw.plot import fit, pose
 from ...errors import check_number
-from ...gate import takes_mesh
+from ...gate import PathLike, takes_mesh
 from ...io.files import read_mesh
-from ...io.formats import PathLike
 from ...maps.options import METHODS, Method, method_of
 from ...maps.spherical_conformal_map import spherical_conformal_map
 from ...mesh.arrays import FloatArray, IntArray

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 from numpy.typing import ArrayLike
 
-from ...gate import gate
-from ...io.formats import PathLike
+from ...gate import PathLike, gate
 from ...maps.methods import check_start
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray

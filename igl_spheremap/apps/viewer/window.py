@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ...draw import palette
 from ...draw.plot import LIGHT
 from ...errors import DisplayError, FileError, import_optional
-from ...io.formats import PathLike
+from ...gate import PathLike
 from ...io.replacing import check_writable, replacing
 from ...mesh.arrays import FloatArray
 from .choices import SIZE

@@ -6,9 +6,8 @@ import json
 from pathlib import Path
 
 from ...errors import FileError, MeshError, Remedy
-from ...gate import gate
+from ...gate import PathLike, gate
 from ...io import npz
-from ...io.formats import PathLike
 from ...io.reading import reading
 from ...io.replacing import replacing
 from ...io.written_map import mark_of

@@ -15,8 +15,9 @@ import numpy as np
 
 from ..._version import __version__
 from ...errors import FileError, MeshError, Remedy, printable
+from ...gate import PathLike
 from ...io.files import read_mesh, read_sphere
-from ...io.formats import CONVENTIONS, Convention, PathLike
+from ...io.formats import CONVENTIONS, Convention
 from ...io.hemispheres import (
     SIDES,
     Hemisphere,

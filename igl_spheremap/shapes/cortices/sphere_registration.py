@@ -6,8 +6,8 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Literal
 
-from ...gate import gate
-from ...io.formats import Convention, PathLike
+from ...gate import PathLike, gate
+from ...io.formats import Convention
 from ...populations.engine import USUAL, Engine
 from ...populations.map_many import manifest_of
 from ...populations.page import check_page, write_population_page

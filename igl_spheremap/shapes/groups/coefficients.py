@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...gate import PathLike
 from ...io import npz
-from ...io.formats import PathLike
 from ...io.tables import write_cells
 from ...mesh.arrays import FloatArray
 from ..harmonics.harmonics import SphericalHarmonics

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import MeshError
+from ...gate import PathLike
 from ...io import npz
-from ...io.formats import PathLike
 from ...io.reading import reading
 from ...io.tables import SEPARATORS, read_cells
 from ...io.write_mesh import write_mesh

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import MeshError
-from ...gate import gate
+from ...gate import PathLike, gate
 from ...io import npz
-from ...io.formats import PathLike
 from ...io.reading import reading
 from ...io.replacing import make_folder
 from ...io.scalars import write_scalars

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MeshError, without_name
-from ...gate import MeshLike
+from ...gate import MeshLike, PathLike
 from ...io import npz
-from ...io.formats import PathLike
 from ...io.npz import read_arrays, save_arrays
 from ...io.objects import vertices_and_faces
 from ...io.replacing import make_folder, replacing

@@ -16,7 +16,7 @@ from ...draw.markup import View, legend, made_by, page, scene, table, top
 from ...draw.palette import Ramp, areas, round_up, sequential, sizes
 from ...draw.plot import both_sides, frame, pose, raster, shading
 from ...errors import import_optional
-from ...io.formats import PathLike
+from ...gate import PathLike
 from ...io.pages import write_html, write_page
 from ...io.pictures import write_picture
 from ...io.replacing import make_folder, replacing

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...errors import MeshError, Remedy
-from ...gate import MeshLike
-from ...io.formats import PathLike
+from ...gate import MeshLike, PathLike
 from ...maps.given_sphere import certified
 from ...maps.sphere_map import SphereMap
 from ...mesh.arrays import FloatArray, IntArray

@@ -13,9 +13,8 @@ from ...balance import AREA_PRESERVING
 from ...draw.markup import table
 from ...draw.shown import Drawing, Shown, place_drawing
 from ...errors import MeshError, check_list, check_number
-from ...gate import gate
+from ...gate import PathLike, gate
 from ...io import npz
-from ...io.formats import PathLike
 from ...io.npz import read_arrays, save_arrays
 from ...io.written_map import read_map
 from ...maps.given_sphere import certified

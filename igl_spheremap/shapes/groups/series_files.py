@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ...gate import PathLike
 from ...io import npz
-from ...io.formats import PathLike
 from ...io.replacing import make_folder
 from ...io.tables import write_cells
 from ...io.write_mesh import write_mesh

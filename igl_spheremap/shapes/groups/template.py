@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...balance import AREA_PRESERVING
 from ...errors import MeshError, check_list, check_number, check_whole, one_line
-from ...gate import gate
-from ...io.formats import PathLike
+from ...gate import PathLike, gate
 from ...io.npz import read_arrays, save_arrays
 from ...io.written_map import read_map
 from ...maps.sphere_map import SphereMap

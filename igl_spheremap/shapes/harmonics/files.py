@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import FileError, MeshError, Remedy
-from ...gate import gate
+from ...gate import PathLike, gate
 from ...io import npz
-from ...io.formats import PathLike
 from ...io.reading import reading
 from ...io.replacing import replacing
 from ...mesh.arrays import FloatArray, check_values
