@@ -20,7 +20,7 @@ from ...result.run import Iterate, Listener
 from . import window
 from .choices import LENGTH, RATE, SIZE, SUBJECTS, Pictures
 from .grid import Grid, packed
-from .widgets import box, leave_open, paragraph, tip
+from .widgets import box, leave_open, menu_is_open, paragraph, tip
 from .window import imgui, pressed, ps
 
 #: Beginning of a sentence that a window shows in place of a traceback.
@@ -34,6 +34,8 @@ class App:
     #: Work between two pictures of a window, such as writing a file, and its result.
     pending: Callable[[], str] | None = None
     message = ""
+    #: Whether Escape was pressed during that work.
+    stopped = False
     #: Failure in drawing a window, which goes on.
     failure = ""
 
@@ -68,7 +70,7 @@ class App:
         pixel = self.grid.clicked()
         if pixel is not None:
             self.pick(self.grid.vertex_at(pixel))
-        elif pressed("Escape"):
+        elif pressed("Escape") and not menu_is_open():
             self.pick(None)
 
     def panel(self) -> None:
@@ -198,12 +200,17 @@ def show_app(app: App) -> None:
         window.show(lambda: _live(app))
         if app.pending is None:
             return
-        job, app.pending = app.pending, None
-        ps.set_user_callback(lambda: draw_app(app))
+        job, app.pending, app.stopped = app.pending, None, False
+        ps.set_user_callback(lambda: _draw_at_work(app))
         try:
             app.message = job()
         except (DisplayError, FileError, OSError) as error:
             app.message = str(error)
+
+
+def _draw_at_work(app: App) -> None:
+    draw_app(app)
+    app.stopped = app.stopped or pressed("Escape")
 
 
 def _live(app: App) -> None:
@@ -332,8 +339,10 @@ class SaveWidgets:
         done = itertools.count(1)
 
         def advance() -> None:
-            self._app.message = f"{name}: {next(done)} of {total}"
+            self._app.message = f"{name}: {next(done)} of {total}; Escape stops it"
             ps.frame_tick()
+            if self._app.stopped or ps.window_requests_close():
+                raise FileError(f"stopped {name}")
 
         return advance
 

@@ -143,9 +143,11 @@ class Grid:
         """Leave no room for the panel, which then is not drawn: for pictures that a window writes."""
         room, self.panel = self.panel, 0
         self._laid_out = None
-        yield
-        self.panel = room
-        self._laid_out = None
+        try:
+            yield
+        finally:  # a picture that can't be written leaves the window as it was
+            self.panel = room
+            self._laid_out = None
 
     def cell(self, row: int, column: int) -> tuple[float, float, float, float]:
         """Left, top, width and height of a cell in pixels, captions and legends included."""

@@ -55,8 +55,15 @@ def menu(label: str, shown: str, entries: Iterable[str]) -> str | None:
         for entry in entries:
             if imgui.Selectable(entry, entry == shown):
                 chosen = entry
+        if pressed("Escape"):
+            imgui.CloseCurrentPopup()
         imgui.EndCombo()
     return chosen
+
+
+def menu_is_open() -> bool:
+    """Whether any menu is open: Escape then closes it, and nothing else."""
+    return bool(imgui.IsPopupOpen("", imgui.ImGuiPopupFlags_AnyPopup))
 
 
 def subject_menu(shown: str, subjects: Sequence[str]) -> str:

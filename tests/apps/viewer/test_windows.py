@@ -273,3 +273,55 @@ Hand().run(lambda: app.present(build, size=(700, 360)), script)
     assert figures["forgotten"]
     assert figures["typed"] == 1
     assert [path.name for path in tmp_path.iterdir()] == ["lrs.png"]
+
+
+@needs_drawing
+def test_a_file_that_fails_or_is_stopped_leaves_the_window_as_it_was(tmp_path):
+    figures = use(f"""
+import os
+from igl_spheremap.apps.viewer.map_view import MapView
+os.chdir({str(tmp_path)!r})
+
+def escape():
+    app.imgui.GetIO().AddKeyEvent(app.imgui.ImGuiKey_Escape, True)
+
+def script(hand):
+    for name, button in (('missing/a', 'picture'), ('missing/a', 'video'), ('missing/a', 'map')):
+        hand.type('##name', name)
+        hand.click(button)
+        hand.wait(lambda: hand.shows('missing'))
+        figures['there'].append(hand.has('picture'))
+    MapView.film = lambda self, length: [(escape, False)] * 9
+    hand.type('##name', 'a')
+    hand.click('video')
+    hand.wait(lambda: hand.shows('stopped drawing a.gif'))
+    figures['there'].append(hand.has('picture'))
+
+figures = dict(there=[])
+result = ism.spherical_conformal_map(*ism.samples.make('spheroid', n_vertices=200))
+Hand().run(lambda: ism.show(result), script)
+""")
+    assert figures["there"] == [True] * 4
+    assert not list(tmp_path.iterdir())
+
+
+@needs_drawing
+def test_escape_in_a_menu_closes_it_and_forgets_no_vertex():
+    figures = use("""
+from igl_spheremap.apps.viewer.map_view import MapView
+
+def script(hand):
+    hand.click_at(470, 380)
+    for expected in (True, False):
+        if expected:
+            hand.open('colours')
+        hand.key(app.imgui.ImGuiKey_Escape)
+        hand.frame(2)
+        figures['open'].append(any(w.kind == 'Selectable' for w in hand.widgets))
+        figures['picked'].append(hand.shows('vertex '))
+
+figures = dict(open=[], picked=[])
+result = ism.spherical_conformal_map(*ism.samples.make('spheroid', n_vertices=200))
+Hand().run(lambda: ism.show(result), script)
+""")
+    assert figures == {"open": [False, False], "picked": [True, False]}
