@@ -20,7 +20,7 @@ from ...result.run import Iterate, Listener
 from . import window
 from .choices import LENGTH, RATE, SIZE, SUBJECTS, Pictures
 from .grid import Grid, packed
-from .widgets import box, leave_open, menu_is_open, paragraph, tip
+from .widgets import FITTING, box, leave_open, menu_is_open, paragraph, tip
 from .window import imgui, pressed, ps
 
 #: Beginning of a sentence that a window shows in place of a traceback.
@@ -228,10 +228,10 @@ def _live(app: App) -> None:
         ps.unshow()
 
 
-def _failure_widgets(app: App, high: float = 90.0) -> None:
-    """Show a failure at the lower edge, until it is read."""
+def _failure_widgets(app: App) -> None:
+    """Show a failure in the middle, until it is read."""
     width, height = ps.get_window_size()
-    with box("failure", (0.1 * width, height - high), (0.8 * width, high)):
+    with box("failure", (0.1 * width, 0.4 * height), (0.8 * width, FITTING)):
         paragraph(FAILED + app.failure)
         if imgui.Button("close") or pressed("Escape"):
             app.failure = ""

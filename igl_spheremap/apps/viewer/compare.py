@@ -24,7 +24,10 @@ class PartsView(App):
         self.grid.show(rows)
 
     def pick(self, vertex: int | None) -> None:
-        """Mark nothing: parts may be of different surfaces."""
+        """Mark a vertex on all parts, if they are of one surface."""
+        first, *others = self.grid.parts.values()
+        if all(part.f is first.f for part in others):
+            super().pick(vertex)
 
 
 def plane_view(name: str, disk: Disk, p: FloatArray, up: str) -> PartsView:
@@ -36,6 +39,6 @@ def plane_view(name: str, disk: Disk, p: FloatArray, up: str) -> PartsView:
     return PartsView([[
         Part(f"{name}\n{len(disk.v):,} vertices", fit(disk.unit, pose(disk.unit, up)), disk.f,
              Colouring(grey, checks=checks)),
-        Part(f"in the plane\n{count_foldings(len(folded))}, {len(certificate.crossings):,} boundary edges that meet "
-             "others", fit(in_space(p), np.eye(3)), disk.f, Colouring(grey, folded, checks=checks), image=True),
+        Part(f"in the plane\n{count_foldings(len(folded))}, {len(certificate.crossings):,} boundary edges that cross",
+             fit(in_space(p), np.eye(3)), disk.f, Colouring(grey, folded, checks=checks), image=True),
     ]])  # fmt: skip

@@ -31,7 +31,7 @@ from .curves import energy_plot, folding_plot
 from .grid import MOUSE, Grid, Part, text_width
 from .lens_view import LensView
 from .map_view import count_foldings, edge_width
-from .widgets import box, menu, panel, paragraph, tip, warning
+from .widgets import FITTING, box, menu, panel, paragraph, tip, warning
 from .window import imgui, pressed, ps
 
 #: Begins a run by the name of a mesh, a method, and options of `repair_mesh` or None.
@@ -354,10 +354,10 @@ class Player(LensView):
             self._refusal_widgets(self.refusal)
         self._keys()
 
-    def _refusal_widgets(self, refusal: Exception, height: float = 76.0) -> None:
-        """Say beside the name of a mesh why it is not shown, in two lines, above a button that repairs it."""
+    def _refusal_widgets(self, refusal: Exception) -> None:
+        """Say beside the name of a mesh why it is not shown, above a button that repairs it."""
         width, left = ps.get_window_size()[0], self.grid.panel
-        with box("refusal", (left, 0.0), (width - left, height)):
+        with box("refusal", (left, 0.0), (width - left, FITTING)):
             warning(f"{refusal}. Still shown: {self.run.name}")
             remedy = getattr(refusal, "remedy", None)
             if remedy is not None and remedy.function == "repair_mesh":

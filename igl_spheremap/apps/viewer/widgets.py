@@ -10,6 +10,9 @@ from .choices import SUBJECTS
 from .colouring import SCALES, Colours
 from .window import imgui, implot, pressed, ps
 
+#: Height of a box that is as high as its content.
+FITTING = 0.0
+
 
 @contextmanager
 def box(

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from drawing import drive, needs_drawing
+from drawing import drive, needs_drawing, use
 
 import igl_spheremap as ism
 
@@ -119,3 +119,31 @@ figures = dict(power=shown.lens.power, said=said)
     assert figures["power"] > 1  # of the Gauss map, which is folded all over, it would be 1
     assert all(len(labels) == 1 for labels in figures["said"])
     assert "beyond" in figures["said"][0][0]
+
+
+def test_a_vertex_of_a_flat_map_is_marked_on_both_sides_and_one_of_two_surfaces_on_none():
+    figures = use("""
+from igl_spheremap.apps.viewer.compare import PartsView, plane_view
+from igl_spheremap.apps.viewer.grid import Part
+
+def build():
+    views.append(plane_view('cap', disk, ism.flatten(disk.v, disk.f).plane, 'z'))
+    return views[0]
+
+def script(hand):
+    for x in (250, 750):
+        hand.click_at(x, 250)
+        figures['picked'].append(views[0].grid.picked is not None)
+        hand.key(app.imgui.ImGuiKey_Escape)
+        figures['picked'].append(views[0].grid.picked is not None)
+    both = PartsView([[Part('one', v, f), Part('other', *ism.samples.sphere(42))]])
+    both.pick(3)
+    figures['picked'].append(both.grid.picked is not None)
+
+views, figures = [], dict(picked=[])
+v, f = ism.samples.make('sphere', n_vertices=500)
+cap = ism.repair_disk(v, f[(v[f, 2] > 0).all(axis=1)])
+disk = ism.check_disk(cap.v, cap.f)
+Hand().run(lambda: app.present(build, size=(1000, 500)), script)
+""")
+    assert figures["picked"] == [True, False, True, False, False]

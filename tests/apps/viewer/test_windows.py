@@ -182,6 +182,10 @@ def script(hand):
     hand.type('mesh', 'open.ply')
     hand.click('run')
     hand.wait(lambda: hand.shows('Still shown: the given mesh'))
+    for size in ((1280, 760), (640, 480)):
+        hand.resize(*size)
+        button = hand.find('repair and run')
+        figures['cut'] = button.rectangle[3] > button.window[3]
     hand.click('repair and run')
     hand.wait(lambda: not hand.shows('Still shown'))
     hand.wait(lambda: hand.has('##iteration') and not hand.find('stop').enabled)
@@ -197,7 +201,7 @@ figures = {{}}
 v, f = ism.samples.make('dumbbell', n_vertices=300)
 Hand().run(lambda: ism.play(v, f, method='auto'), script)
 """)
-    assert figures == {"shown": "open.ply", "repairable": False, "closed": True}
+    assert figures == {"cut": False, "shown": "open.ply", "repairable": False, "closed": True}
 
 
 @needs_drawing
