@@ -116,14 +116,16 @@ class Safeguards(Confined):
             return False
         return Certificate.of(last.x, self._mesh.f).degree == 0
 
-    def project(self, mesh: Mesh, L: sp.csr_matrix, x: FloatArray) -> EigenProjection:
+    def project(
+        self, mesh: Mesh, L: sp.csr_matrix, x: FloatArray, collapsed: bool
+    ) -> EigenProjection:
         """The star map; after a map that has shrunk, the better one of the star maps with and without weights."""
-        if Certificate.of(x, mesh.f).degree != 0:
-            return super().project(mesh, L, x)
+        if not collapsed:
+            return super().project(mesh, L, x, collapsed)
         unweighted = project_unweighted(mesh, L, x, self._problem.centred)
         found = [unweighted]
         with suppress(FactorisationFailed):  # a map to two points has no weights
-            found.append(super().project(mesh, L, x))
+            found.append(super().project(mesh, L, x, collapsed))
         best = min(found, key=self._off)
         self._count("restarted", best is unweighted)
         return best

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..errors import FactorisationFailed
 from ..mesh.arrays import FloatArray
-from ..result.run import Iterate, Run, Stage, Status
+from ..result.run import Iterate, Round, Run, Stage, Status
 from .algorithm_1 import algorithm_1
 from .hooks import nonzero
 from .setup import Setup
@@ -20,7 +20,7 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
         if is_free or is_stopped or k == setup.options.rounds:
             break
         try:
-            start = star_map(setup, last, k + 1)
+            start = star_map(setup, last, record)
         except FactorisationFailed:
             notes = (
                 *notes,
@@ -31,13 +31,14 @@ def algorithm_2(setup: Setup, start: Iterate) -> tuple[FloatArray, Run]:
     return last.x, Run(record.status, last.energy, rounds=tuple(rounds), notes=notes)
 
 
-def star_map(setup: Setup, last: Iterate, round: int) -> Iterate:
+def star_map(setup: Setup, last: Iterate, record: Round) -> Iterate:
     """The next round's start: the star map of the eigenfunctions weighted by the last map's conformal factor."""
-    found = setup.hooks.project(setup.mesh, setup.L, last.x)  # Algorithm 2, step 2
+    collapsed = record.status is Status.COLLAPSED
+    found = setup.hooks.project(setup.mesh, setup.L, last.x, collapsed)  # Algorithm 2, step 2
     return setup.start(  # Algorithm 2, step 3
         Stage.STAR_MAP,
         found.star_map,
-        round,
+        record.round + 1,
         details={"phi": found.phi, "eigenvalues": found.eigenvalues},
         safeguards=nonzero(floored=found.floored, undirected=found.undirected),
     )

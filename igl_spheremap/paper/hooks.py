@@ -52,8 +52,10 @@ class Hooks:
         """The map with which Algorithm 1 ends, from its start and its last iterate."""
         return last
 
-    def project(self, mesh: Mesh, L: sp.csr_matrix, x: FloatArray) -> EigenProjection:
-        """The star map from which Algorithm 2 goes on after the map x."""
+    def project(
+        self, mesh: Mesh, L: sp.csr_matrix, x: FloatArray, collapsed: bool
+    ) -> EigenProjection:
+        """The star map from which Algorithm 2 goes on after the map x, which may have collapsed to degree 0."""
         return project(mesh, L, x)
 
     def step(self, tau: float, taken: float) -> float:
