@@ -24,7 +24,7 @@ from ..sphere.rows import (
     weighted_sum,
 )
 from ..untangle.embedding import dilate, embed_nearby
-from ..untangle.local_repair import FEW, RELAXED_RINGS, small_moves
+from ..untangle.local_repair import RELAXED_RINGS, are_few, small_moves
 from ..untangle.relax import AngleLoss, relax_angles
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces, signed_volumes
@@ -199,7 +199,7 @@ class AngleProblem:
         """The map x + move; if it folds few faces, they are repaired, and moved vertices relaxed."""
         y = unit_rows(x + move)
         folded = folded_faces(y, self.f)
-        if folded.sum() > FEW * len(self.f):
+        if not are_few(folded.sum(), self.f):
             return Trial(x, np.inf, folded)
         if folded.any():
             if self._rough:

@@ -29,7 +29,7 @@ from ..sphere.moebius import center, fix_gauge
 from ..sphere.rows import unit_rows
 from ..start.punctured import candidate_faces, dipole_map, to_sphere
 from ..untangle.embedding import fix_orientation
-from ..untangle.local_repair import FEW, is_off_centre
+from ..untangle.local_repair import are_few, is_off_centre
 from ..verify.certificate import Certificate
 from .options import Auto, GuYau, Method, Stereographic
 from .repair_last import repair_last
@@ -154,7 +154,7 @@ def lai2014(
 def _shortcomings(mesh: Mesh, x: FloatArray, last: Round) -> Iterator[str]:
     """Notes on a correction that took few steps or none, and on a map that is far from conformal."""
     ends_early = last.status is Status.STALLED or last.iterations == 0
-    if last.start == Stage.STAR_MAP and ends_early and last.foldings_after <= FEW * len(mesh.f):
+    if last.start == Stage.STAR_MAP and ends_early and are_few(last.foldings_after, mesh.f):
         yield (
             f"the map is the star map after {iterations_in(last.iterations)}: further steps fold faces, or lead away "
             "from the mesh's angles"

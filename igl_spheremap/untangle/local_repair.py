@@ -30,17 +30,20 @@ from .embedding import (
 )
 from .relax import AngleLoss, relax_angles
 
-#: Foldings of at most this share of the faces are few, and are repaired locally: above, layouts by angles are nearer.
-FEW = 0.01
 #: Rings around foldings within which small moves move vertices.
 _MOVED_RINGS = 2
 #: Rings that are relaxed with the vertices moved by a repair.
 RELAXED_RINGS = 2
 
 
+def are_few(foldings: int, f: IntArray, share: float = 0.01) -> bool:
+    """True if one face folds, or at most this share of all: above, layouts by angles are nearer than repairs."""
+    return foldings <= max(1.0, share * len(f))
+
+
 def has_few_foldings(certificate: Certificate, f: IntArray) -> bool:
-    """True if the foldings are to be repaired locally: at most one percent of the faces, and degree 1."""
-    return certificate.foldings <= max(1.0, FEW * len(f)) and certificate.degree == 1
+    """True if the foldings are to be repaired locally: they are few, and the degree is 1."""
+    return are_few(certificate.foldings, f) and certificate.degree == 1
 
 
 def repair_locally(
