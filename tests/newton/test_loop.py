@@ -88,6 +88,41 @@ class Folds(Bowl):
         return Trial(y, self.risen if folded.any() else self.value(y), folded)
 
 
+class Parts(Bowl):
+    """Refuses moves that bring parts together: rows whose product with a move is their speed apart."""
+
+    def __init__(self, *rows):
+        super().__init__()
+        self.apart = np.array(rows)
+
+    def judged(self, y, move):
+        trial = super().judged(y, move)
+        if (speeds(self.apart, move) > -1e-6).all():
+            return trial
+        return trial._replace(value=np.inf, apart=self.apart)
+
+
+class Stuck(Short):
+    """Refuses long moves, whether or not they bring parts together, and names the parts."""
+
+    def __init__(self, share, *rows):
+        super().__init__(share)
+        self.apart = np.array(rows)
+
+    def judged(self, y, move):
+        return super().judged(y, move)._replace(apart=self.apart)
+
+
+def speeds(rows, move):
+    return np.einsum("kan,na->k", rows, move)
+
+
+def approaching(count, seed=3):
+    """Rows of parts that Newton's step of a `Bowl` brings together."""
+    rows = np.random.default_rng(seed).normal(size=(count, 2, N))
+    return -np.sign(speeds(rows, Bowl().least))[:, None, None] * rows
+
+
 def levenberg(damping=0.0, systems=100):
     return Levenberg(VertexSystem(F, N), np.full(N, damping), systems)
 
@@ -155,6 +190,45 @@ def test_a_step_must_bring_a_ten_thousandth_of_what_the_slope_promises():
         assert (len(problem.moves) == 1) == accepted
 
 
+@pytest.mark.parametrize("count", [2, 16])
+def test_parts_that_a_step_brings_together_keep_their_distance(count):
+    """The step is then the least value's on the condition, at whole length, as the step with this condition says."""
+    rows = approaching(count)
+    problem, search = Parts(*rows), LineSearch(VertexSystem(F, N))
+    trial = search.step(problem, ZERO, problem.model(ZERO))
+    conditioned = Bowl().model(ZERO, border=(rows, np.zeros(count)))
+    best = LineSearch(VertexSystem(F, N)).step(Bowl(), ZERO, conditioned)
+    assert np.allclose(trial.x, best.x, atol=1e-6)
+    assert np.allclose(speeds(rows, trial.x), 0, atol=1e-6)
+    assert len(problem.moves) == 2
+    assert search.length == 1
+
+
+def test_parts_that_only_the_conditioned_step_brings_together_are_held_beside_the_first():
+    first = approaching(1)[0]
+    held = Parts(first)
+    sliding = LineSearch(VertexSystem(F, N)).step(held, ZERO, held.model(ZERO)).x
+    whole = Bowl().least
+    # the whole step parts these two by 1, the conditioned one would bring them nearer by 1
+    along = np.linalg.lstsq(np.array([whole.T.ravel(), sliding.T.ravel()]), [1.0, -1.0], rcond=None)
+    second = along[0].reshape(2, N)
+    problem, search = Parts(first, second), LineSearch(VertexSystem(F, N))
+    trial = search.step(problem, ZERO, problem.model(ZERO))
+    assert np.allclose(speeds(problem.apart, trial.x), 0, atol=1e-6)
+    assert len(problem.moves) == 3
+    assert search.length == 1
+
+
+@pytest.mark.parametrize(
+    "rows", [-approaching(3), approaching(17)], ids=["moving apart", "more than sixteen"]
+)
+def test_a_refused_step_is_halved_if_no_part_is_in_its_way_or_too_many_are(rows):
+    problem, search = Stuck(0.3, *rows), LineSearch(VertexSystem(F, N))
+    trial = search.step(problem, ZERO, problem.model(ZERO))
+    assert search.length == 0.25
+    assert np.allclose(trial.x, problem.least / 4, atol=1e-5)
+
+
 def test_iterates_end_where_nothing_is_gained():
     """The value falls at every step, and a step from the minimum gains nothing."""
     trials = list(islice(newton(Short(0.3), LineSearch(VertexSystem(F, N)), ZERO), 50))
@@ -210,9 +284,10 @@ def test_a_search_gives_up_where_no_damping_helps():
     assert sizes[-1] <= move(10.0) * (1 + 1e-9) < sizes[-2]
 
 
-def test_a_search_gives_up_where_more_damping_leaves_as_many_folded_and_no_lower_value():
+@pytest.mark.parametrize("faces", [[3], [3, 9]])
+def test_a_search_gives_up_where_more_damping_leaves_as_many_folded_and_no_lower_value(faces):
     for value, steps in ((1e9, 2), (np.inf, None)):
-        problem = Folds([3, 9], 0.0, value)
+        problem = Folds(faces, 0.0, value)
         assert levenberg(1e-3).step(problem, ZERO, problem.model(ZERO)) is None
         assert (len(problem.moves) == 2) == (steps == 2)
 
