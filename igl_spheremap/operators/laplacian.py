@@ -16,6 +16,7 @@ from ..mesh.edges import HalfEdges, Indices, half_edges
 from ..mesh.measure import by_libigl, rounding_notes
 from ..timings import phase
 from .factor.factorize import Factor, factorize
+from .factor.ordering import breadth_first
 from .flips import delaunay_triangulation
 
 #: "cotangent" are the mesh's own weights, eq. (13). "mollified" takes them from `mollified_edge_lengths`, which differ
@@ -204,7 +205,7 @@ def build_operators(mesh: Mesh, backend: str = "auto", reuse: Operators | None =
         # algorithm (2), in the memory of L: factors keep the pattern only
         L.data[diagonal] += 1e-9 * mesh.A
         try:
-            factor = factorize(L, backend, before)
+            factor = factorize(L, backend, before, breadth_first)
         except FactorisationFailed:
             if choice == "uniform":
                 raise

@@ -24,6 +24,7 @@ from ...timings import phase
 from .ordering import bandwidth_order, inverse_permutation, nested_dissection
 
 Solver = Callable[[np.ndarray], np.ndarray]
+Numbering = Callable[[sp.csr_matrix], np.ndarray]
 
 #: cvxopt has one set of options for all threads.
 _OPTIONS = threading.Lock()
@@ -47,6 +48,8 @@ class Entries:
         Whether many matrices of the pattern follow: a library may search longer for an order.
     limbs : bool
         Whether the graph has narrow limbs, on which minimum degree fills less than a dissection.
+    numbering : callable
+        Numbers the vertices of the graph before minimum degree, which breaks ties by these numbers.
     """
 
     graph: sp.csr_matrix
@@ -56,12 +59,13 @@ class Entries:
     unknowns: int = 1
     repeated: bool = False
     limbs: bool = False
+    numbering: Numbering = bandwidth_order
 
     @classmethod
-    def of(cls, P: sp.csr_matrix) -> Entries:
+    def of(cls, P: sp.csr_matrix, numbering: Numbering = bandwidth_order) -> Entries:
         """All entries of a matrix."""
         columns = np.arange(P.shape[0], dtype=P.indices.dtype).repeat(np.diff(P.indptr))
-        return cls(P, P.indices, columns, mirrored=True)
+        return cls(P, P.indices, columns, mirrored=True, numbering=numbering)
 
     def are_of(self, P: sp.csr_matrix) -> bool:
         """Whether they are all entries of a matrix."""
@@ -204,7 +208,7 @@ class Cholmod(Analysis):
             if self.entries.repeated:
                 tried = 2
             return nested_dissection(graph).order, tried
-        vertices = bandwidth_order(graph)
+        vertices = self.entries.numbering(graph)
         if self.entries.unknowns == 1:
             return vertices, 0
         # minimum degree on the vertices' graph: a quarter of the entries, the same fill
@@ -271,7 +275,7 @@ class Rslab(Analysis):
         import rslab
 
         super().__init__(entries)
-        self._order = entries.expanded(bandwidth_order(entries.graph))
+        self._order = entries.expanded(entries.numbering(entries.graph))
         rows, columns, numbers = entries.lower(self._order)
         A = sp.csc_matrix((numbers + 1.0, (rows, columns)), shape=(entries.n, entries.n))
         self._entry = A.data.astype(np.int64) - 1
@@ -324,7 +328,7 @@ class SuperLU(Analysis):
         self._splu = splu
         small = entries.n < self.dissects_from
         if small and (entries.limbs or not entries.repeated):
-            vertices, self._rule = bandwidth_order(entries.graph), "MMD_AT_PLUS_A"
+            vertices, self._rule = entries.numbering(entries.graph), "MMD_AT_PLUS_A"
         else:
             vertices, self._rule = nested_dissection(entries.graph).order, "NATURAL"
         self._order = entries.expanded(vertices)

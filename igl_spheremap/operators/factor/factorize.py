@@ -8,8 +8,9 @@ from importlib import import_module
 import scipy.sparse as sp
 
 from ...timings import phase
-from .factor import Analysis, Cholmod, Entries, Factor, Rslab, SuperLU, check_definite
+from .factor import Analysis, Cholmod, Entries, Factor, Numbering, Rslab, SuperLU, check_definite
 from .memory import OF_SOLVER, bytes_left, too_little
+from .ordering import bandwidth_order
 
 #: The module that each solver needs, and its class, the fastest first.
 _SOLVERS: dict[str, tuple[str, type[Analysis]]] = {
@@ -29,7 +30,12 @@ def available_backends() -> tuple[str, ...]:
 
 
 @phase("factorisation")
-def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None) -> Factor:
+def factorize(
+    P: sp.spmatrix,
+    backend: str = "auto",
+    reuse: Factor | None = None,
+    numbering: Numbering = bandwidth_order,
+) -> Factor:
     """Factorise a symmetric positive definite matrix with both triangles stored.
 
     "auto" takes the fastest solver that is installed. `reuse` is a factor that this function made. If its matrix had
@@ -51,7 +57,7 @@ def factorize(P: sp.spmatrix, backend: str = "auto", reuse: Factor | None = None
     if reuse is not None and reuse.backend == backend and reuse.analysis.entries.are_of(P):
         analysis = reuse.analysis
     else:
-        analysis = _SOLVERS[backend][1](Entries.of(P))
+        analysis = _SOLVERS[backend][1](Entries.of(P, numbering))
     factor = analysis.factorize(P.data)
     if isinstance(analysis, SuperLU):
         check_definite(P, factor)

@@ -4,10 +4,15 @@ import igl
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from scipy.sparse.csgraph import shortest_path
 from scipy.sparse.linalg import splu
 
 from igl_spheremap.operators.factor.graph_sphere import aggregate, graph_sphere
-from igl_spheremap.operators.factor.ordering import bandwidth_order, nested_dissection
+from igl_spheremap.operators.factor.ordering import (
+    bandwidth_order,
+    breadth_first,
+    nested_dissection,
+)
 from igl_spheremap.operators.laplacian import laplacian
 
 
@@ -35,6 +40,7 @@ def test_orders_are_permutations(leaf):
     everything = np.arange(P.shape[0])
     assert (np.sort(nested_dissection(P, leaf).order) == everything).all()
     assert (np.sort(bandwidth_order(P)) == everything).all()
+    assert (np.sort(breadth_first(P)) == everything).all()
 
 
 @pytest.mark.parametrize("n", [1, 2, 5])
@@ -61,6 +67,20 @@ def test_top_separator_is_of_the_order_of_a_great_circle():
     P = regularised(*ellipsoid(5))
     tree = nested_dissection(P)
     assert np.count_nonzero(tree.height == tree.depth) < 2.5 * np.sqrt(P.shape[0])
+
+
+def test_breadth_first_search_ends_at_the_first_vertex_and_never_moves_away_from_it():
+    P = regularised(*ellipsoid(4, shuffle=0))
+    distance = shortest_path(P, unweighted=True, indices=0)[breadth_first(P)]
+    assert distance[-1] == 0
+    assert (np.diff(distance) <= 0).all()
+
+
+@pytest.mark.parametrize("shuffle", [None, 0, 1])
+def test_minimum_degree_after_breadth_first_search_fills_as_little(shuffle):
+    P = regularised(*ellipsoid(5, shuffle))
+    expected = fill(P, bandwidth_order(P), "MMD_AT_PLUS_A")
+    assert fill(P, breadth_first(P), "MMD_AT_PLUS_A") < 1.05 * expected
 
 
 @pytest.mark.parametrize("shuffle", [None, 0, 1])
