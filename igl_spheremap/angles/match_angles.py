@@ -25,7 +25,7 @@ from ..sphere.rows import (
 )
 from ..untangle.embedding import dilate, embed_nearby
 from ..untangle.local_repair import RELAXED_RINGS, are_few, small_moves
-from ..untangle.relax import AngleLoss, relax_angles
+from ..untangle.relax import AngleLoss, gain_of_single_moves, relax_angles
 from ..verify.distortion import mean_difference
 from ..verify.signs import folded_faces, signed_volumes
 
@@ -94,43 +94,53 @@ def is_worth_steps(
     *,
     good: float = 1.2,
     sampled: int = 500,
-    smoothing: float = 0.03,
-    thin: float = np.radians(30),
-    steps_per_sweep: float = 4,
+    few: int = 100,
 ) -> bool:
     """True if a sample predicts that steps lower a map's angle differences by more than the share `price`.
 
-    The prediction is the gain of a sweep, times the share of the differences that can be lowered. The sum of the
-    differences at a vertex can't: it is the vertex's curvature less that of its image. If faces are better shaped than
-    `thin`, in the mean of their least angles, the harmonic map is conformal already, and steps gain less.
+    A map of a mean below `good` degrees takes no steps, since they hardly show. `sampled` faces tell the mean, and as
+    many stars of vertices the gain, unless already `few` stars predict less than a third of the price.
+    """
+    sample = mesh.f[spread(len(mesh.f), sampled)]
+    if mean_difference(corner_angles(mesh.unit, sample), x, sample) <= good:
+        return False
+    if 3 * _predicted_gain(mesh, x, few) < price:
+        return False
+    return _predicted_gain(mesh, x, sampled) > price
+
+
+def _predicted_gain(
+    mesh: Mesh,
+    x: FloatArray,
+    sampled: int,
+    smoothing: float = 0.03,
+    thin: float = np.radians(30),
+    steps_per_sweep: float = 4,
+) -> float:
+    """The share by which steps are predicted to lower a map's angle differences.
+
+    It is the gain of a sweep over a sample of vertices, each moved alone, times the share of the differences that can
+    be lowered. The sum of the differences at a vertex can't: it is the vertex's curvature less that of its image. If
+    faces are better shaped than `thin`, in the mean of their least angles, the harmonic map is conformal already, and
+    steps gain less.
 
     Parameters
     ----------
-    good
-        Degrees: a map of smaller mean takes no steps, since they hardly show.
-    sampled
-        Number of faces, and of stars of vertices, in the sample.
     smoothing
         Angle differences below this share of their mean count by their squares.
     steps_per_sweep
         Gain of the steps over that of a sweep: less than all samples gained.
     """
-    sample = mesh.f[spread(len(mesh.f), sampled)]
-    if mean_difference(corner_angles(mesh.unit, sample), x, sample) <= good:
-        return False
-    movable = marked(np.arange(0, len(x), max(1, len(x) // sampled)), len(x))
-    around = mesh.f[touching(mesh.f, movable)]
+    vertices = np.arange(0, len(x), max(1, len(x) // sampled))
+    movable, around = marked(vertices, len(x)), mesh.f[mesh.edges.faces_at(vertices)]
     source = corner_angles(mesh.unit, around)
     difference, own = corner_angles(x, around) - source, movable[around]
     curvature = np.bincount(around[own], difference[own], len(x))
-    lowerable = 1 - np.abs(curvature).sum() / np.abs(difference[own]).sum()
-    mean = float(np.degrees(np.abs(difference).mean()))
-    thinness = thin / source.min(axis=1).mean()
-    y = relax_angles(
-        x, around, AngleLoss(source.T, smoothing * np.radians(mean)), movable, sweeps=1
-    )
-    gain = 1 - mean_difference(source, y, around) / mean
-    return bool(steps_per_sweep * gain * lowerable * thinness > price)
+    size = np.abs(difference)
+    lowerable = 1 - np.abs(curvature).sum() / size[own].sum()
+    loss = AngleLoss(source.T, smoothing * float(size.mean()))
+    gain = gain_of_single_moves(x, around, loss, movable) / size.sum()
+    return float(steps_per_sweep * gain * lowerable * thin / source.min(axis=1).mean())
 
 
 class AngleProblem:

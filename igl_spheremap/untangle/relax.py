@@ -111,11 +111,8 @@ def relax_angles(
     if movable is None:
         movable = np.ones(len(x), dtype=bool)
     stars = stars_of(f, movable)
-    classes = []
-    for part in map(stars.take, colour_classes(stars, len(x))):
-        centre = part.vertices[part.owner]
-        corner = (f[part.faces] == centre[:, None]).argmax(axis=1)
-        classes.append((part, loss.at(3 * part.faces + corner)))
+    parts = map(stars.take, colour_classes(stars, len(x)))
+    classes = [(part, _around(part, f, loss)) for part in parts]
     for _ in range(sweeps):
         before = after = 0.0
         for each in classes:
@@ -124,6 +121,19 @@ def relax_angles(
         if before - after <= tolerance * before:
             break
     return np.ascontiguousarray(columns.T)
+
+
+def gain_of_single_moves(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray) -> float:
+    """The sum of what each movable vertex lowers the loss by if it moves and all others stay."""
+    stars = stars_of(f, movable)
+    old, new = _step(x.T.copy(), stars, _around(stars, f, loss))
+    return old - new
+
+
+def _around(stars: Stars, f: IntArray, loss: AngleLoss) -> AngleLoss:
+    """The loss of the faces of stars, turned so that p is the centre."""
+    centre = stars.vertices[stars.owner]
+    return loss.at(3 * stars.faces + (f[stars.faces] == centre[:, None]).argmax(axis=1))
 
 
 def _step(
