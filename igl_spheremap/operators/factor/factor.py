@@ -21,10 +21,9 @@ import scipy.sparse as sp
 from ...errors import FactorisationFailed
 from ...mesh.arrays import HALF_DIGITS
 from ...timings import phase
-from .ordering import bandwidth_order, inverse_permutation, nested_dissection
+from .ordering import Numbering, bandwidth_order, inverse_permutation, nested_dissection
 
 Solver = Callable[[np.ndarray], np.ndarray]
-Numbering = Callable[[sp.csr_matrix], np.ndarray]
 
 #: cvxopt has one set of options for all threads.
 _OPTIONS = threading.Lock()
@@ -49,7 +48,7 @@ class Entries:
     limbs : bool
         Whether the graph has narrow limbs, on which minimum degree fills less than a dissection.
     numbering : callable
-        Numbers the vertices of the graph before minimum degree, which breaks ties by these numbers.
+        Numbers the vertices of the graph before an order is sought, which breaks ties by these numbers.
     """
 
     graph: sp.csr_matrix
@@ -207,7 +206,7 @@ class Cholmod(Analysis):
         if self.entries.n >= self.dissects_from:
             if self.entries.repeated:
                 tried = 2
-            return nested_dissection(graph).order, tried
+            return nested_dissection(graph, self.entries.numbering).order, tried
         vertices = self.entries.numbering(graph)
         if self.entries.unknowns == 1:
             return vertices, 0
@@ -330,7 +329,10 @@ class SuperLU(Analysis):
         if small and (entries.limbs or not entries.repeated):
             vertices, self._rule = entries.numbering(entries.graph), "MMD_AT_PLUS_A"
         else:
-            vertices, self._rule = nested_dissection(entries.graph).order, "NATURAL"
+            vertices, self._rule = (
+                nested_dissection(entries.graph, entries.numbering).order,
+                "NATURAL",
+            )
         self._order = entries.expanded(vertices)
         self._A, self._entry = entries.full(self._order)
 

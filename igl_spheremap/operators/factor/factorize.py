@@ -8,9 +8,9 @@ from importlib import import_module
 import scipy.sparse as sp
 
 from ...timings import phase
-from .factor import Analysis, Cholmod, Entries, Factor, Numbering, Rslab, SuperLU, check_definite
+from .factor import Analysis, Cholmod, Entries, Factor, Rslab, SuperLU, check_definite
 from .memory import OF_SOLVER, bytes_left, too_little
-from .ordering import bandwidth_order
+from .ordering import Numbering, bandwidth_order
 
 #: The module that each solver needs, and its class, the fastest first.
 _SOLVERS: dict[str, tuple[str, type[Analysis]]] = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,8 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import breadth_first_order, reverse_cuthill_mckee
 
 from .graph_sphere import graph_sphere
+
+Numbering = Callable[[sp.csr_matrix], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,9 @@ def renumbered(P: sp.csr_matrix, order: np.ndarray) -> sp.csr_matrix:
     return A
 
 
-def nested_dissection(P: sp.csr_matrix, leaf: int = 12, sample: int = 2) -> Dissection:
+def nested_dissection(
+    P: sp.csr_matrix, numbering: Numbering = bandwidth_order, leaf: int = 12, sample: int = 2
+) -> Dissection:
     """Dissect the graph of a matrix by planes through its rough map to the sphere.
 
     Planes cut a mesh of genus 0 well on a conformal sphere: each half of a part has half of its vertices, and a
@@ -77,7 +82,7 @@ def nested_dissection(P: sp.csr_matrix, leaf: int = 12, sample: int = 2) -> Diss
     """
     n = P.shape[0]
     # everything below gathers along edges: worth a cache-friendly numbering
-    local = bandwidth_order(P)
+    local = numbering(P)
     graph = renumbered(P, local)
     graph.data = np.ones(graph.nnz)
     depth = max(1, int(np.ceil(np.log2(max(n, 2) / leaf))))

@@ -38,7 +38,7 @@ def fill(P, order, rule="NATURAL"):
 def test_orders_are_permutations(leaf):
     P = regularised(*ellipsoid(3))
     everything = np.arange(P.shape[0])
-    assert (np.sort(nested_dissection(P, leaf).order) == everything).all()
+    assert (np.sort(nested_dissection(P, leaf=leaf).order) == everything).all()
     assert (np.sort(bandwidth_order(P)) == everything).all()
     assert (np.sort(breadth_first(P)) == everything).all()
 
