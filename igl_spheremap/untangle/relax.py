@@ -120,7 +120,7 @@ def relax_angles(
             before, after = before + old, after + new
         if before - after <= tolerance * before:
             break
-    return np.ascontiguousarray(columns.T)
+    return columns.T
 
 
 def gain_of_single_moves(x: FloatArray, f: IntArray, loss: AngleLoss, movable: BoolArray) -> float:
