@@ -83,10 +83,8 @@ class _Parser(ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         _, found, missing = message.partition("arguments are required: ")
-        if found and "-" not in missing:
-            names = [str(each.metavar) for each in self._get_positional_actions() if each.required]
-            missing = str(missing.count(",") + 1)
-            message = f"{' '.join(names)} are needed; missing: {missing}"
+        if found:
+            message = f"{self.prog.split()[-1]} needs {missing}"
         raise UsageError(f"{message} (see {self.prog} --help)")
 
     def parse(self, words: list[str]) -> Namespace:

@@ -72,6 +72,8 @@ Picture = NDArray[np.uint8]
 Write = Callable[[Picture, int], None]
 #: Files that hold a video.
 VIDEOS = (".gif", ".mp4")
+#: ImGui's grey of light panels.
+_PANEL = (240, 240, 240)
 _offscreen: bool | None = None
 
 
@@ -278,13 +280,14 @@ def _gif(path: Path, rate: int) -> Iterator[Write]:
 
 
 def _reduced(images: Any, picture: Picture) -> Any:
-    """A picture in 255 colours and that of folded faces, which a palette chosen by area would lose."""
+    """A picture in 254 colours and two that a palette by area would lose: of folded faces, and the panels' grey."""
     image = images.fromarray(picture)
     chosen = image.quantize(
         255, method=images.Quantize.FASTOCTREE, dither=images.Dither.NONE
     ).getpalette()
     indexed = images.new("P", (1, 1))
-    indexed.putpalette([*chosen[: 3 * 255], *(round(255 * c) for c in palette.FOLDED)])
+    kept = *(round(255 * c) for c in palette.FOLDED), *_PANEL
+    indexed.putpalette([*chosen[: 3 * 254], *kept])
     return image.quantize(palette=indexed, dither=images.Dither.NONE)
 
 

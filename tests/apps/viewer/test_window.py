@@ -64,6 +64,20 @@ def test_a_gif_holds_each_picture_as_long_as_asked(tmp_path):
             assert len(_red(np.asarray(video.convert("RGB")))) == 1200
 
 
+def test_panels_stay_grey_and_folded_faces_red_in_a_gif_of_light_colours(tmp_path):
+    images = pytest.importorskip("PIL.Image")
+    path = tmp_path / "run.gif"
+    image = np.random.default_rng(1).integers(224, 256, (200, 300, 3), dtype=np.uint8)
+    image[:, :20] = 240
+    image[:20, 100:120] = np.rint(255 * np.array(FOLDED))
+    with open_video(path, 20) as write:
+        write(image, 1)
+    with images.open(path) as video:
+        shown = np.asarray(video.convert("RGB"))
+    assert (shown[:, :20] == 240).all()
+    assert len(_red(shown[:20, 100:120])) == 400
+
+
 def test_a_video_is_a_file_of_a_known_kind(tmp_path):
     for name in ("file", "run.avi", "pictures/"):
         with pytest.raises(FileError, match=r"a video is a .gif or .mp4 file"):
