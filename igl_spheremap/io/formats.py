@@ -8,10 +8,12 @@ import zlib
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from ..errors import FileError
-from ..gate import PathLike
+
+if TYPE_CHECKING:  # help and wrong lines load no numpy
+    from ..gate import PathLike
 
 #: By whose convention a hemisphere's files are named. FreeSurfer's are written in its formats, the others as GIFTI.
 Convention = Literal["bids", "freesurfer", "hcp", "fmriprep"]

@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import FileError, Remedy
-from ..gate import PathLike
 from .formats import Convention
+
+if TYPE_CHECKING:  # help and wrong lines load no numpy
+    from ..gate import PathLike
 
 LEFT, RIGHT = "CortexLeft", "CortexRight"
 #: The structures by the letters that stand for them.

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from ...gate import PathLike
 from ...io.hemispheres import LEFT, RIGHT, structure_of
+
+if TYPE_CHECKING:  # help and wrong lines load no numpy
+    from ...gate import PathLike
 
 #: Width and height in pixels of a window, and of one that shows three bodies in a row: many screens have 1366 by 768.
 SIZE = (1280, 760)
