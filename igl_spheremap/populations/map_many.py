@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from ..balance import CONFORMAL
@@ -137,6 +138,9 @@ def targets_of(pattern: str, sources: Sequence[str]) -> list[str]:
     >>> targets_of("spheres/{stem}.ply", ["a/one.obj", "b/two.obj"])
     ['spheres/one.ply', 'spheres/two.ply']
     """
+    if "{" not in pattern and not Path(pattern).suffix:
+        name = printable(str(Path(pattern)))
+        raise ValueError(f"out {name} has no ending; give '{name}/{{stem}}.ply'")
     targets = [filled(pattern, source, "out ") for source in sources]
     for target in targets:
         if not format_of(target).ordered:

@@ -416,6 +416,7 @@ def test_targets_follow_the_pattern():
         (["1.ply"], "{folder}/{name}"),
         (["1.ply", "2.ply"], "{folder}/2.ply"),
         (["1.ply"], "{stem}.stl"),
+        (["1.ply"], "spheres/"),
         (["1.ply"], "{where}.ply"),
         (["1.ply"], "{stem:>9999999999}.ply"),
     ],

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import IntEnum
+from textwrap import fill
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -50,7 +51,10 @@ class Exit(IntEnum):
 
 def status_help() -> str:
     """The end of a help text: all statuses with their meanings."""
-    return "exit status:\n" + "".join(f"  {status:<3} {status.meaning}\n" for status in Exit)
+    lines = (
+        fill(f"  {status:<3} {status.meaning}", 80, subsequent_indent=" " * 6) for status in Exit
+    )
+    return "\n".join(("exit status:", *lines, ""))
 
 
 def exit_of(*certificates: "Certificate") -> Exit:

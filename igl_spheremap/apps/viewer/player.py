@@ -464,7 +464,7 @@ class Player(LensView):
                 self._leave_for(change)
             imgui.EndDisabled()
             tip(
-                "To where there are half or twice as many foldings; or, where that is often, to the largest changes."
+                "To the next place where foldings halve or double; if there are many, to the largest changes."
             )
             imgui.SameLine()
         imgui.TextUnformatted("change of foldings")
