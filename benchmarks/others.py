@@ -55,7 +55,7 @@ def rows() -> Iterator[tuple[str, str, str, str]]:
     here, lapy = peers("ours, scipy"), peers("LaPy, no refusals")
     mesh = "CPU time, cortex of 163,842 vertices"
     yield (
-        "LaPy by scipy, its refusals of small areas off; here by scipy",
+        "LaPy by scipy, its check for small areas off; here by scipy",
         mesh,
         f"{lapy[0]} s",
         f"{here[0]} s",

@@ -13,7 +13,7 @@ def run(demo, surface):
     """Call a demo with the name of a surface, this one by default, and that of a picture or None."""
     script, *words = sys.argv
     if {"-h", "--help"} & set(words):
-        print(demo.__globals__["__doc__"])
+        print(sys.modules["__main__"].__doc__)
         return
     pictures = [word for word in words if word.lower().endswith(PICTURES)]
     surfaces = [word for word in words if word not in pictures]

@@ -24,7 +24,7 @@ Place = tuple[int, int]
 #: Actions of the mouse on every grid.
 MOUSE = (
     "Drag to turn all, drag with the right button to shift, scroll to zoom, double-click or press R to reset. "
-    "Click a vertex to mark it on all, and beside it or press Escape to forget it. "
+    "Click a vertex to mark it on all bodies; click beside it or press Escape to forget it. "
     "Numbers choose colours, L the whole sphere or the lens that fits, S writes a picture."
 )
 
