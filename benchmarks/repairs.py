@@ -25,6 +25,7 @@ from bodies import ring_floor, worm
 from scipy.spatial import ConvexHull
 
 import igl_spheremap as ism
+from igl_spheremap.result.run import Round
 from igl_spheremap.untangle.embedding import progressive_embedding
 
 from .common import load, parser, quality, timed
@@ -62,10 +63,7 @@ def maps(sources: list[str]) -> None:
         v, f = load(source)
         result, seconds = timed(lambda v=v, f=f: ism.spherical_conformal_map(v, f))  # type: ignore[misc]
         found = quality(v, f, result.sphere)
-        rounds = {
-            each.start: f"{each.foldings_after:,} / {each.mean_angle_difference:.3g}"
-            for each in reversed(result.rounds)
-        }
+        rounds = {each.start: folds_and_mean(each) for each in reversed(result.rounds)}
         first = rounds.get("map", f"0 / {found['mean']:.3g}")
         placed = rounds.get("angles", rounds.get("embedding", ""))
         print(
@@ -73,6 +71,13 @@ def maps(sources: list[str]) -> None:
             f"{seconds:.2f} |",
             flush=True,
         )
+
+
+def folds_and_mean(entry: Round) -> str:
+    """Both after a round; local repairs measure no angles far from their patches, so have no mean."""
+    if np.isnan(entry.mean_angle_difference):
+        return f"{entry.foldings_after:,}"
+    return f"{entry.foldings_after:,} / {entry.mean_angle_difference:.3g}"
 
 
 def polish(sources: list[str]) -> None:
