@@ -179,12 +179,14 @@ def _began_folded(recording: Recording) -> bool:
 
 def _views(mesh: Mesh, sphere: FloatArray, before: bool, up: str) -> Iterator[View]:
     """Surface and result; if the run removed foldings of the Gauss map, this between them."""
-    turn, maps, by = pose(mesh.unit, up), [("Result", sphere)], "folded"
+    turn, maps = pose(mesh.unit, up), [("Result", sphere)]
     if before:
         maps.insert(0, ("Gauss map", vertex_normals(mesh.unit, mesh.f)))
-        by = "folded by the Gauss map"
     coloured = [(name, x, Colours(SUBJECTS[0]).of(mesh, x)) for name, x in maps]
-    legend, first = (f"{by}; same colour: same place", FOLDED), coloured[0][2]
+    first = coloured[0][2]
+    (legend,) = first.legends
+    if before:
+        legend = ("folded by the Gauss map; same colour: same place", FOLDED)
     yield View("Surface", fit(mesh.unit, turn), first.colours, first.folded, legend)
     for name, x, colours in coloured:
         caption = f"{name}: {count_foldings(len(colours.folded))}"

@@ -22,6 +22,7 @@ from igl_spheremap.apps.cli.output import check_report
 from igl_spheremap.apps.report import write_report
 from igl_spheremap.apps.viewer import window
 from igl_spheremap.draw.markup import View, page, scene, table
+from igl_spheremap.draw.palette import FOLDED, SURFACE
 from igl_spheremap.errors import DisplayError
 from igl_spheremap.io.pages import page_file
 from igl_spheremap.verify.distortion import angle_figures
@@ -190,6 +191,19 @@ def test_a_scene_has_every_folded_face_and_its_marks():
         assert len(starts) == (2 if few else 0)
         outward = np.frombuffer(base64.b64decode(view["outward"]), "<f4").reshape(-1, 3)
         assert len(outward) == (len(folded) if few else 0)
+
+
+@needs_drawing
+@pytest.mark.parametrize(("name", "colour"), [("pear", SURFACE), ("dumbbell", FOLDED)])
+def test_the_legend_of_a_report_names_the_colour_of_foldings_if_there_are_any(
+    tmp_path, name, colour
+):
+    """The Gauss map, at which the run begins, folds the dumbbell alone."""
+    path = tmp_path / "report.html"
+    surface = f"sample:{name}:n_vertices=300"
+    command("map", surface, tmp_path / "a.npz", "--method", "lai2014", "--report", path)
+    legend = re.search(r"rgb\(([\d ]+)\)[^(]*same colour: same place", path.read_text("utf-8"))
+    assert np.array(legend[1].split(), int) == pytest.approx(255 * np.array(colour), abs=1)
 
 
 @pytest.mark.parametrize("name", ["page.pdf", "out.obj", "there"])
