@@ -207,6 +207,7 @@ def test_projections_without_weight_end_with_the_first_that_moves_less_than_half
         moved = np.sqrt(np.average(((x - before) ** 2).sum(axis=1), weights=areas))
     found = project_unweighted(mesh, A, gauss_map, lambda y: y)
     np.testing.assert_allclose(found.star_map, x, rtol=0, atol=1e-9)
+    assert found.floored == 0  # no weight, none raised
 
 
 def test_starts_are_iterates_before_the_first_step():
