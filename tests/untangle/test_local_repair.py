@@ -45,6 +45,36 @@ def test_slivers_beside_an_end_of_an_axis_stand_up_by_the_same_moves_at_every_sc
     assert moves[1] == pytest.approx(moves[0], rel=1e-6, abs=1e-12)
 
 
+@pytest.mark.parametrize("seed", [321, 359, 370])
+def test_nested_thin_faces_are_freed_one_after_the_other(seed):
+    x, f = _nested(seed)
+    before = certify(x, f)
+    assert before.foldings >= 4
+    assert before.degree == 1
+    assert certify(small_moves(x, f), f).folding_free
+
+
+def _nested(seed):
+    """A side between two vertices, and others near it: each is the apex of a face over the side below the last one."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(3, 12))
+    near = np.column_stack(
+        (
+            rng.uniform(-0.9, 0.9, n),
+            rng.normal(size=n) * 10.0 ** rng.uniform(-4, -1),
+            np.ones(n),
+        )
+    )
+    p, q, above, below, first = range(5)
+    last = first + n - 1
+    f = [(p, q, above), (q, p, first), (last, p, below), (q, last, below)]
+    f += [(p, above, below), (above, q, below)]
+    for k in range(first, last):
+        f += [(k, p, k + 1), (q, k, k + 1)]
+    ends = [(-1, 0, 1), (1, 0, 1), (0, 2, -1), (0, -2, -1)]
+    return unit(np.vstack((ends, near))), np.array(f)
+
+
 def test_a_map_without_foldings_stays_bit_for_bit():
     x, f = icosphere(3)
     assert small_moves(x, f).tobytes() == x.tobytes()
