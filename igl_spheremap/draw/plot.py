@@ -30,7 +30,9 @@ def new_figure(
     # Notebooks show a bare figure only after pyplot was imported there, but anything with this method at once.
     shown = type("Figure", (base,), {"_repr_png_": _png})
     figure = shown(figsize=(size[0] * columns, size[1] * rows), layout="constrained", dpi=150)
-    figure.suptitle(title, fontsize=11)
+    # names of files may not be UTF-8, and hold what matplotlib takes for formulas
+    title = title.encode(errors="backslashreplace").decode()
+    figure.suptitle(title, fontsize=11, parse_math=False)
     axes = figure.subplots(rows, columns, squeeze=False)
     for ax in axes.ravel():
         ax.spines[["top", "right"]].set_visible(False)

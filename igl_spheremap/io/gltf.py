@@ -14,7 +14,7 @@ from urllib.parse import unquote
 import numpy as np
 
 from ..draw.plot import vertical
-from ..errors import MeshError, import_optional
+from ..errors import MeshError, import_optional, printable
 from ..mesh.arrays import AnyArray, FloatArray, IntArray
 from .reading import Bytes, beside, check_complete, check_expansion
 from .records import Metadata, RawMesh, of_triangles
@@ -253,9 +253,9 @@ def write_body(path: Path, body: Any, metadata: Metadata) -> None:
     right = np.eye(3)[int(up[0] != 0)]
     turn[:3, :3] = right, up, np.cross(right, up)
     scene = trimesh.Scene()
-    scene.add_geometry(
-        body, node_name=metadata.get("name"), geom_name=metadata.get("name"), transform=turn
-    )
+    # the text of a scene is UTF-8, names of files may not be
+    name = printable(metadata["name"]) if "name" in metadata else None
+    scene.add_geometry(body, node_name=name, geom_name=name, transform=turn)
 
     def marked(tree: dict[str, Any]) -> None:
         tree["asset"]["generator"] = metadata.get("mark", tree["asset"]["generator"])

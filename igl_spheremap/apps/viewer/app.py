@@ -21,7 +21,7 @@ from . import window
 from .choices import LENGTH, RATE, SIZE, SUBJECTS, Pictures
 from .grid import Grid, packed
 from .widgets import FITTING, box, leave_open, menu_is_open, paragraph, tip
-from .window import imgui, pressed, ps
+from .window import imgui, legible, pressed, ps
 
 #: Beginning of a sentence that a window shows in place of a traceback.
 FAILED = "Something went wrong here: "
@@ -130,6 +130,8 @@ def announce(pictures: Pictures, text: str) -> None:
     """Say the cause of waiting in an empty window."""
     if pictures.offscreen:
         return
+
+    text = legible(text)
 
     def draw() -> None:
         width, height = ps.get_window_size()

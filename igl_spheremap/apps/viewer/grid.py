@@ -17,7 +17,7 @@ from ...draw.lens import Lens
 from ...mesh.arrays import FloatArray, IntArray
 from .body import Body, Dots
 from .colouring import Colouring, Legend
-from .window import UNITS_PER_PIXEL, aim, imgui, pressed, ps, to_world
+from .window import UNITS_PER_PIXEL, aim, imgui, legible, pressed, ps, to_world
 
 Place = tuple[int, int]
 
@@ -410,7 +410,7 @@ def draw_legend(canvas: Any, x: float, y: float, width: float, legend: Legend) -
 def wrapped(paragraphs: str, width: float) -> tuple[str, ...]:
     """Lines of text that are no wider than `width` pixels; words that are wider are broken."""
     lines: list[str] = []
-    for paragraph in filter(None, paragraphs.splitlines()):
+    for paragraph in filter(None, legible(paragraphs).splitlines()):
         letters = len(paragraph)
         while letters > 1 and any(text_width(line) > width for line in wrap(paragraph, letters)):
             letters -= 1

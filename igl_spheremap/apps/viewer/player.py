@@ -32,7 +32,7 @@ from .grid import MOUSE, Grid, Part, text_width
 from .lens_view import LensView
 from .map_view import count_foldings, edge_width
 from .widgets import FITTING, box, menu, panel, paragraph, tip, warning
-from .window import imgui, pressed, ps
+from .window import imgui, legible, pressed, ps
 
 #: Begins a run by the name of a mesh, a method, and options of `repair_mesh` or None.
 Start = Callable[[str, Method, "Mapping[str, Any] | None"], ShownRun]
@@ -380,7 +380,9 @@ class Player(LensView):
         return folding
 
     def _run_widgets(self) -> None:
-        _, self.name = imgui.InputText("mesh", self.name)
+        changed, name = imgui.InputText("mesh", legible(self.name))
+        if changed:
+            self.name = name
         tip(f"{self.name}: a file, or a sample. The run before stays until this one is read.")
         names = [f"sample:{name}" for name in samples.names()]
         self.name = (

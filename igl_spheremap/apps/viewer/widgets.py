@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from ...draw.palette import FOLDED
 from .choices import SUBJECTS
 from .colouring import SCALES, Colours
-from .window import imgui, implot, pressed, ps
+from .window import imgui, implot, legible, pressed, ps
 
 #: Height of a box that is as high as its content.
 FITTING = 0.0
@@ -107,7 +107,7 @@ def tip(text: str, width: float = 360.0) -> None:
     """Explain the last widget while the mouse rests on it."""
     if not imgui.IsItemActive() and imgui.BeginItemTooltip():
         imgui.PushTextWrapPos(width)
-        imgui.TextUnformatted(text)
+        imgui.TextUnformatted(legible(text))
         imgui.PopTextWrapPos()
         imgui.EndTooltip()
 
@@ -122,5 +122,5 @@ def warning(text: str) -> None:
 def paragraph(text: str) -> None:
     """Write text that wraps."""
     imgui.PushTextWrapPos(0.0)
-    imgui.TextUnformatted(text)
+    imgui.TextUnformatted(legible(text))
     imgui.PopTextWrapPos()

@@ -104,7 +104,7 @@ def _start(offscreen: bool, title: str) -> None:
     # Mesa's software OpenGL then leaves a core to computations beside the window
     if not offscreen:
         os.environ.setdefault("LP_NUM_THREADS", str(max(0, (os.cpu_count() or 1) - 2)))
-    ps.set_program_name(title)
+    ps.set_program_name(legible(title))
     ps.set_verbosity(0)
     ps.set_use_prefs_file(False)
     ps.set_errors_throw_exceptions(True)
@@ -120,6 +120,15 @@ def _start(offscreen: bool, title: str) -> None:
             hint = f"Debian and Ubuntu: apt install {PACKAGES}"
         raise DisplayError(f"OpenGL did not start ({reason}); {hint}") from None
     _set_scene(offscreen)
+
+
+def legible(text: str) -> str:
+    """A text that polyscope takes: names of files may not be UTF-8.
+
+    >>> legible("caf\\udce9.obj")
+    'caf\\\\udce9.obj'
+    """
+    return text.encode(errors="backslashreplace").decode()
 
 
 def backend(offscreen: bool) -> str:
@@ -203,6 +212,10 @@ def check_picture(path: PathLike) -> None:
     """If a picture can't be written, raise a FileError before the work starts; polyscope reports nothing."""
     if Path(path).suffix.lower() not in PICTURES:
         raise FileError(f"{path}: a picture is a {' or '.join(PICTURES)} file")
+    try:
+        os.fspath(path).encode()
+    except UnicodeEncodeError:
+        raise FileError(f"{path}: polyscope takes names of pictures in UTF-8 only") from None
     check_writable(path, force=True)
 
 

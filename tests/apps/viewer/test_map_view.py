@@ -1,11 +1,12 @@
 """The parts of the viewer that need no window, and the pictures of a result."""
 
 import ctypes
+import os
 import sys
 
 import numpy as np
 import pytest
-from drawing import drive, needs_drawing, run, use
+from drawing import command, drive, needs_drawing, run, use
 
 import igl_spheremap as ism
 from igl_spheremap.apps.cli import main
@@ -14,7 +15,7 @@ from igl_spheremap.apps.viewer.choices import SUBJECTS
 from igl_spheremap.apps.viewer.colouring import Colours, relief
 from igl_spheremap.draw import palette
 from igl_spheremap.draw.plot import SIDES, UPS, fit, pose
-from igl_spheremap.errors import DisplayError
+from igl_spheremap.errors import DisplayError, FileError
 
 
 @pytest.fixture(scope="module")
@@ -444,3 +445,19 @@ figures['files'], figures['room'] = sorted(os.listdir()), min(room)
     assert figures["header"] == "\x89PNG"
     assert set(figures["files"]) == {"typed.gif", "typed.png", "mine.npz", "mine.png", "mine_2.png"}
     assert figures["room"] > 0
+
+
+@pytest.mark.posix
+@needs_drawing
+def test_names_of_files_need_no_utf_8_but_those_of_pictures(tmp_path):
+    pytest.importorskip("trimesh")
+    pytest.importorskip("matplotlib")
+    source, image = (tmp_path / os.fsdecode(name) for name in (b"\xff.obj", b"\xff.glb"))
+    ism.write_mesh(source, *ism.samples.make("pear", n_vertices=300))
+    command("map", source, image, "--plot", tmp_path / "map.png")
+    command("view", source, "--screenshot", tmp_path / "view.png")
+    command("play", source, "--method", "auto", "--screenshot", tmp_path / "play.png")
+    assert len(list(tmp_path.glob("*.png"))) == 3
+    assert ism.certify(*ism.read_mesh(image)).folding_free
+    with pytest.raises(FileError, match="UTF-8"):
+        window.check_picture(source.with_suffix(".png"))
