@@ -26,16 +26,16 @@ def cutting_loops(v: FloatArray, f: IntArray, reach: float = 6.0) -> list[IntArr
         return []
     while not (found := loops.near_basis(reach * _MEAN_EDGE)):
         reach *= 2
-    taken: list[IntArray] = []
+    taken: dict[int, IntArray] = {}  # by values: two loops of one value separate
     blocked = np.zeros(len(v), dtype=bool)
     for loop in sorted(found, key=loops.length):
-        if blocked[loop].any():
+        if blocked[loop].any() or loops.value(loop) in taken:
             continue
         short = loops.tightened(loop)
         if not blocked[short].any():
             blocked[short] = True
-            taken.append(short)
-    return loops.not_separating(taken)
+            taken.setdefault(loops.value(short), short)
+    return loops.not_separating(list(taken.values()))
 
 
 def short_loop(v: FloatArray, f: IntArray) -> IntArray:
@@ -121,6 +121,11 @@ class _Loops:
     def length(self, loop: IntArray) -> float:
         """Length of a loop."""
         return float(self._length[self._numbers(loop)].sum())
+
+    def value(self, loop: IntArray) -> int:
+        """Sum of a loop's values, without sign: two loops of one sum separate the surface together."""
+        value = self._values[self._numbers(loop)]
+        return abs(int(np.where(loop < np.roll(loop, -1), value, -value).sum()))
 
     def _numbers(self, loop: IntArray) -> IntArray:
         return np.searchsorted(self._keys, edge_keys(loop, np.roll(loop, -1), self._n))
