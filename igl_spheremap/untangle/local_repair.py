@@ -106,12 +106,13 @@ def small_moves(
     x: FloatArray,
     f: IntArray,
     listener: PositionsListener | None = None,
+    patience: int = 200,
     moves: int = 1000,
 ) -> FloatArray:
     """Try to repair foldings by small moves of the vertices around them.
 
-    It ends once rounds in which no fewer faces fold moved `moves` faces: embedding frees many faces in less time. Few
-    faces are moved in hundreds of rounds, since embedding a fold beside a hub may move the whole map.
+    It ends after `patience` rounds in which no fewer faces fold, or earlier, once these rounds moved `moves` faces:
+    embedding frees many faces in less time. Folds beside hubs take 50 to 200 rounds; their embedding may move all.
 
     For each folded face the shortest move of its corners is computed that gives it a small positive area: a projection
     onto a half-space. If several faces move a vertex, their moves are averaged. If the half-spaces intersect, the
@@ -128,7 +129,7 @@ def small_moves(
     y = best = x[vertices].T.copy()
     folded = column_signs(y.take(faces.T, axis=1)) <= 0
     fewest, since = folded.sum(), 0
-    while folded.any() and since * folded.sum() < moves:
+    while folded.any() and since < min(patience, moves / folded.sum()):
         bad = faces[folded]
         y = _projected(y, bad.T, movable)
         if listener is not None:
