@@ -329,10 +329,8 @@ class SuperLU(Analysis):
         if small and (entries.limbs or not entries.repeated):
             vertices, self._rule = entries.numbering(entries.graph), "MMD_AT_PLUS_A"
         else:
-            vertices, self._rule = (
-                nested_dissection(entries.graph, entries.numbering).order,
-                "NATURAL",
-            )
+            vertices = nested_dissection(entries.graph, entries.numbering).order
+            self._rule = "NATURAL"
         self._order = entries.expanded(vertices)
         self._A, self._entry = entries.full(self._order)
 
