@@ -263,6 +263,15 @@ def printable(text: str) -> str:
     return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 
 
+def legible(text: str) -> str:
+    """A text that windows and plots take, with all its lines: names of files may not be UTF-8.
+
+    >>> legible("caf\\udce9.obj")
+    'caf\\\\udce9.obj'
+    """
+    return text.encode(errors="backslashreplace").decode()
+
+
 def one_line(error: BaseException) -> str:
     """The message of an error in one line.
 

@@ -11,7 +11,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import import_optional
+from ..errors import import_optional, legible
 from ..mesh.arrays import TINY, FloatArray, IntArray
 from ..mesh.measure import face_areas
 from .folds import MANY, SEEN
@@ -30,9 +30,8 @@ def new_figure(
     # Notebooks show a bare figure only after pyplot was imported there, but anything with this method at once.
     shown = type("Figure", (base,), {"_repr_png_": _png})
     figure = shown(figsize=(size[0] * columns, size[1] * rows), layout="constrained", dpi=150)
-    # names of files may not be UTF-8, and hold what matplotlib takes for formulas
-    title = title.encode(errors="backslashreplace").decode()
-    figure.suptitle(title, fontsize=11, parse_math=False)
+    # names of files may hold what matplotlib takes for formulas
+    figure.suptitle(legible(title), fontsize=11, parse_math=False)
     axes = figure.subplots(rows, columns, squeeze=False)
     for ax in axes.ravel():
         ax.spines[["top", "right"]].set_visible(False)

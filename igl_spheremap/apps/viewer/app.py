@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ...draw.palette import INK
-from ...errors import DisplayError, FileError, check_list, check_whole
+from ...errors import DisplayError, FileError, check_list, check_whole, legible
 from ...gate import PathLike
 from ...io.written_map import write_map
 from ...maps.sphere_map import SphereMap
@@ -21,7 +21,7 @@ from . import window
 from .choices import LENGTH, RATE, SIZE, SUBJECTS, Pictures
 from .grid import Grid, packed
 from .widgets import FITTING, box, leave_open, menu_is_open, paragraph, tip
-from .window import imgui, legible, pressed, ps
+from .window import imgui, pressed, ps
 
 #: Beginning of a sentence that a window shows in place of a traceback.
 FAILED = "Something went wrong here: "

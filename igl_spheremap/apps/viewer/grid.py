@@ -14,10 +14,11 @@ import numpy as np
 
 from ...draw import palette
 from ...draw.lens import Lens
+from ...errors import legible
 from ...mesh.arrays import FloatArray, IntArray
 from .body import Body, Dots
 from .colouring import Colouring, Legend
-from .window import UNITS_PER_PIXEL, aim, imgui, legible, pressed, ps, to_world
+from .window import UNITS_PER_PIXEL, aim, imgui, pressed, ps, to_world
 
 Place = tuple[int, int]
 

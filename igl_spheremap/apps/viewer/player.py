@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ... import samples
 from ...draw.plot import fit, pose
-from ...errors import check_number
+from ...errors import check_number, legible
 from ...gate import PathLike, takes_mesh
 from ...io.files import read_mesh
 from ...maps.options import METHODS, Method, method_of
@@ -32,7 +32,7 @@ from .grid import MOUSE, Grid, Part, text_width
 from .lens_view import LensView
 from .map_view import count_foldings, edge_width
 from .widgets import FITTING, box, menu, panel, paragraph, tip, warning
-from .window import imgui, legible, pressed, ps
+from .window import imgui, pressed, ps
 
 #: Begins a run by the name of a mesh, a method, and options of `repair_mesh` or None.
 Start = Callable[[str, Method, "Mapping[str, Any] | None"], ShownRun]

@@ -6,9 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 from ...draw.palette import FOLDED
+from ...errors import legible
 from .choices import SUBJECTS
 from .colouring import SCALES, Colours
-from .window import imgui, implot, legible, pressed, ps
+from .window import imgui, implot, pressed, ps
 
 #: Height of a box that is as high as its content.
 FITTING = 0.0

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ...draw import palette
 from ...draw.plot import LIGHT
-from ...errors import DisplayError, FileError, import_optional
+from ...errors import DisplayError, FileError, import_optional, legible
 from ...gate import PathLike
 from ...io.replacing import check_writable, replacing
 from ...mesh.arrays import FloatArray
@@ -120,15 +120,6 @@ def _start(offscreen: bool, title: str) -> None:
             hint = f"Debian and Ubuntu: apt install {PACKAGES}"
         raise DisplayError(f"OpenGL did not start ({reason}); {hint}") from None
     _set_scene(offscreen)
-
-
-def legible(text: str) -> str:
-    """A text that polyscope takes: names of files may not be UTF-8.
-
-    >>> legible("caf\\udce9.obj")
-    'caf\\\\udce9.obj'
-    """
-    return text.encode(errors="backslashreplace").decode()
 
 
 def backend(offscreen: bool) -> str:
