@@ -98,8 +98,8 @@ def is_worth_steps(
 ) -> bool:
     """True if a sample predicts that steps lower a map's angle differences by more than the share `price`.
 
-    A map of a mean below `good` degrees takes no steps, since they hardly show. `sampled` faces tell the mean, and as
-    many stars of vertices the gain, unless already `few` stars predict less than a third of the price.
+    A map of a mean below `good` degrees takes no steps, since they hardly show; `sampled` faces tell the mean. First
+    `few` stars of vertices predict the gain. If it is at least a third of the price, `sampled` stars predict it again.
     """
     sample = mesh.f[spread(len(mesh.f), sampled)]
     if mean_difference(corner_angles(mesh.unit, sample), x, sample) <= good:

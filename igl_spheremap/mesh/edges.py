@@ -181,7 +181,7 @@ def half_edges(f: IntArray, n: int) -> HalfEdges | None:
 
 
 def _numbered(faces: Indices, n: int) -> csr_matrix:
-    """Matrix of the numbers of half-edges, then of vertices on the diagonal; columns unsorted, entries repeated."""
+    """Numbers of half-edges, then of vertices on the diagonal; columns are unsorted, and an entry may occur twice."""
     loops = np.arange(n, dtype=np.int32)
     a, b, c = np.ascontiguousarray(faces.T)
     start, stop = np.concatenate((b, c, a, loops)), np.concatenate((c, a, b, loops))

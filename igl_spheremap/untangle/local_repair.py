@@ -112,7 +112,8 @@ def small_moves(
     """Try to repair foldings by small moves of the vertices around them.
 
     It ends after `patience` rounds in which no fewer faces fold, or earlier, once these rounds moved `moves` faces:
-    embedding frees many faces in less time. Folds beside hubs take 50 to 200 rounds; their embedding may move all.
+    embedding frees many faces in less time. Folds beside hubs take 50 to 200 rounds; embedding them may move the whole
+    map.
 
     For each folded face the shortest move of its corners is computed that gives it a small positive area: a projection
     onto a half-space. If several faces move a vertex, their moves are averaged. If the half-spaces intersect, the
