@@ -19,6 +19,8 @@ from .window import linear, ps
 QUANTITIES = ("foldings", "angle difference", "log area ratio", "checkerboard")
 #: Polyscope's choice of the range of their colours.
 _RANGES = {"angle difference": "magnitude", "log area ratio": "symmetric"}
+#: Side of polyscope's squares, if nobody sets it. Its setter may raise if handles of replaced structures are held.
+_SQUARE = 0.02
 
 
 @gate
@@ -89,7 +91,7 @@ def add_to_polyscope(
     angles, areas = (
         measured(mesh, x, subject) for subject in ("angle differences", "area distortion")
     )
-    checks = checkerboard(mesh, x, folded=folded).checks
+    checks = _SQUARE * np.asarray(checkerboard(mesh, x, folded=folded).checks)
     surface = ps.register_surface_mesh(name, result.vertices, f)
     sphere = ps.register_surface_mesh(f"{name} on the sphere", x, f)
     sphere.set_transform(_beside(result.vertices))
@@ -106,9 +108,8 @@ def add_to_polyscope(
             "foldings", colours, defined_on="faces", enabled=shown == "foldings"
         )
         structure.add_parameterization_quantity(
-            "checkerboard", checks, defined_on="corners", viz_style="checker", checker_size=1.0,
-            enabled=shown == "checkerboard",
-        )  # fmt: skip
+            "checkerboard", checks, defined_on="corners", enabled=shown == "checkerboard"
+        )
     return surface, sphere
 
 

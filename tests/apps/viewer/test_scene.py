@@ -33,6 +33,24 @@ print("done")
 """
 
 
+AGAIN = """
+import polyscope as ps, igl_spheremap as ism
+ps.set_verbosity(0)
+ps.init("openGL_mock")
+result = ism.spherical_conformal_map(*ism.samples.make("sphere", n_vertices=100))
+held = []
+for k in range(400):
+    held.extend(ism.add_to_polyscope(result, f"map {min(k, 30)}"))
+print("done")
+"""
+
+
+def test_maps_replace_each_other_while_their_structures_are_held():
+    """Polyscope's objects then lie where others were, whose handles are still there."""
+    done = run([sys.executable, "-c", AGAIN])
+    assert done.stdout == "done\n", done.stderr
+
+
 def test_a_map_joins_a_scene():
     done = run([sys.executable, "-c", CODE])
     assert done.stdout == "done\n", done.stderr
